@@ -5,13 +5,16 @@ tables. Nothing generated is kept in the tree, and nothing is fetched from a net
 """
 
 import importlib.metadata
+import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
 
-from bicycle.effect import registry
-from bicycle.files.effect_docs import describe
+from bicycle.effect_docs import describe
+from bicycle.effect_registry import registry
 from studies.paper_audit.audit import as_markdown, audit
 
 HERE = Path(__file__).parent
@@ -54,10 +57,35 @@ sphinx_gallery_conf = {
 suppress_warnings = ["config.cache"]
 
 
+def counts(content: dict[str, Any], path: str = "") -> Iterator[tuple[str, str]]:
+    """Every number of a summary with its place; hits of a number of cases in one row."""
+    for key, value in content.items():
+        place = f"{path}, {key}" if path else key
+        if isinstance(value, dict) and {"hits", "of"} <= value.keys():
+            yield place, f"{value['hits']} of {value['of']}"
+        elif isinstance(value, dict):
+            yield from counts(value, place)
+        elif isinstance(value, list) and len(value) == 2 and all(isinstance(one, int) for one in value):
+            yield place, f"{value[0]} of {value[1]}"
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield place, f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def summary(name: str, content: dict[str, Any]) -> str:
+    """A section on one study: its command, and a table of its counts."""
+    about = "; ".join(str(content[key]) for key in ("what", "made_by", "date") if key in content)
+    rows = "\n".join(f"| {place.replace('_', ' ')} | {count} |" for place, count in counts(content))
+    return f"## {name.replace('_', ' ')}\n\n{about}\n\n| count | |\n|---|---|\n{rows}\n"
+
+
 def write_pages() -> None:
     """One page per registered effect under ``effects/`` and, under ``generated/``, what others include."""
     pages = {f"effects/{identifier}.md": describe(effect) for identifier, effect in registry().items()}
     pages["generated/paper_audit.md"] = as_markdown(audit()).partition("\n")[2]  # the page has its own title
+    pages["generated/validation.md"] = "\n".join(
+        summary(file.stem, json.loads(file.read_text()))
+        for file in sorted((HERE.parent / "data/validation").glob("*.json"))
+    )
     for name, text in pages.items():
         (HERE / name).parent.mkdir(exist_ok=True)
         (HERE / name).write_text(text, encoding="utf-8")

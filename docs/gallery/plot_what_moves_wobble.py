@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.modal.named_modes import modes
-from bicycle.sensitivity.eigenvalue_derivatives import sensitivities
+from bicycle.named_modes import modes
+from bicycle.sensitivity import sensitivities
 
 speed = 8.0
 model = Model(

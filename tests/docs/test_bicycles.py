@@ -7,8 +7,8 @@ import pytest
 from page_files import page, write_files
 
 from bicycle import load_bicycle
-from bicycle.files.bicycle_table import read_bicycles
-from tyre.base.measured_number import measured_number
+from bicycle.bicycle_files import read_bicycles
+from tyre.measured_number import measured_number
 
 PAGE = page("bicycles")
 

@@ -11,9 +11,9 @@ from small_library import all_but
 
 import studies.velotyre
 from studies.cli import main
-from studies.look.use import USES
-from studies.missing_effect import read_measurement
-from tyre.channels.read import FORMATS
+from studies.diagnosis import read_measurement
+from studies.look import USES
+from tyre.formats import FORMATS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "bring_your_recordings.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\{code-block\} )?(\w+)\n(:caption: (?P<file>[^\n,]+)[^\n]*\n)?(?P<text>.*?)^```", re.M | re.S)
@@ -57,7 +57,7 @@ def test_the_page_runs_and_says_what_it_says(tmp_path, monkeypatch, capsys):
     # 6400 N/rad is what the page wrote into the forces, the damper what it hid in the bicycle
     (condition,) = json.loads(Path("fit.json").read_text(encoding="utf-8"))["conditions"]
     assert condition["cornering_stiffness_N_per_rad"]["value"] == pytest.approx(6400, rel=0.02)
-    assert "named: steer_damper" in shown
+    assert "named. Missing: steer_damper" in shown
 
 
 def test_every_ending_and_use_stands_on_the_page():

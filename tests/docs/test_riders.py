@@ -5,12 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.files.bicycle_file import load_bicycle
-from bicycle.rider.geometry_file import read_geometry
-from studies.main_study.assemble import build
-from studies.main_study.cases import tyre_cases
-from studies.main_study.settings import Settings
+from bicycle import critical_speeds, load_bicycle
+from bicycle.rider_posture import read_geometry
+from studies.main_study import Settings, model, tyre_cases
 
 PAGE = (Path(__file__).parents[2] / "docs" / "riders.md").read_text()
 
@@ -30,7 +27,7 @@ def test_the_table_of_postures(posture):
     bicycle = load_bicycle(f"pista_charlie_{posture}")
     settings = Settings(bicycle, camber_share=0.8)
     case = next(c for c in tyre_cases(settings).found if c.name == "Tyre1 flat" and c.pressure_bar == 5.5)
-    linear = build(settings, settings.reference, case.contact)
+    linear = model(settings, settings.reference, case.contact).linear_model()
     found = {(c.mode, c.direction): c.speed for c in critical_speeds(linear, max_speed=40.0)}
     expected = [bicycle[key] for key in ("xB", "zB", "IBxx", "IBxz", "IBzz")] + list(bicycle.static_loads)
     expected += [found["wobble", "destabilising"], found["wobble", "stabilising"]]

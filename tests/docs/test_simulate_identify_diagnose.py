@@ -11,8 +11,8 @@ import pytest
 from small_library import all_but
 
 from studies.cli import main
-from studies.missing_effect import read_measurement
-from studies.synthetic_sensors.sensor_file import LIMITS, RECORDED, read_sensors
+from studies.diagnosis import read_measurement
+from studies.synthetic_sensors import LIMITS, RECORDED, read_sensors
 
 PAGE = (Path(__file__).parents[2] / "docs" / "simulate_identify_diagnose.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\{code-block\} )?(\w+)\n(:caption: (?P<file>[^\n]+)\n)?(?P<text>.*?)^```", re.M | re.S)

@@ -1,4 +1,4 @@
-"""The page on sweeps: its examples run, what it prints is there, and it names every key, output and column."""
+"""The page on sweeps: its examples run, and it names every key, output, option and figure."""
 
 import re
 
@@ -9,10 +9,9 @@ from page_files import page, write_files
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 
-from studies.commands import draw, sweep, uncertainty
-from studies.sweeps import chunk, made_of, part_size, sketch, spec, sweep_file, variation
-from studies.sweeps.run import run_sweep
-from studies.sweeps.sweep_file import build_sweep, read_sweep
+from studies.cli import build
+from studies.outputs import OUTPUTS
+from studies.sweep import build_sweep, draw_result, read_sweep, run_sweep
 
 PAGE = page("sweeps")
 PYTHON = re.compile(r"^```python\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
@@ -49,52 +48,32 @@ def test_the_examples_run(folder, monkeypatch, capsys):
     assert kept.shape == (60,)
 
 
-def test_every_name_stands_on_the_page():
-    names = {
-        *sweep_file.TOP_KEYS, *variation.SAMPLED_EXTRA, *variation.LEAF_KEYS, *spec.OUTPUTS, *spec.TYRE_UNITS,
-        *chunk.CHANGES, *sweep_file.REDUCIBLE, *(f"NAME_{field}" for field in sketch.EXTREMES), spec.SPEED,
-        "NAME_quantiles", "parameters", "covariance", "tyre_extrapolated", "quantiles",
-    }  # fmt: skip
-    commands = (sweep.command, draw.command, uncertainty.command)
-    names |= {option for command in commands for p in command.params for option in p.opts}
-    names -= {"sweep_file", "model", "result"}
+def test_every_output_variable_and_option_stands_on_the_page(folder):
+    import xarray as xr
+
+    reduced = xr.open_zarr(folder / "sample.zarr", consolidated=False)
+    reducible = "^(largest_growth_rate|smallest_damping_ratio|tyre_extrapolated|impossible)"
+    made = {re.sub(reducible, "NAME", str(name)) for name in reduced.data_vars}
+    names = made | set(OUTPUTS)
+    for name in ("sweep", "uncertainty"):
+        names |= {option for p in build().get_command(None, name).params for option in p.opts if option[:2] == "--"}
     text = PYTHON.sub("", PAGE)
-    missing = [name for name in sorted(names) if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text)]
-    assert missing == []
+    assert [name for name in sorted(names) if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text)] == []
 
 
-def test_every_figure_stands_on_the_page(folder, monkeypatch, capsys):
-    from studies.sweep_pictures import figure_critical, figure_speed, shares, stored
-    from studies.sweep_pictures.draw import draw_result
-
+def test_every_figure_stands_on_the_page(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    monkeypatch.setattr("studies.reporting.plotting.FORMATS", ())  # what there is to be seen, not how it looks
     found = {**draw_result("covariance.zarr").figures, **draw_result("grid.zarr").figures}
     assert set(found) == {"modes_along_speed", "pairs", "variance_shares", "critical_speeds_each"}
     for name in (*found, "critical_speeds", "stability_along_speed"):
         assert f"| `{name}` |" in PAGE
-    assert (figure_critical.LEAST_FOR_BARS, figure_critical.MOST_ROWS, figure_speed.MOST_MODES) == (30, 40, 4)
-    assert (figure_speed.LEAST_FOR_BANDS, stored.MOST_BICYCLES) == (20, 200_000)
-    assert (shares.LEAST, shares.RESAMPLES) == (40, 200)
 
 
-def test_parts_and_fingerprint_are_those_of_the_page():
-    assert (part_size.SHARES, part_size.LEAST_SECONDS, part_size.MOST_SECONDS) == (1000, 0.2, 10.0)
-    for package in made_of.SOURCES:
-        assert f"`{package}`" in PAGE
-
-
-def test_limits_and_defaults_are_those_of_the_page():
+def test_defaults_are_those_of_the_page():
     plain = build_sweep({"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"]})
     assert (plain.seed, plain.max_speed, plain.points_per_part, plain.samples) == (0, 60.0, 65536, 1)
-    assert (chunk.OCCURRENCES, variation.MOST_VALUES, sweep_file.MOST_BICYCLES) == (4, 10**6, 10**9)
     random = {"samples": 2, "sampled": {"c": {"sd": 0.001}}, "reduce": {}}
-    assert build_sweep({"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], **random}).quantiles == (
-        0.05, 0.5, 0.95,
-    )  # fmt: skip
-    assert int(sketch.SHIFT) == 52 - 10
-    defaults = {p.name: p.default for p in uncertainty.command.params}
+    found = build_sweep({"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], **random})
+    assert found.quantiles == (0.05, 0.5, 0.95)
+    defaults = {p.name: p.default for p in build().get_command(None, "uncertainty").params}
     assert (defaults["max_speed"], defaults["samples"], defaults["seed"]) == (60.0, 2000, 0)
-    for header in ("value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"):
-        assert header in uncertainty.HEADERS
-        assert f"`{header}`" in PAGE

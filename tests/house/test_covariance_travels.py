@@ -10,23 +10,20 @@ import pytest
 import tomli_w
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical.critical_speeds import critical_speeds
-from bicycle.files.model_file import build_model
+from bicycle.critical import critical_speeds
+from bicycle.model_file import build_model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNITS
-from bicycle.sensitivity.model_covariance import critical_speed_estimates, model_covariance
-from bicycle.sensitivity.propagation import critical_speed_sd
-from studies.main_study.cases import given_case
-from studies.main_study.model_input import settings_of
-from studies.uncertainty.propagation import Uncertainty
-from tyre.base.errors import InputError
-from tyre.campaigns.campaign import fit_campaign
-from tyre.campaigns.export import measured_tables, write_tables
-from tyre.campaigns.summary import FitSettings
-from tyre.estimate import Calibration
-from tyre.maps.table_io import read_table
-from tyre.maps.tyre_map import TyreMap
-from tyre.rig.campaign import CampaignPlan, default_effects, write_campaign_files
+from bicycle.propagation import critical_speed_estimates, critical_speed_sd, model_covariance
+from studies.main_study import given_case, settings_of
+from studies.uncertainty import Uncertainty
+from tyre.campaign import fit_campaign, measured_tables, write_tables
+from tyre.condition import FitSettings
+from tyre.errors import InputError
+from tyre.map_files import read_table
+from tyre.properties import Calibration
+from tyre.rig import CampaignPlan, default_effects, write_campaign_files
+from tyre.tyre_map import TyreMap
 
 LOADS = (460.0, 410.0)  # of rear and front wheel, both measured
 BAR = 4.0

@@ -7,16 +7,14 @@ import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.main_study.cases import tyre_cases
-from studies.main_study.model_input import settings_of
-from studies.missing_effect.measurement import read_measurement
-from studies.root_loci.parameter_path import parameter_path
-from studies.sweeps.points import TYRE_DRAWS, Sampler
-from studies.sweeps.sweep_file import build_sweep
-from studies.uncertainty.uncertain_model import UncertainModel
+from studies.diagnosis import read_measurement
+from studies.main_study import settings_of, tyre_cases
+from studies.root_locus import parameter_path
+from studies.sweep import TYRE_DRAWS, Sampler, build_sweep
+from studies.uncertainty import UncertainModel
 from tests.shared.formula_tyres import MODEL, PACEJKA89, TIR
-from tyre.base.errors import InputError
-from tyre.magic_formula.tir import parse_tir
+from tyre.errors import InputError
+from tyre.tir import parse_tir
 
 PRESSURE = 5.5
 TAKEN = {

@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import Bicycle, Model, available_bicycles, effect_class, load_bicycle
-from bicycle.effect import registry
-from bicycle.files.bicycle_file import to_toml, to_yaml
-from bicycle.files.model_file import build_model, read_model
+from bicycle.bicycle_files import to_toml, to_yaml
+from bicycle.effect_registry import registry
+from bicycle.model_file import build_model, read_model
 from bicycle.parameters import TYPICAL, UNITS, doubts_about
 from studies.cli import main
-from studies.root_loci.parameter_path import parameter_path
-from studies.sweeps.sweep_file import build_sweep
+from studies.root_locus import parameter_path
+from studies.sweep import build_sweep
 from tyre import TyreMap
-from tyre.base.errors import InputError
-from tyre.base.plausible import ABSURD, SLIPS, doubt, suspicion
+from tyre.errors import InputError
+from tyre.plausible import ABSURD, SLIPS, doubt, suspicion
 
 BENCHMARK = dict(load_bicycle("benchmark").values)
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}

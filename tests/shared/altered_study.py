@@ -4,10 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.main_study.answer import answer
-from studies.main_study.bands import UncertainCriticalSpeed
-from studies.main_study.plausible import Plausible
-from studies.main_study.solve import LeastDamped
+from studies.main_study import LeastDamped, Plausible, UncertainCriticalSpeed, first_screen
 
 LOW, MIDDLE, HIGH = "3.5 bar", "5.5 bar", "7.5 bar"
 STAY = np.full(20, 5.0)  # m/s
@@ -47,9 +44,6 @@ def altered(study, changes, onsets=None, **settings):
     return replace(study, results=tuple(results), plausible=tuple(outer), settings=replace(study.settings, **settings))
 
 
-def first_sentence(study):
-    return answer(study).sentences[0]
-
-
 def told(study):
-    return " ".join(f"{label} {text}" for label, text in answer(study).sentences)
+    """The first screen without its marks, on one line."""
+    return " ".join(first_screen(study).replace("**", "").split())

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect import effect_class
+from bicycle.effect_registry import effect_class
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.parameters import Bicycle

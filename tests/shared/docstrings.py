@@ -138,9 +138,3 @@ def _arguments_of(where: str, node: ast.FunctionDef, bases: tuple[str, ...], *, 
         if not argument.arg.startswith("_"):
             annotation = ast.unparse(argument.annotation) if argument.annotation else ""
             yield Argument(where, argument.arg, annotation, ast.get_docstring(node) or "", bases)
-
-
-if __name__ == "__main__":  # python tests/shared/docstrings.py > tests/house/undocumented.txt
-    from house_imports import modules
-
-    print(*undocumented(modules(Path(__file__).parents[2])), sep="\n")

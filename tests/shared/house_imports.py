@@ -1,8 +1,8 @@
 """Who imports whom in the house, read from the source: nothing is imported, nothing is listed by hand.
 
-Every import statement counts: at the top, inside a function, under ``TYPE_CHECKING``. What is found by its place
-(``import_module`` over the folder of effects, of commands) is no arrow: the finder knows none of them.
-A room is a folder or a flat file directly under a package (``bicycle.modal``, ``bicycle.effect``); the package's own
+Every import statement counts: at the top, inside a function, and, if asked for, under ``TYPE_CHECKING``. What is found
+by its place (``import_module`` over the folder of effects, of commands) is no arrow: the finder knows none of them.
+A room is a folder or a flat file directly under a package (``bicycle.effects``, ``bicycle.effect``); the package's own
 ``__init__`` is its door, not a room.
 """
 
@@ -26,11 +26,19 @@ def modules(root: Path, packages: Iterable[str] = PACKAGES) -> dict[str, Path]:
     return named
 
 
-def named_imports(module: str, file: Path) -> set[str]:
-    """Every name that a module imports, as written but without relative dots: ``a.b`` for ``from a import b``."""
+def named_imports(module: str, file: Path, *, annotations: bool = True) -> set[str]:
+    """Every name that a module imports, as written but without relative dots: ``a.b`` for ``from a import b``.
+
+    Without ``annotations`` imports under ``TYPE_CHECKING`` are left out.
+    """
     names: set[str] = set()
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    checked = [node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)]
+    typing = set() if annotations else {inner for node in checked for inner in ast.walk(node)}
+    for node in ast.walk(tree):
+        if node in typing:
+            continue
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -40,12 +48,12 @@ def named_imports(module: str, file: Path) -> set[str]:
     return names
 
 
-def imports(files: Mapping[str, Path]) -> Graph:
+def imports(files: Mapping[str, Path], *, annotations: bool = True) -> Graph:
     """Module -> the modules of the house that it imports, each the deepest that the import names."""
     graph: Graph = {}
     for module, file in files.items():
         graph[module] = set()
-        for name in named_imports(module, file):
+        for name in named_imports(module, file, annotations=annotations):
             home = name
             while home and home not in files:
                 home = home.rpartition(".")[0]
@@ -88,17 +96,6 @@ def circles(graph: Graph) -> list[list[str]]:
             loose = set(circle)
         left = {node: targets - loose for node, targets in left.items() if node not in loose}
     return sorted(found)
-
-
-def floors(graph: Graph) -> dict[str, int]:
-    """Floor of every node of a graph without circles: 1 if it imports nothing, else one above all that it imports."""
-    floor: dict[str, int] = {}
-    while len(floor) < len(graph):
-        ready = [node for node in graph if node not in floor and graph[node] <= floor.keys()]
-        if not ready:
-            raise ValueError(f"no floors: a circle through {circles(graph)}")
-        floor |= {node: 1 + max((floor[target] for target in graph[node]), default=0) for node in ready}
-    return floor
 
 
 def _turned(graph: Graph) -> Graph:

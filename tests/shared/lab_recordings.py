@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from studies.validations._recording_writers import OWN_TIMES, WRITERS, name_in_file
+from tests.validation.recording_writers import OWN_TIMES, WRITERS, name_in_file
 
 RIG = {  # channel: column, unit, SI value of the unit, sign of the column in ISO axes against adapted SAE
     "slip_angle": ("SR angle", "mrad", 1e-3, -1.0),

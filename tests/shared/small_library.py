@@ -2,11 +2,11 @@
 
 from collections.abc import Collection
 
-from studies.missing_effect.measurement import Measurement
+from studies.inference import Kind
 
 
-def all_but(measurement: Measurement, tried: Collection[str]) -> tuple[str, ...]:
+def all_but(measurement: Kind, tried: Collection[str]) -> tuple[str, ...]:
     """Names to leave out, so that those in ``tried`` are the whole library; each of them must be known."""
-    known = {candidate.identifier for candidate in measurement.forward().candidates}
+    known = {candidate.identifier for candidate in measurement.ready().candidates}
     assert set(tried) <= known, sorted(set(tried) - known)
     return tuple(sorted(known - set(tried)))

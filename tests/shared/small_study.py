@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.files.bicycle_file import load_bicycle
+from bicycle.bicycle_files import load_bicycle
 from bicycle.parameters import Bicycle
-from studies.main_study.cases import Cases, tyre_cases
-from studies.main_study.settings import Settings
+from studies.main_study import Cases, Settings, tyre_cases
 from tyre import TyreMap
 
 RACING = "pista_charlie_drops"  # its wheel loads lie inside the tyre tests

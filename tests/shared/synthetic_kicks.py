@@ -1,13 +1,13 @@
 """The packaged synthetic kicks, made anew: full nonlinear chain of rigid bodies with dry friction at the steer.
 
-The chain is `studies.missing_effect.blind.second`, which imports nothing of `bicycle` but the reader of parameters.
+The chain is `tests.validation.blind`, which imports nothing of `bicycle` but the reader of parameters.
 """
 
 import numpy as np
 
 from bicycle import load_bicycle
-from studies.missing_effect.blind.second.closing import build, ground
-from studies.missing_effect.blind.second.moving import Nonlinear, simulate_nonlinear
+from tests.validation.blind.closing import build, ground
+from tests.validation.blind.motion import Nonlinear, simulate_nonlinear
 
 BICYCLE, FRICTION = "benchmark", 0.15  # N m
 SPEEDS, KICKS = (4.6, 5.2, 5.8, 6.4), ("a", "b")

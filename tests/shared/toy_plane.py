@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from bicycle.eigenvalues.decomposition import eigensystem
-from studies.stability_charts.plane import Look, Plane
+from bicycle.eigen import eigensystem
+from studies.chart import Look, Plane
 
 STEP = 1e-6
 

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.derivation.builder import ModelBuilder
 from bicycle.effect import Effect, Mode, Parameter
+from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
-from tyre.base.errors import InputError
+from tyre.errors import InputError
 
 
 class Pannier(Effect):

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from small_library import all_but
 
-from bicycle.effect import outside_effects, registry
+from bicycle.effect_registry import outside_effects, registry
 from studies.cli import main
 
 PANNIER = str(Path(__file__).with_name("pannier.py"))
@@ -44,9 +44,9 @@ def test_modes_and_their_figure(model, capsys):
 def test_the_legend_of_a_figure(model):
     from matplotlib.figure import Figure
 
-    from bicycle.files.model_file import read_model
-    from bicycle.modal.looks import LOOKS, mode_look
-    from bicycle.modal.named_modes import modes
+    from bicycle.mode_figure import LOOKS, mode_look
+    from bicycle.model_file import read_model
+    from bicycle.named_modes import modes
 
     with outside_effects([PANNIER]):
         found = modes(read_model(model), [3.0, 6.0])
@@ -138,7 +138,7 @@ def test_sweep_columns_in_other_processes(model, tmp_path):
 
 
 def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
-    from studies.sweeps.sweep_file import read_sweep
+    from studies.sweep import read_sweep
 
     (tmp_path / "s.toml").write_text(SWEEP)
     own = tmp_path / "pannier.py"
@@ -153,8 +153,8 @@ def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
 def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     """Synthetic: weave and the mode of a box that the base model does not have."""
     from bicycle import Model, effect_class, load_bicycle
-    from bicycle.modal.named_modes import modes
-    from studies.missing_effect import read_measurement
+    from bicycle.named_modes import modes
+    from studies.diagnosis import read_measurement
 
     monkeypatch.chdir(tmp_path)
     speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bicycle import Effect, Model, effect_class, load_bicycle
-from bicycle.effect import outside_effects
+from bicycle.effect_registry import outside_effects
 from bicycle.rigid_bodies import Body
 
 PANNIER = Path(__file__).with_name("pannier.py")
