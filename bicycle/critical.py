@@ -114,12 +114,12 @@ class CriticalSpeed:
 
     @property
     def oscillatory(self) -> bool:
-        """Whether a pair crosses, not a real root."""
+        """True if a pair crosses, False if a real root does."""
         return self.kind == OSCILLATORY
 
     @property
     def destabilising(self) -> bool:
-        """Whether the mode loses its stability as the speed grows."""
+        """True if the mode loses its stability as the speed grows."""
         return self.direction == DESTABILISING
 
     @property
@@ -133,7 +133,7 @@ class CriticalSpeed:
         return (2 if self.oscillatory else 1) * (1 if self.destabilising else -1)
 
     def named(self, mode: str) -> "CriticalSpeed":
-        """The same crossing of the mode called ``mode``."""
+        """Return this crossing under the name ``mode``."""
         return replace(self, mode=mode)
 
 
@@ -242,7 +242,7 @@ class _Zeros(NamedTuple):
     doubt: Array
 
     def take(self, index: Whole | Mask) -> "_Zeros":
-        """Those at ``index``."""
+        """Take the crossings at ``index``."""
         parts: tuple[Any, ...] = self
         return _Zeros(*(part[index] for part in parts))
 
@@ -457,7 +457,7 @@ class _Search:
 
 
 def _same(one: _Zeros, k: int, other: _Zeros, j: int) -> bool:
-    """Whether two are one crossing, found twice."""
+    """True if two are one crossing, found twice."""
     return bool(
         one.owner[k] == other.owner[j]
         and abs(one.speed[k] - other.speed[j]) <= LIMITS.same_speed * other.speed[j]

@@ -88,8 +88,13 @@ def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
     frequency, real = axes
     order = np.argsort(found.speeds, kind="stable")
     speeds = found.speeds[order]
+    exchanges = [event for event in found.events if event.kind == "exchange"]
     for name in found.names:
-        _draw(frequency, real, name, speeds, found.branches[name][order])
+        # a line ends where the mode exchanges character with another: behind it another root has the name
+        gaps = np.array([event.speed for event in exchanges if set(event.modes) & set(name.split("+"))])
+        places = np.searchsorted(speeds, gaps)
+        values = np.insert(found.branches[name][order], places, np.nan, axis=0)
+        _draw(frequency, real, name, np.insert(speeds, places, gaps), values)
     _limits(frequency, real, np.concatenate([values.ravel() for values in found.branches.values()]))
     low, high = real.get_ylim()
     real.axhspan(0, high, color=UNSTABLE, zorder=0, linewidth=0)

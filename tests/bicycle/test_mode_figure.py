@@ -112,3 +112,18 @@ def test_a_single_speed_and_a_figure_of_its_own(monkeypatch):
     assert frequency.figure is real.figure
     assert matplotlib.get_backend().lower() == "agg"
     pyplot.close(frequency.figure)
+
+
+def test_a_line_ends_where_two_modes_exchange_character():
+    """Empty Pista on a racing tyre: behind the exchange another root is called weave; no stroke joins the two."""
+    table = {"tyre": "Tyre1", "pressure_bar": 5.5, "extrapolate": True}
+    model = build_model({"bicycle": "pista", "effects": {"relaxation_length": table}})
+    found = modes(model, np.arange(3.0, 25.0, 0.5))
+    exchanges = [e.speed for e in found.events if e.kind == "exchange" and set(e.modes) == {"weave", "wobble"}]
+    assert exchanges
+    real = Figure().add_subplot()
+    found.plot((Figure().add_subplot(), real))
+    for line in real.get_lines():
+        if line.get_label() in ("weave", "wobble"):
+            at = np.searchsorted(line.get_xdata(), exchanges[0])
+            assert np.isnan(line.get_ydata()[at])

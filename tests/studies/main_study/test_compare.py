@@ -58,7 +58,7 @@ def test_capsize_speed_does_not_depend_on_the_relaxation_length(racing):
 
 
 def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
-    """Where another root has the name at the lower pressure, there is no change to split: in few worlds."""
+    """Where another root has the name at the lower pressure, there is no change to split: in two worlds at most."""
     changes = 0
     for setup in racing.settings.setups:
         for name in racing.names:
@@ -69,7 +69,7 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
                     changes += 1
                     assert change.before == pytest.approx(high.damping[mode].value)
                     assert change.after == pytest.approx(low.damping[mode].value)
-    assert changes >= 0.75 * 2 * len(racing.settings.setups) * len(racing.names)
+    assert changes >= 2 * len(racing.settings.setups) * len(racing.names) - 2
 
 
 def test_what_exists_at_one_pressure_only_has_no_decomposition():

@@ -100,5 +100,5 @@ def test_every_template_is_filled_here():
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Call) and "jinja2" in ast.unparse(node.func)
     ]
-    assert set(makers) <= {"studies/reporting/markdown_text.py"}
+    assert set(makers) == {"studies/reporting/markdown_text.py"}
     assert not any("from jinja2" in text for text in naming.values())
