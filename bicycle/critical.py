@@ -343,7 +343,7 @@ class _Search:
         return _Zeros(owner, v, omega, slope, doubt).take(good)
 
     def _crossing(self, zeros: _Zeros, looks: Sequence[float]) -> _Zeros:
-        """Those whose real part changes its sign beyond doubt; what rounding makes of a touch of the axis does not."""
+        """Take crossings whose real part changes its sign beyond doubt; a touch that rounding moves is none."""
         sure = zeros.doubt <= LIMITS.well_known * zeros.speed
         for look in looks:
             rest = np.flatnonzero(~sure)

@@ -34,24 +34,16 @@ class Mode:
         Roles of the states by whose share in the motion the mode is recognised; the first is its own and must be there,
         the others count where they are. By default the role that is called as the mode, which is the role of the joint
         of that name.
-    weight : float
-        What the share counts where several modes claim the same root, on the mean over a range of speed. Wobble, which
-        steering marks, has 4: by default a joint's mode has its name before wobble, also where weave comes close to it
-        and the two exchange character. A tyre or a joint that makes the wobble has 1.
-    oscillation : bool
-        Whether a real root plays the role less well than a pair.
     place : int
         Position among the modes of a table; those without come last, by name.
     look : int, optional
-        Number of the look in figures (:data:`bicycle.modal.looks.LOOKS`); without, one that follows from the name.
+        Number of the look in figures (:data:`bicycle.mode_figure.LOOKS`); without, one that follows from the name.
     main : bool
         Whether figures choose their window so that the mode is seen.
     """
 
     name: str
     marks: tuple[str, ...] = ()
-    weight: float = 8.0
-    oscillation: bool = False
     place: int = 100
     look: int | None = None
     main: bool = False
@@ -63,7 +55,7 @@ class Mode:
 
 BASE_MODES = (
     Mode("weave", marks=("lean",), place=0, look=0, main=True),
-    Mode("wobble", marks=("steer",), weight=4.0, oscillation=True, place=1, look=2, main=True),
+    Mode("wobble", marks=("steer",), place=1, look=2, main=True),
     Mode("capsize", marks=("lean",), place=2, look=3, main=True),
     Mode("castering", marks=("steer",), place=3, look=4),
 )

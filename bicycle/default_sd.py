@@ -20,28 +20,23 @@ GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT = ORIGINS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Default:
-    """One row of the table: the standard deviation of some keys, absolute or of the value, and how it is measured."""
-
-    keys: tuple[str, ...]
-    size: float
-    of: str
-    why: str
-
-
-DEFAULTS = (
-    Default(("w", "c"), 0.003, "SI unit", "tape measure"),
-    Default(("rR", "rF"), 0.001, "SI unit", "rolled out over several turns"),
-    Default(("xB", "zB", "xH", "zH"), 0.01, "SI unit", "suspension, photographs"),
-    Default(("lam",), 0.01, "SI unit", "digital level"),
-    Default(("mR", "mB", "mH", "mF"), 0.005, "value", "scales"),
-    Default(("IRxx", "IFxx", "IBxx", "IBzz", "IHxx", "IHzz"), 0.05, "value", "torsional pendulum"),
-    Default(("IBxz", "IHxz"), 0.05, "xx and zz", "torsional pendulum at several angles"),
-    Default(("IRyy", "IFyy"), 0.02, "value", "compound pendulum"),
-    Default(("g",), 0.0, "SI unit", "known"),
-)
-"""Standard deviations of a bicycle of which only the values are known."""
+DEFAULTS = {
+    key: (size, of, why)
+    for keys, size, of, why in (
+        ("w c", 0.003, "SI unit", "tape measure"),
+        ("rR rF", 0.001, "SI unit", "rolled out over several turns"),
+        ("xB zB xH zH", 0.01, "SI unit", "suspension, photographs"),
+        ("lam", 0.01, "SI unit", "digital level"),
+        ("mR mB mH mF", 0.005, "value", "scales"),
+        ("IRxx IFxx IBxx IBzz IHxx IHzz", 0.05, "value", "torsional pendulum"),
+        ("IBxz IHxz", 0.05, "xx and zz", "torsional pendulum at several angles"),
+        ("IRyy IFyy", 0.02, "value", "compound pendulum"),
+        ("g", 0.0, "SI unit", "known"),
+    )
+    for key in keys.split()
+}
+"""Key -> size of one sd, what it is relative to, and how a workshop measures: a bicycle of which only the values are
+known."""
 
 EFFECT = 0.1
 """Of the value: parameters of effects, which are seldom measured on the bicycle at hand."""
@@ -114,11 +109,10 @@ def _declared(model: Model, key: str) -> Parameter | None:
 
 def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
     if key in UNITS:
-        row = next(row for row in DEFAULTS if key in row.keys)
-        frame = key[:2]
-        scale = {"SI unit": lambda: 1.0, "value": lambda: abs(values[key]),
-                 "xx and zz": lambda: math.sqrt(values[f"{frame}xx"] * values[f"{frame}zz"])}[row.of]  # fmt: skip
-        sd, why = row.size * scale(), row.why
+        size, of, why = DEFAULTS[key]
+        if of == "xx and zz":
+            size *= math.sqrt(values[f"{key[:2]}xx"] * values[f"{key[:2]}zz"])
+        sd = size * abs(values[key]) if of == "value" else size
     elif model.sd.get(key):  # of a measured tyre whose source states none
         of = " of either stiffness" if ParameterKey.parse(key).name == "relaxation_length" else ""
         sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}{of}, the tyre's source states none"

@@ -37,7 +37,7 @@ class DescriptorPolynomial:
         return replace(self, dynamics=SpeedPolynomial(dynamics, shape=self.dynamics.shape))
 
     def take(self, bicycles: slice) -> "DescriptorPolynomial":
-        """Those of some ``bicycles`` (0 ...)."""
+        """Take some ``bicycles`` (0 ...)."""
         parts = (part.take(bicycles) for part in (self.dynamics, self.input, self.output))
         return DescriptorPolynomial(self.mass[bicycles], *parts)
 

@@ -120,7 +120,7 @@ class PerWheel:
 
 
 PerWheelValue = float | Mapping[str, float] | PerWheel
-"""What a parameter per wheel may be given as: one number for both wheels, or rear and front."""
+"""Value of a parameter per wheel: one number for both wheels, or rear and front."""
 
 
 @dataclass(frozen=True)

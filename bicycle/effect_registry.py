@@ -10,8 +10,6 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, reduce
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
@@ -66,7 +64,7 @@ def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     digest = _digest(content)
     module = sys.modules.get(name)
     if module is None or vars(module).get("__digest__") != digest:
-        module = _run(path, name)
+        module = _run(path, name, content)
         vars(module)["__digest__"] = digest
     found = tuple(_classes(module))
     if not found:
@@ -74,24 +72,15 @@ def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     return found
 
 
-class _Uncached(SourceFileLoader):
-    """Reads the source itself: a cache of compiled files takes two states of one second and one length for the same."""
-
-    def get_code(self, fullname: str) -> Any:
-        return self.source_to_code(self.get_data(self.path), self.path)
-
-
-def _run(path: Path, name: str) -> ModuleType:
-    at = str(path.resolve())
-    spec = spec_from_file_location(name, at, loader=_Uncached(name, at))
-    assert spec is not None
-    assert spec.loader is not None
+def _run(path: Path, name: str, content: bytes) -> ModuleType:
+    """Run the source itself: a cache of compiled files takes two states of one second and one length for the same."""
     for parent in (LOADED, name.rpartition(".")[0]):  # pickle imports what stands before the dots
         sys.modules.setdefault(parent, ModuleType(parent))
-    module, former = module_from_spec(spec), sys.modules.get(name)
+    module, former = ModuleType(name), sys.modules.get(name)
+    module.__file__ = str(path.resolve())
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(content, module.__file__, "exec"), vars(module))
     except (Exception, SystemExit) as error:  # a script that ends itself would end the command without a word
         sys.modules.pop(name)
         if former is not None:

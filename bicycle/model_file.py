@@ -115,10 +115,10 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     assumed: list[str] = []
     for identifier, table in tables.items():
         kind = effect_class(identifier)
-        filled = with_tyre_values(kind, table, tyres, tables)
-        covariance = covariance.and_also(filled.covariance)
-        assumed += filled.assumed
-        effects.append(kind(**filled.table))
+        filled, own, without_sd = with_tyre_values(kind, table, tyres, tables)
+        covariance = covariance.and_also(own)
+        assumed += without_sd
+        effects.append(kind(**filled))
         if not allow:
             refuse_absurd(effects[-1].doubts().values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]

@@ -209,26 +209,6 @@ class MagicFormulaModel:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _OpenModel:
-    """x' = A x + P F + B u without a law between slip and side forces F (2,), and what a tyre would see."""
-
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]  # without side forces
-    units: dict[str, str]
-    state_matrix: Array  # (n, n)
-    force_matrix: Array  # (n, 2)
-    input_matrix: Array  # (n, inputs)
-    output_matrix: Array  # (outputs, n)
-    slip: Array  # (2, n): slip velocity, m/s
-    slip_input: Array  # (2, inputs)
-    lagged_camber: Array  # (2, n): camber force, N
-    direct_camber: Array  # (2, n)
-    compliance: Array  # (2,): in series with the tyre, m/N
-    loads: Array  # (2,): N
-
-
 def magic_formula_model(
     model: Model, *, speed: float, rear: MagicTyre | None = None, front: MagicTyre | None = None
 ) -> MagicFormulaModel:
@@ -244,33 +224,47 @@ def magic_formula_model(
     lags = LAGS in law.provides
     if not lags:
         model.linear_model().check_speeds(speed)  # slip without relaxation is singular at rest
-    opened = _opened(model, speed)
-    n, m, extra = len(opened.states), len(opened.inputs), 2 * lags
-    lagged, direct = (camber / stiffness[:, None] for camber in (opened.lagged_camber, opened.direct_camber))
+    # the model with its contacts open: rows and columns of side forces and probes are taken apart from its states
+    linear = model.with_effect(OpenContact()).linear_model()
+    a, b, c = linear.matrices_at(speed)
+    forces = [linear.states.index(f"{wheel}_side_force") for wheel in WHEELS]
+    probe = {name: [linear.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
+    kept = [k for k, name in enumerate(linear.states) if k not in forces and k not in np.ravel(list(probe.values()))]
+    outputs = tuple(name for name in linear.outputs if not name.endswith("_side_force"))
+    loads = np.array(linear.static_loads) + np.array([1.0, -1.0]) * a[probe["load transfer"], forces]
+    if (loads <= 0).any():
+        lifted = WHEELS[int(loads.argmin())]
+        raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
+    n, m, extra = len(kept), len(linear.inputs), 2 * lags
+    seen = {name: a[np.ix_(rows, kept)] for name, rows in probe.items()}
+    slip_velocity, slip_input = seen["slip velocity"], b[probe["slip velocity"]]
+    lagged, direct = (seen[f"{name} camber force"] / stiffness[:, None] for name in ("lagged", "direct"))
     if lags:  # a transient slip follows slip and lagged camber over the relaxation length, as a state
-        whole = (of_wheels("relaxation_length") + stiffness * opened.compliance)[:, None]
-        lag = np.hstack([(speed * lagged - opened.slip) / whole, np.diag(-speed / whole[:, 0])])
-        lag_input = -opened.slip_input / whole
+        compliance = a[probe["series compliance"], forces]  # m/N, in series with the tyre
+        whole = (of_wheels("relaxation_length") + stiffness * compliance)[:, None]
+        lag = np.hstack([(speed * lagged - slip_velocity) / whole, np.diag(-speed / whole[:, 0])])
+        lag_input = -slip_input / whole
         slip, slip_input = np.hstack([direct, np.eye(2)]), np.zeros((2, m))
     else:
         lag, lag_input = np.zeros((0, n)), np.zeros((0, m))
-        slip, slip_input = direct + lagged - opened.slip / speed, -opened.slip_input / speed
+        slip, slip_input = direct + lagged - slip_velocity / speed, -slip_input / speed
     transient = tuple(f"{wheel}_transient_slip" for wheel in WHEELS)[:extra]
+    rows = [linear.outputs.index(name) for name in outputs]
     return MagicFormulaModel(
         speed=float(speed),
-        states=(*opened.states, *transient),
-        inputs=opened.inputs,
-        outputs=opened.outputs,
-        state_matrix=np.vstack([np.hstack([opened.state_matrix, np.zeros((n, extra))]), lag]),
-        force_matrix=np.vstack([opened.force_matrix, np.zeros((extra, 2))]),
+        states=(*(linear.states[k] for k in kept), *transient),
+        inputs=linear.inputs,
+        outputs=outputs,
+        state_matrix=np.vstack([np.hstack([a[np.ix_(kept, kept)], np.zeros((n, extra))]), lag]),
+        force_matrix=np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))]),
         slip_matrix=slip,
         slip_input=slip_input,
-        input_matrix=np.vstack([opened.input_matrix, lag_input]),
-        output_matrix=np.hstack([opened.output_matrix, np.zeros((len(opened.outputs), extra))]),
+        input_matrix=np.vstack([b[kept], lag_input]),
+        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]),
         cornering_stiffness=stiffness,
-        loads=opened.loads,
+        loads=loads,
         tyres=(rear or MagicTyre(), front or MagicTyre()),
-        units={**opened.units, **dict.fromkeys(transient, "rad")},
+        units={**units_of(linear), **dict.fromkeys(transient, "rad")},
     )
 
 
@@ -292,33 +286,3 @@ def _law(model: Model) -> Effect:
                 "leave it out"
             )
     return law
-
-
-def _opened(model: Model, speed: float) -> _OpenModel:
-    """The model with its contacts open: rows and columns of side forces and probes taken apart from its states."""
-    linear = model.with_effect(OpenContact()).linear_model()
-    a, b, c = linear.matrices_at(speed)
-    forces = [linear.states.index(f"{wheel}_side_force") for wheel in WHEELS]
-    probe = {name: [linear.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
-    kept = [k for k, name in enumerate(linear.states) if k not in forces and k not in np.ravel(list(probe.values()))]
-    outputs = tuple(name for name in linear.outputs if not name.endswith("_side_force"))
-    loads = np.array(linear.static_loads) + np.array([1.0, -1.0]) * a[probe["load transfer"], forces]
-    if (loads <= 0).any():
-        lifted = WHEELS[int(loads.argmin())]
-        raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
-    return _OpenModel(
-        states=tuple(linear.states[k] for k in kept),
-        inputs=linear.inputs,
-        outputs=outputs,
-        units=dict(units_of(linear)),
-        state_matrix=a[np.ix_(kept, kept)],
-        force_matrix=a[np.ix_(kept, forces)],
-        input_matrix=b[kept],
-        output_matrix=c[np.ix_([linear.outputs.index(name) for name in outputs], kept)],
-        slip=a[np.ix_(probe["slip velocity"], kept)],
-        slip_input=b[probe["slip velocity"]],
-        lagged_camber=a[np.ix_(probe["lagged camber force"], kept)],
-        direct_camber=a[np.ix_(probe["direct camber force"], kept)],
-        compliance=a[probe["series compliance"], forces],
-        loads=loads,
-    )

@@ -62,40 +62,6 @@ POINTS, WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 """Places from 0 to 1 along the axis, and their weights."""
 
 
-def stadium_solid(
-    *, thickness: tuple[float, float], radius: tuple[float, float], start: Array, end: Array, turn: Array,
-    density: float, long_side_forward: bool = False,
-) -> RigidBody:  # fmt: skip
-    """A solid between two stadia with half lengths t (``thickness``) and radii r at ``start`` and ``end``."""
-    t, r = (pair[0] + POINTS * (pair[1] - pair[0]) for pair in (thickness, radius))
-    area = 4 * r * t + math.pi * r**2
-    across = 4 * t * r**3 / 3 + math.pi * r**4 / 4
-    along = 4 * r * t**3 / 3 + math.pi * r**2 * t**2 + 8 * r**3 * t / 3 + math.pi * r**4 / 4
-    spread = (across, along) if long_side_forward else (along, across)
-    return _stack(area, *spread, start=start, end=end, turn=turn, density=density)
-
-
-def half_ellipsoid(*, radius: float, start: Array, end: Array, turn: Array, density: float) -> RigidBody:
-    """The vault of a head: a half ellipsoid of revolution on a disc."""
-    r = radius * np.sqrt(1 - POINTS**2)
-    spread = math.pi * r**4 / 4
-    return _stack(math.pi * r**2, spread, spread, start=start, end=end, turn=turn, density=density)
-
-
-def _stack(
-    area: Array, spread_x: Array, spread_y: Array, *, start: Array, end: Array, turn: Array, density: float
-) -> RigidBody:
-    """Sum of slices with area (m^2) and second moments of area along x and y (m^4) at :data:`POINTS`."""
-    height = float(np.linalg.norm(end - start))
-    weight = density * height * WEIGHTS
-    mass = float(weight @ area)
-    middle = float(weight @ (area * POINTS)) / mass
-    xx, yy = float(weight @ spread_x), float(weight @ spread_y)
-    zz = height**2 * float(weight @ (area * (POINTS - middle) ** 2))
-    local = np.diag([yy + zz, xx + zz, xx + yy])
-    return RigidBody(mass, start + middle * (end - start), turn @ local @ turn.T)
-
-
 ARM = ("2L", "3L", "4L", "5L", "6L", "7L", *(f"{n}p" for n in range(8)), "4w", "5w", "6w", "7w")
 LEG = ("1L", "3L", "4L", "5L", "6L", "8L", "9L", *(f"{n}p" for n in range(1, 10)), "8w", "9w", "6d")
 TRUNK_LENGTHS = tuple(f"Ls{n}L" for n in range(1, 9))
@@ -325,18 +291,32 @@ def segments(
 def _solid(
     solid: Any, factor: float, start: Array, end: Array, turn: Array
 ) -> tuple[RigidBody, list[tuple[float, float]]]:
-    """A solid on the bicycle, its density times ``factor``, and half width and half depth at both ends."""
-    density = factor * float(solid.density)
-    if not hasattr(solid, "stads"):  # the vault of the head
-        vault = half_ellipsoid(radius=float(solid.radius), start=start, end=end, turn=turn, density=density)
-        return vault, [(solid.radius, solid.radius), (0.0, 0.0)]
-    first, last = solid.stads
-    body = stadium_solid(
-        thickness=(float(first.thickness), float(last.thickness)), radius=(float(first.radius), float(last.radius)),
-        start=start, end=end, turn=turn, density=density, long_side_forward=solid.alignment == "AP",
-    )  # fmt: skip
-    halves = [(s.thickness + s.radius, s.radius) for s in solid.stads]
-    return body, [half[::-1] if s.alignment == "AP" else half for half, s in zip(halves, solid.stads, strict=True)]
+    """A solid on the bicycle, its density times ``factor``, and half width and half depth at both ends.
+
+    It is a stack of slices at :data:`POINTS`: stadia with half lengths t and radii r, or the half ellipsoid of
+    revolution of a head (t = 0).
+    """
+    if hasattr(solid, "stads"):
+        sizes = [(float(stadium.thickness), float(stadium.radius)) for stadium in solid.stads]
+        t, r = (first + POINTS * (last - first) for first, last in zip(*sizes, strict=True))
+        halves = [(first + second, second) for first, second in sizes]
+    else:
+        radius = float(solid.radius)
+        t, r = np.zeros_like(POINTS), radius * np.sqrt(1 - POINTS**2)
+        halves = [(radius, radius), (0.0, 0.0)]
+    area = 4 * r * t + math.pi * r**2
+    spread_y = 4 * t * r**3 / 3 + math.pi * r**4 / 4
+    spread_x = 4 * r * t**3 / 3 + math.pi * r**2 * t**2 + 8 * r**3 * t / 3 + math.pi * r**4 / 4
+    if getattr(solid, "alignment", "") == "AP":  # the long side lies forward
+        spread_x, spread_y, halves = spread_y, spread_x, [half[::-1] for half in halves]
+    height = float(np.linalg.norm(end - start))
+    weight = factor * float(solid.density) * height * WEIGHTS
+    mass = float(weight @ area)
+    middle = float(weight @ (area * POINTS)) / mass
+    xx, yy = float(weight @ spread_x), float(weight @ spread_y)
+    zz = height**2 * float(weight @ (area * (POINTS - middle) ** 2))
+    local = np.diag([yy + zz, xx + zz, xx + yy])
+    return RigidBody(mass, start + middle * (end - start), turn @ local @ turn.T), halves
 
 
 def yeadon_version() -> str:

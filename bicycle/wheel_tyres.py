@@ -71,16 +71,6 @@ def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[s
     return {wheel: read_tyre(tyre[wheel], surface=surface[wheel]).assuming(CORNERING_STIFFNESS) for wheel in WHEELS}
 
 
-def wheel_tyres(
-    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
-) -> dict[str, TyreProperties]:
-    """Properties of the tyres at each wheel's static load, by wheel."""
-    tyres = joint_wheel_tyres(
-        tyre=tyre, surface=surface, pressure_bar=pressure_bar, bicycle=bicycle, extrapolate=extrapolate
-    )
-    return dict(zip(WHEELS, tyres.properties, strict=True))
-
-
 def joint_wheel_tyres(
     *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
 ) -> JointProperties:
@@ -159,15 +149,6 @@ def _chosen(names: list[str], places: list[int], matrix: Array, spread: Iterable
     return ParameterCovariance(tuple(names), matrix[chosen], tuple(part[chosen] for part in spread))
 
 
-@dataclass(frozen=True)
-class FilledTable:
-    """The table of an effect with values of the tyres."""
-
-    table: dict[str, Any]  # without the keys of a tyre; with numbers where a tyre gives them
-    covariance: ParameterCovariance  # of the values filled in
-    assumed: tuple[str, ...]  # of its names those whose source states no standard deviation, so that a default stands
-
-
 def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle: Bicycle) -> MountedTyres | None:
     """The tyres that the effects of a model file name; None where none does.
 
@@ -204,8 +185,8 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
 
 def with_tyre_values(
     kind: type[Effect], table: Mapping[str, Any], tyres: MountedTyres | None, present: Mapping[str, Any]
-) -> FilledTable:
-    """The table of an effect with the values of the tyres in it."""
+) -> tuple[dict[str, Any], ParameterCovariance, list[str]]:
+    """The table of an effect with numbers where a tyre gives them, their covariance, and names with an assumed sd."""
     mine, where = tyres is not None and tyres.law == kind.identifier, f"effect {kind.identifier!r}"
     filled = {key: value for key, value in table.items() if not mine or key not in (*TYRE_KEYS, EXTRAPOLATE)}
     assumed: list[str] = []
@@ -240,7 +221,7 @@ def with_tyre_values(
                 "the tyre holds"
             )
     covariance = tyres.covariance(kind, asked) if tyres is not None and asked else ParameterCovariance()
-    return FilledTable(filled, covariance, tuple(assumed))
+    return filled, covariance, assumed
 
 
 def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from scipy.spatial.transform import Rotation
 
 from bicycle.eigen import damping_ratio, frequency_hz
 from bicycle.equations import ModelBuilder
@@ -97,28 +98,20 @@ class BicycleDrawing:
 
     def pose(self, coordinates: Mapping[str, float], *, rolled: float = 0.0) -> list[Array]:
         """Points (k, 3) of every part in a posture, m."""
-        yaw = coordinates["yaw"]
         posed = []
         for part in self.parts:
             points = part.points
             if part.wheel_radius:
                 hub = points.mean(axis=0)
-                points = hub + (points - hub) @ rotation((0.0, 1.0, 0.0), -rolled / part.wheel_radius).T
+                points = hub + Rotation.from_rotvec([0.0, -rolled / part.wheel_radius, 0.0]).apply(points - hub)
             for joint in reversed(self.joints):
                 if part.body in joint.carries:
                     foot = np.array([joint.x, 0.0, joint.z])
-                    turn = rotation((joint.axis_x, 0.0, joint.axis_z), coordinates[joint.name])
-                    points = foot + (points - foot) @ turn.T
-            points = points @ rotation((0.0, 0.0, 1.0), yaw).T
-            posed.append(points + np.array([0.0, coordinates["rear_lateral_displacement"], 0.0]))
+                    turn = coordinates[joint.name] * np.array([joint.axis_x, 0.0, joint.axis_z])
+                    points = foot + Rotation.from_rotvec(turn).apply(points - foot)
+            turned = Rotation.from_rotvec([0.0, 0.0, coordinates["yaw"]]).apply(points)
+            posed.append(turned + np.array([0.0, coordinates["rear_lateral_displacement"], 0.0]))
         return posed
-
-
-def rotation(axis: tuple[float, float, float], angle: float) -> Array:
-    """Rotation matrix (3, 3) by an ``angle`` (rad) about a unit ``axis`` (3 numbers) (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def bicycle_drawing(model: Model) -> BicycleDrawing:
@@ -224,14 +217,12 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
         side, rear = canvas.add_subplot(layout[0, 0]), canvas.add_subplot(layout[0, 1])
         top = canvas.add_subplot(layout[1, :])
         _frame_views(model, motion, drawn, side, rear, top)
-        looks: list[dict[str, Any]] = [
-            {"color": colours.get(part.body, look(4).colour), "linewidth": 1.0 if len(part.points) == 2 else 2.2}
-            for part in drawn.parts
-        ]
-        views = [
-            ([axes.plot([], [], **one)[0] for one in looks], across, up)
-            for axes, across, up in ((side, 0, 2), (rear, 1, 2), (top, 0, 1))
-        ]
+        views = []
+        for axes, across, up in ((side, 0, 2), (rear, 1, 2), (top, 0, 1)):
+            for part in drawn.parts:
+                width = 1.0 if len(part.points) == 2 else 2.2
+                line = axes.plot([], [], color=colours.get(part.body, look(4).colour), linewidth=width)[0]
+                views.append((line, across, up))
         tracks = [
             top.plot([], [], color=style.colour, linestyle=style.line, linewidth=1.3, label=label, zorder=1)[0]
             for style, label in ((look(0), "track of the rear wheel"), (look(2), "of the front wheel"))
@@ -247,9 +238,8 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
         def show(k: int) -> None:
             here = {name: float(values[k]) for name, values in motion.outputs.items()}
             posed = drawn.pose(here, rolled=motion.speed * float(motion.time[k]))
-            for lines, across, up in views:
-                for line, points in zip(lines, posed, strict=True):
-                    line.set_data(points[:, across], points[:, up])
+            for (line, across, up), points in zip(views, posed * 3, strict=True):
+                line.set_data(points[:, across], points[:, up])
             behind = motion.speed * (motion.time[k] - motion.time[: k + 1])
             for line, x, track in zip(tracks, (0.0, p["w"]), (y, front), strict=True):
                 line.set_data(x - behind, track[: k + 1])
@@ -259,36 +249,18 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
 
 
 def _frame_views(model: Model, motion: Response, drawn: BicycleDrawing, side: Any, rear: Any, top: Any) -> None:
-    p = model.bicycle.values
+    """Limits at one scale both ways that hold the bicycle, its motion and some of its track."""
+    p, outputs = model.bicycle.values, motion.outputs
     highest = min(float(part.points[:, 2].min()) for part in drawn.parts) - 0.1
     ahead, behind = p["w"] + p["rF"] + 0.15, -p["rR"] - 0.15
-    outputs = motion.outputs
     sway = float(np.abs(outputs["rear_lateral_displacement"]).max() + np.abs(outputs["yaw"]).max() * p["w"])
     reach = max(0.5, sway + 0.3 + 0.8 * float(np.sin(min(np.abs(outputs["lean"]).max(), np.pi / 2))))
     road = max(float(motion.speed * (motion.time[-1] - motion.time[0])), 0.0)
-    upright = (0.08, highest)
-    _window(side, (behind, ahead), upright, ylabel="z, m", title="Side")
-    _window(rear, (-reach, reach), upright, xlabel="y, m", title="Rear")
-    _window(
-        top,
-        (behind - min(road, 1.5), ahead),
-        (reach, -reach),
-        xlabel="x forward, m",
-        ylabel="y right, m",
-        title="Top",
-    )
+    side.set(xlim=(behind, ahead), ylim=(0.08, highest), ylabel="z, m", title="Side")
+    rear.set(xlim=(-reach, reach), ylim=(0.08, highest), xlabel="y, m", title="Rear")
+    top.set(xlim=(behind - min(road, 1.5), ahead), ylim=(reach, -reach), xlabel="x forward, m", ylabel="y right, m",
+            title="Top")  # fmt: skip
+    for axes in (side, rear, top):
+        axes.set_aspect("equal", adjustable="datalim", anchor="S")
     for axes in (side, rear):
         axes.axhline(0.0, color="0.6", linewidth=1.2)
-
-
-def _window(axes: Any, horizontal: tuple[float, float], vertical: tuple[float, float], **labels: str) -> None:
-    """Limits that hold both ranges at one scale and fill the box: sideways both ways, upwards beyond the top."""
-    inches = axes.get_position().size * axes.figure.get_size_inches()
-    width, height = horizontal[1] - horizontal[0], vertical[1] - vertical[0]
-    scale = max(width / inches[0], abs(height) / inches[1])
-    spare = scale * inches[0] - width
-    top = vertical[0] + np.sign(height) * scale * inches[1]
-    extra = (top - vertical[1]) / 2 if labels["title"] == "Top" else 0.0
-    axes.set(
-        xlim=(horizontal[0] - spare / 2, horizontal[1] + spare / 2), ylim=(vertical[0] - extra, top - extra), **labels
-    )  # fmt: skip

@@ -16,9 +16,8 @@ from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.named_modes import modes
 from bicycle.naming import known_modes
 from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
-from bicycle.parameters import UNUSED
 from bicycle.tracking import BranchCrossing, branch_crossings, follow_branches
-from studies.axes import OF_THE_TYRE, Axis, unit_of
+from studies.axes import OF_THE_TYRE, Axis, axis_keys, unit_of
 from studies.model_argument import choose
 from studies.model_space import ModelSpace
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
@@ -44,61 +43,50 @@ class ParameterPath:
 def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
     """Path of ``key`` through a model file, or through the content of one with absolute paths."""
     content = model_file if isinstance(model_file, Mapping) else choose(str(model_file)).content
-    model = build_model(content)
+    model, own = build_model(content), ParameterKey.parse(key)
+    linear = model.linear_model()
     if key == "speed":
-        return ParameterPath("speed", "m/s", model.linear_model().state_matrix, lambda v: (model, v), math.nan)
-    own = ParameterKey.parse(key)
-    if speed is None:
-        if own.name not in OF_THE_TYRE and own.effect not in OF_THE_TYRE:
-            path_family(model, key)  # an unknown name is said first
-        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
-    model.linear_model().check_speeds(speed)
-    if own.effect in OF_THE_TYRE:
+        return ParameterPath("speed", "m/s", linear.state_matrix, lambda v: (model, v), math.nan)
+    of_tyre = own.name in OF_THE_TYRE
+    if own.effect in OF_THE_TYRE and speed is not None:
         raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
-    if own.name in OF_THE_TYRE:
-        return _tyre_path(content, key, speed)
-    family = path_family(model, key)
+    if not of_tyre and own.effect not in OF_THE_TYRE and not entries_of(key, model.parameters):
+        raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *axis_keys(model)}))
+    if speed is None:
+        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
+    linear.check_speeds(speed)
+    if of_tyre:
+        return _tyre_path(ModelSpace(content, [key]), speed)
+    family = ModelFamily(model, (key,))
     values = {model.parameters[entry] for entry in family.entries(key)}
 
-    def matrices(given: Array) -> Array:
-        return family.state_matrices({key: given}, np.full((len(given), 1), speed))[:, 0]
-
-    base = values.pop() if len(values) == 1 else math.nan
-    allow = allows_unusual(content)
-
     def at(value: float) -> tuple[Model, float]:
-        if not allow:
+        if not allows_unusual(content):
             refuse_absurd_values(model, {key: [value]})
         return family.with_values({key: value}), speed
 
-    return ParameterPath(key, unit_of(key), matrices, at, base)
+    return ParameterPath(
+        key, unit_of(key), lambda given: family.state_matrices({key: given}, np.full((len(given), 1), speed))[:, 0], at,
+        values.pop() if len(values) == 1 else math.nan,
+    )  # fmt: skip
 
 
-def path_family(model: Model, key: str) -> ModelFamily:
-    """The models along the parameter ``key`` of bicycle or effects."""
-    known = {str(ParameterKey.parse(entry).whole) for entry in model.parameters} - set(UNUSED)
-    if not entries_of(key, model.parameters):
-        raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *known}))
-    return ModelFamily(model, (key,))
-
-
-def _tyre_path(content: Mapping[str, Any], key: str, speed: float) -> ParameterPath:
+def _tyre_path(space: ModelSpace, speed: float) -> ParameterPath:
     """Path of a tyre's pressure or load; the bicycle keeps its masses."""
-    space = ModelSpace(content, [key])
     (axis,) = space.axes
 
     def at(value: float) -> tuple[Model, float]:
         low, high = axis.bounds
         if not low < value <= high:
-            raise InputError(f"{key} = {value:g} {axis.unit} is not possible; give values above {low:g} to {high:g}")
+            raise InputError(
+                f"{axis.key} = {value:g} {axis.unit} is not possible; give values above {low:g} to {high:g}"
+            )
         return space.model_at([value]), speed
 
-    def matrices(values: Array) -> Array:
-        return space.matrices(values[:, None], speed)
-
     return ParameterPath(
-        key, axis.unit, matrices, at, float(space.base[0]), lambda values: space.inside(values[:, None])
-    )
+        axis.key, axis.unit, lambda values: space.matrices(values[:, None], speed), at, float(space.base[0]),
+        lambda values: space.inside(values[:, None]),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -135,16 +123,14 @@ class RootLocus:
         """A row per requested value and root with Im >= 0."""
         import pandas as pd
 
-        rows = []
-        for value, roots, inside in zip(self.values, self.eigenvalues, self.inside, strict=True):
-            for name, root in zip(self.names, roots, strict=True):
-                if root.imag >= 0:
-                    ratio, hertz = float(damping_ratio(oscillating(root))), float(frequency_hz(root))
-                    rows.append([value, name, root.real, root.imag, hertz, ratio, inside])
-        named = f"{self.key}_{self.unit}" if not self.key.endswith(f"_{self.unit}") else self.key
-        columns = [named.replace("/", "_").replace(" ", "_"), "mode", "real_1_s", "imaginary_rad_s", "frequency_Hz"]
-        table = pd.DataFrame(rows, columns=[*columns, "damping_ratio", "tyre_inside_measured_range"])
-        return table[np.isin(table.iloc[:, 0], self.values[self.asked])]
+        upper = (self.eigenvalues.imag >= 0) & self.asked[:, None]
+        root, (row, branch) = self.eigenvalues[upper], np.nonzero(upper)
+        named = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
+        return pd.DataFrame({
+            named.replace("/", "_").replace(" ", "_"): self.values[row], "mode": np.array(self.names)[branch],
+            "real_1_s": root.real, "imaginary_rad_s": root.imag, "frequency_Hz": frequency_hz(root),
+            "damping_ratio": damping_ratio(oscillating(root)), "tyre_inside_measured_range": self.inside[row],
+        })  # fmt: skip
 
 
 def parse_range(text: str) -> Array:
@@ -269,6 +255,8 @@ def _window(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, fl
 
 
 def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     left, right, bottom, top = limits
     axes.set(
         xlim=(left, right),
@@ -293,7 +281,8 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
         axes.plot([0, -end], [0, end * slope], color="0.78", linewidth=0.7, linestyle=(0, (4, 3)), zorder=1)
         axes.text(-end, end * slope, f"ζ = {ratio:g}", **quiet)
     angle = np.linspace(0, np.pi / 2, 90)
-    for hertz in _round_steps(0.97 * float(frequency_hz(1j * top))):
+    highest = 0.97 * float(frequency_hz(1j * top))
+    for hertz in MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(0, highest)[1:-1]:
         radius = angular_frequency(hertz)
         axes.plot(-radius * np.sin(angle), radius * np.cos(angle), color="0.85", linewidth=0.7, zorder=1)
         axes.text(
@@ -359,11 +348,3 @@ def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:
             [], [], marker, color="black", markerfacecolor="white" if marker == "o" else "black"
         )
     return list(found.values()), list(found)
-
-
-def _round_steps(highest: float) -> Array:
-    """Frequencies in round steps up to ``highest`` Hz, about five of them."""
-    rough = highest / 5
-    base = 10.0 ** np.floor(np.log10(rough))
-    step = base * min((1, 2, 5, 10), key=lambda m: abs(np.log(m * base / rough)))
-    return np.arange(1, int(highest / step + 1e-9) + 1) * step

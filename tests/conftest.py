@@ -1,5 +1,7 @@
 """Tests of one file run in one process; and a simulated rig campaign with its fit, which several rooms look at."""
 
+import os
+import sys
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -11,6 +13,9 @@ from hypothesis import settings
 
 if TYPE_CHECKING:
     from tyre.campaign import Campaign
+
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # where it is set, every process of a test compiles all modules anew
+sys.dont_write_bytecode = False
 
 settings.register_profile("untimed", deadline=None)  # a machine that does something else fails no test
 settings.load_profile("untimed")
@@ -25,7 +30,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return LoadFileScheduling(config, log)
 
 
-LONG = ("docs/", "explorer/", "validation/", "golden/", "house/", "main_study/", "identification/", "diagnosis/")
+LONG = ("golden/", "docs/", "explorer/", "validation/", "house/", "main_study/", "identification/", "diagnosis/")
 """Folders whose files take longest: they begin first, so that no process ends with one of them alone."""
 
 
@@ -40,6 +45,16 @@ def two_variants(monkeypatch: pytest.MonkeyPatch) -> None:
     stability = import_module("studies.inference.stability")  # the door exports a function of this name
     every = stability.variants
     monkeypatch.setattr(stability, "variants", lambda *given: islice(every(*given), 2))
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures stay empty where only numbers are compared: drawing takes half of the time."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    monkeypatch.setattr(Figure, "savefig", lambda figure, target, **options: Path(target).write_text("<svg/>"))
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda engine, figure: None)
 
 
 @pytest.fixture(scope="session")

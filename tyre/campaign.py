@@ -5,13 +5,14 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tyre.arrays import Array
+from tyre.channel_map import ChannelMap
 from tyre.condition import (
     ConditionResult,
     FitSettings,
@@ -26,7 +27,7 @@ from tyre.condition import (
 )
 from tyre.contact_patch import log_curvature
 from tyre.errors import InputError
-from tyre.files import clear_of_killed_runs, slugs
+from tyre.files import clear_of_killed_runs, read_toml, slugs
 from tyre.formats import FORMATS
 from tyre.map_files import write_table
 from tyre.properties import Estimate
@@ -34,6 +35,9 @@ from tyre.recording_fits import summarise
 from tyre.tables import CommonCalibration, MeasuredColumn, MeasuredTable
 from tyre.units import PASCAL_PER_BAR
 from tyre.workers import worker_pool
+
+OWN = (".csv", ".tdx")
+"""Endings that need no channel map if they hold velotyre's or TYDEX's names."""
 
 
 @dataclass(frozen=True)
@@ -65,28 +69,55 @@ class Campaign:
 
 
 def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
-    """Recordings below a folder: every .csv and .tdx file, and every other format with a sidecar, sorted."""
+    """Recordings below a folder: every .csv and .tdx file, every other format with a sidecar, and sidecars that name
+    their recording; sorted."""
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give the folder that holds the recordings")
-    results = None if exclude is None else exclude.resolve()
     files = []
-    for path in sorted(folder.rglob("*")):
-        ending = path.suffix.casefold()
-        known = ending in (".csv", ".tdx") or (ending in FORMATS and path.with_suffix(".toml").is_file())
-        if known and path.is_file() and results not in path.resolve().parents:
+    for path in _files_in(folder, exclude):
+        ending, beside = path.suffix.casefold(), path.with_suffix(".toml")
+        if ending == ".toml" and _named_by(path) is not None:
             files.append(path)
+        elif ending in OWN or (ending in FORMATS and beside.is_file()):
+            files += [path] if _named_by(beside) is None else []
     if not files:
         raise InputError(
             f"{folder}: holds no recordings; expected .csv files or other formats with .toml sidecars, or .tdx files; "
             "`velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
         )
-    return files
+    described = {named for path in files if (named := _named_by(path)) is not None}
+    return [path for path in files if path.resolve() not in described]
+
+
+def passed_over(folder: Path, *, exclude: Path | None = None) -> list[Path]:
+    """Files of a laboratory's formats below a ``folder`` that are not read, for they have no sidecar."""
+    files = _files_in(folder, exclude)
+    named = {_named_by(path) for path in files if path.suffix.casefold() == ".toml"}
+    formats = set(FORMATS) - {*OWN, ".txt", ".dat", ".asc"}
+    return [
+        path for path in files
+        if path.suffix.casefold() in formats and path.with_suffix(".toml") not in files and path.resolve() not in named
+    ]  # fmt: skip
+
+
+def _files_in(folder: Path, exclude: Path | None) -> list[Path]:
+    results = None if exclude is None else exclude.resolve()
+    return [path for path in sorted(folder.rglob("*")) if path.is_file() and results not in path.resolve().parents]
+
+
+def _named_by(sidecar: Path) -> Path | None:
+    """The recording that a sidecar names; None if it names none or is none."""
+    try:
+        named = read_toml(sidecar, "sidecar").get("recording") if sidecar.suffix == ".toml" else None
+    except InputError:  # told when the recording is read
+        return None
+    return (sidecar.parent / named).resolve() if isinstance(named, str) and named else None
 
 
 def fit_campaign(
     folder: Path, *, settings: FitSettings | None = None, cache_folder: Path | None = None,
     exclude: Path | None = None, skip_bad: bool = True, jobs: int | None = None, wheel_radius: float = 0.34,
-    progress: bool = True,
+    progress: bool = True, channel_map: ChannelMap | None = None,
 ) -> Campaign:  # fmt: skip
     """Fit every recording of a folder and combine them by condition."""
     from tyre.progress import progress_bar
@@ -96,11 +127,12 @@ def fit_campaign(
     if cache_folder is not None:
         cache_folder.mkdir(parents=True, exist_ok=True)
         clear_of_killed_runs(cache_folder)
-    tasks = [(path, path.relative_to(folder).as_posix(), settings, cache_folder) for path in files]
+    shared = {"settings": settings, "cache_folder": cache_folder, "channel_map": channel_map}
+    tasks = [(path, path.relative_to(folder).as_posix().removesuffix(".toml"), shared) for path in files]
     summaries: list[RecordingSummary] = []
     skipped: dict[str, str] = {}
     outcomes = progress_bar(_run(tasks, jobs), total=len(tasks), desc="recordings", unit="file", show=progress)
-    for name, outcome in outcomes:
+    for name, outcome in chain.from_iterable(outcomes):
         if isinstance(outcome, RecordingSummary):
             summaries.append(outcome)
         elif skip_bad:
@@ -178,17 +210,12 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
     return tuple(found)
 
 
-def _task(task: tuple[Path, str, FitSettings, Path | None]) -> tuple[str, RecordingSummary | str]:
-    path, name, settings, cache_folder = task
-    try:
-        return name, summarise(path, name=name, settings=settings, cache_folder=cache_folder)
-    except InputError as error:
-        return name, str(error)
-    except (ArithmeticError, ValueError) as error:  # also of linear algebra: numbers that no fit can go through
-        return name, f"{path}: cannot be fitted ({type(error).__name__}: {error})"
+def _task(task: tuple[Path, str, dict[str, Any]]) -> list[tuple[str, RecordingSummary | str]]:
+    path, name, shared = task
+    return summarise(path, name=name, **shared)
 
 
-def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[tuple[str, RecordingSummary | str]]:
+def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, RecordingSummary | str]]]:
     count = jobs if jobs is not None else os.cpu_count() or 1
     if count < 1:
         raise InputError(f"jobs = {count} must be at least 1")

@@ -13,6 +13,7 @@ from tyre.arrays import Array
 from tyre.errors import InputError, refuse_unknown
 from tyre.files import read_toml
 from tyre.schema import any_table, anything, list_of, maybe, needed, number, read, refused, table, text, whole
+from tyre.table import number_in
 
 TABLES = ("channels", "reading", "mounting", "resampling", "windows")
 """Tables of a file that make a channel map."""
@@ -32,57 +33,36 @@ def _sign(value: Any) -> float:
 
 _DELIMITER = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
 _TEXT, _LINE = text(blank=False), whole(least=1)
-_CHANNEL = table(
-    {
-        needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,
-        maybe("unit"): _TEXT,
-        maybe("sign", 1.0): _sign,
-        maybe("scale"): number(),
-        maybe("offset"): number(),
-        maybe("instead_of"): _TEXT,
-    }
-)
+_CHANNEL = table({
+    needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT, maybe("unit"): _TEXT,
+    maybe("sign", 1.0): _sign, maybe("scale"): number(), maybe("offset"): number(), maybe("instead_of"): _TEXT,
+})  # fmt: skip
 _TIME = table({maybe("column"): _TEXT, maybe("unit"): _TEXT, maybe("index"): _TEXT, maybe("rate_hz"): number(above=0)})
-_READING = table(
-    {
-        maybe("delimiter"): text(_DELIMITER),
-        maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
-        maybe("encoding"): _TEXT,
-        maybe("names_line"): _LINE,
-        maybe("units_line"): _LINE,
-        maybe("first_line"): _LINE,
-        maybe("sheet"): _TEXT,
-        maybe("table"): _TEXT,
-        maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
-    }
-)
-_THREE_NAMES = "must be three names of channels, along the sensor's x, y and z axis"
+_READING = table({
+    maybe("delimiter"): text(_DELIMITER), maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
+    maybe("encoding"): _TEXT, maybe("names_line"): _LINE, maybe("units_line"): _LINE, maybe("first_line"): _LINE,
+    maybe("sheet"): _TEXT, maybe("table"): _TEXT,
+    maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
+})  # fmt: skip
+_NAMES = list_of(_TEXT, "must be three names of channels, along the sensor's x, y and z axis", least=3, most=3)
 _ROW = list_of(number(), "must be rows of three numbers", least=3, most=3)
-_MOUNTING = table(
-    {
-        needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): list_of(
-            _TEXT, _THREE_NAMES, least=3, most=3
-        ),
-        maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
-        maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
-        maybe("order"): text(
-            'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
-        ),
-        maybe("sd_deg", 0.0): number(least=0, most=90),
-    }
-)
+_MOUNTING = table({
+    needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): _NAMES,
+    maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
+    maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
+    maybe("order"): text(
+        'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
+    ),
+    maybe("sd_deg", 0.0): number(least=0, most=90),
+})  # fmt: skip
 _MOUNTINGS = list_of(anything, "must be tables: write [[mounting]] with channels for each sensor", least=1)
 _RESAMPLING = table({maybe("rate_hz"): number(above=0), maybe("like"): _TEXT})
-_TRIGGER = table(
-    {
-        needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
-        maybe("above"): number(),
-        maybe("below"): number(),
-        needed("unit", "unit is missing; give the unit of the level"): _TEXT,
-        maybe("before_s", 0.0): number(least=0),
-        needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
-    }
-)
+_TRIGGER = table({
+    needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
+    maybe("above"): number(), maybe("below"): number(),
+    needed("unit", "unit is missing; give the unit of the level"): _TEXT, maybe("before_s", 0.0): number(least=0),
+    needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
+})  # fmt: skip
 _WINDOW = table(
     {
         maybe("name"): _TEXT,
@@ -149,8 +129,7 @@ class Reading:
     def from_table(cls, content: Any, folder: Path, *, where: str) -> "Reading":
         """Read the table ``[reading]``, whose files lie in ``folder``."""
         given: Mapping[str, Any] = read(_READING, content, where=where, section="reading")
-        delimiter = given.get("delimiter", "")
-        if len(delimiter) > 1 and delimiter != "blanks":
+        if len(delimiter := given.get("delimiter", "")) > 1 and delimiter != "blanks":
             raise InputError(f"{where}: [reading]: delimiter = {delimiter!r} {_DELIMITER}")
         return cls(**(dict(given) | {"dbc": tuple(folder / name for name in given.get("dbc", ()))}))
 
@@ -255,17 +234,14 @@ class ChannelMap:
 
     def with_channels(self, texts: Sequence[str]) -> "ChannelMap":
         """Put in channels of the command line, each ``NAME=COLUMN [UNIT] [SIGN]``, or ``time=RATE Hz``."""
-        channels, clock, seen = dict(self.channels), self.clock, set()
+        entries: dict[str, Any] = {}
         for given in texts:
             name, entry = _from_text(given)
-            if name in seen:
+            if name in entries:
                 raise InputError(f"channel {given!r}: {name} is given twice")
-            seen.add(name)
-            if isinstance(entry, Clock):
-                clock = entry
-            else:
-                channels[name] = entry
-        return replace(self, channels=channels, clock=clock)
+            entries[name] = entry
+        clock = entries.pop("time", self.clock)
+        return replace(self, channels={**self.channels, **entries}, clock=clock)
 
 
 def _channels(content: Any, where: str) -> tuple[dict[str, MappedColumn], Clock | None]:
@@ -302,36 +278,28 @@ def _clock(given: Mapping[str, Any], where: str) -> Clock:
 
 
 def _from_text(given: str) -> tuple[str, MappedColumn | Clock]:
-    how = "write NAME=COLUMN [UNIT] [SIGN], such as roll_rate='Gyro X' deg/s -1"
-    name, equals, rest = given.partition("=")
-    name = name.strip()
+    name, equals, rest = (part.strip() for part in given.partition("="))
     try:
         words = shlex.split(rest, posix=True)
     except ValueError:
         words = []
-    if not name or not equals or not 1 <= len(words) <= 3:
-        raise InputError(f"channel {given!r}: {how}")
-    if name == "time":
-        return name, _clock_from_words(given, words)
-    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(words[-1]) if len(words) > 1 else None
-    if len(words) == 3 and sign is None:
-        raise InputError(f"channel {given!r}: the sign {words[-1]!r} must be 1 or -1; {how}")
-    unit = words[1] if len(words) == 3 or (len(words) == 2 and sign is None) else ""
-    return name, MappedColumn(words[0], unit, sign if sign is not None else 1.0)
-
-
-def _clock_from_words(given: str, words: Sequence[str]) -> Clock:
-    if len(words) == 2 and words[1].casefold() == "hz":
-        try:
-            rate = float(words[0])
-        except ValueError:
-            rate = 0.0
+    if name == "time" and len(words) == 2 and words[1].casefold() == "hz":
+        rate = number_in(words[0])
         if not 0 < rate < math.inf:
             raise InputError(f"channel {given!r}: {words[0]!r} is no rate; write time=200 Hz")
-        return Clock(rate=rate)
-    if len(words) > 2:
-        raise InputError(f"channel {given!r}: write time=COLUMN [UNIT] or time=RATE Hz")
-    return Clock(words[0], words[1] if len(words) == 2 else "")
+        return name, Clock(rate=rate)
+    how = "write NAME=COLUMN [UNIT] [SIGN], such as roll_rate='Gyro X' deg/s -1"
+    if not name or not equals or not 1 <= len(words) <= 3:
+        raise InputError(f"channel {given!r}: {how}")
+    column, *words = words
+    if name == "time":
+        if len(words) > 1:
+            raise InputError(f"channel {given!r}: write time=COLUMN [UNIT] or time=RATE Hz")
+        return name, Clock(column, *words)
+    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(words[-1]) if words else None
+    if len(words) == 2 and sign is None:
+        raise InputError(f"channel {given!r}: the sign {words[-1]!r} must be 1 or -1; {how}")
+    return name, MappedColumn(column, *(words[:1] if len(words) == 2 or sign is None else [""]), sign=sign or 1.0)
 
 
 def _mountings(content: Any, where: str) -> tuple[Mounting, ...]:
@@ -375,19 +343,15 @@ def _windows(content: Any, where: str) -> tuple[Window, ...]:
     for place, entry in enumerate(read(_WINDOWS, content, where=where, section="windows"), 1):
         here = f"{where}: [[windows]] number {place}"
         given = read(_WINDOW, entry, where=here)
-        timed = "from_s" in given or "to_s" in given
-        if timed == ("trigger" in given):
+        if ("from_s" in given or "to_s" in given) == ("trigger" in given):
             raise InputError(f"{here}: give either from_s and to_s, or a trigger")
         name = given.get("name", str(place))
         if name in [window.name for window in found]:
             raise InputError(f"{here}: the name {name!r} is given twice")
-        if not timed:
-            found.append(Window(name, trigger=_trigger(given["trigger"], here)))
-            continue
         first, last = given.get("from_s", 0.0), given.get("to_s", math.inf)
         if last <= first:
             raise InputError(f"{here}: to_s = {last:g} must be later than from_s = {first:g}")
-        found.append(Window(name, first, last))
+        found.append(Window(name, first, last, _trigger(given["trigger"], here) if "trigger" in given else None))
     return tuple(found)
 
 
@@ -395,6 +359,5 @@ def _trigger(content: Mapping[str, Any], where: str) -> Trigger:
     given = read(_TRIGGER, content, where=where, section="trigger")
     if ("above" in given) == ("below" in given):
         raise InputError(f"{where}: a trigger needs one level, above or below")
-    above = "above" in given
-    level = given["above"] if above else given["below"]
+    above, level = "above" in given, given.get("above", given.get("below"))
     return Trigger(given["channel"], level, above, given["unit"], given["before_s"], given["after_s"])

@@ -9,7 +9,7 @@ import numpy as np
 
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Clock, MappedColumn, Mounting, Trigger, Window
-from tyre.clock import one_time_base, without_times
+from tyre.clock import one_time_base
 from tyre.draft import refuse_unmapped
 from tyre.errors import InputError, refuse_unknown
 from tyre.formats import read_signals
@@ -62,7 +62,8 @@ def _records(
     }
     for name, x in values.items():
         _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
-    untimed = not timed and channel_map.clock is None and without_times(signals, channel_map)
+    own_times = any(signals[entry.column].time is not None for entry in channel_map.channels.values())
+    untimed = not timed and channel_map.clock is None and not own_times
     if untimed:
         channel_map = replace(channel_map, clock=Clock(rate=1.0))
     time, values, notes = one_time_base(signals, channel_map, values)

@@ -65,17 +65,24 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
     return tuple(notes)
 
 
+ADVICE = "write [resampling] with rate_hz = {rate} (linear interpolation)"
+
+
 def how_to(*times: Array) -> str:
     """Advise a rate for even steps: that of the fastest of ``times`` (s), dropped samples and gaps aside."""
-    rates = [0.0]
-    for time in times:
-        if time.size > 1:
-            steps = np.diff(time)
-            usual = float(np.median(steps))
-            near = steps[np.abs(steps - usual) <= 0.5 * usual]
-            rates.append(1 / float(near.mean() if near.size else usual))
-    rate = max(rates)
-    return f"write [resampling] with rate_hz = {f'{rate:.4g}' if rate else '...'} (linear interpolation)"
+    rate = max((usual_rate(time) for time in times if time.size > 1), default=0.0)
+    return ADVICE.format(rate=f"{rate:.4g}" if rate > 0 else "...")
+
+
+def usual_rate(time: Array) -> float:
+    """Samples a second by the steps of ``time`` (s, shape (n,)) that are near their median, as rounded stamps make that
+    jump; NaN if there is none."""
+    steps = np.diff(time)
+    usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+    if not usual > 0:
+        return float("nan")
+    alike = steps[np.abs(steps - usual) <= 0.5 * usual]
+    return float(1 / (alike.mean() if alike.size else usual))
 
 
 def fills(time: Array, *values: Array) -> bool:
@@ -86,40 +93,13 @@ def fills(time: Array, *values: Array) -> bool:
     return max(float(np.diff(t).max()) for t in known) <= GAP * float(np.median(np.diff(time)))
 
 
-def without_times(signals: Signals, channel_map: ChannelMap) -> bool:
-    """Tell if a file gives none of the channels of a map its own times."""
-    return all(signals[entry.column].time is None for entry in channel_map.channels.values())
-
-
 def one_time_base(
     signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array]
 ) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """Bring channels (SI units, each with its own number of samples) to one time base: time in s, values, notes."""
-    where, clock = signals.source, channel_map.clock
-    if clock is not None:
-        column = clock.column or clock.index
-        stamps = signals[column] if column else None
-        lengths = {name: x.size for name, x in values.items()}
-        if stamps is not None:
-            lengths["time"] = stamps.values.size
-        if len(set(lengths.values())) > 1:
-            said = ", ".join(f"{name} {count}" for name, count in lengths.items())
-            raise InputError(f"{where}: the channels have different numbers of samples ({said}), so not one clock")
-        factor = _time_factor(clock.unit, stamps.unit if clock.column and stamps else "s", f"{where}: time")
-        count = next(iter(lengths.values()))
-        first = clock.times(None if stamps is None else stamps.values, count, factor, where=where)
-        times = dict.fromkeys(values, first)
-    else:
-        times = {}
-        for name, entry in channel_map.channels.items():
-            own = signals[entry.column].time
-            if own is None:
-                raise InputError(
-                    f"{where}: the file gives no times of {name}; add time = {{column = ..., unit = ...}} or "
-                    "time = {rate_hz = ...} to [channels]"
-                )
-            times[name] = own
-        first = next(iter(times.values()))
+    where = signals.source
+    times = _times(signals, channel_map, values)
+    first = next(iter(times.values()))
     alike = all(own is first or np.array_equal(own, first) for own in times.values())
     if alike and channel_map.resampling is None:
         return first, dict(values), check_clock(first, where=where)
@@ -134,17 +114,39 @@ def one_time_base(
     return time, found, (*notes, *more)
 
 
+def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Times of every channel, s: those of the clock of the map, else the channel's own."""
+    where, clock = signals.source, channel_map.clock
+    if clock is None:
+        times = {name: signals[entry.column].time for name, entry in channel_map.channels.items()}
+        silent = next((name for name, own in times.items() if own is None), "")
+        if silent:
+            raise InputError(
+                f"{where}: the file gives no times of {silent}; add time = {{column = ..., unit = ...}} or "
+                "time = {rate_hz = ...} to [channels]"
+            )
+        return {name: own for name, own in times.items() if own is not None}
+    column = clock.column or clock.index
+    stamps = signals[column] if column else None
+    lengths = {name: x.size for name, x in values.items()} | ({"time": stamps.values.size} if stamps else {})
+    if len(set(lengths.values())) > 1:
+        said = ", ".join(f"{name} {count}" for name, count in lengths.items())
+        raise InputError(f"{where}: the channels have different numbers of samples ({said}), so not one clock")
+    factor = _time_factor(clock.unit, stamps.unit if clock.column and stamps else "s", f"{where}: time")
+    count = next(iter(lengths.values()))
+    return dict.fromkeys(values, clock.times(stamps.values if stamps else None, count, factor, where=where))
+
+
 def _time_factor(unit: str, written: str, where: str) -> float:
     if "datetime" in (unit, written):  # dates are in s after the first one once read
         if unit not in ("", "datetime") or written != "datetime":
             held = "dates" if written == "datetime" else "no dates"
             raise InputError(f"{where}: the column holds {held}; mend its unit")
         return 1.0
-    silent = says_nothing(written)
-    if not unit and silent:
+    if not unit and says_nothing(written):
         raise InputError(f"{where}: the file says no unit of time; add unit = 's' or 'ms' in the channel map")
     found = find_unit(unit or written, "time", where=where)
-    if unit and not silent and find_unit(written, "time", where=where) != found:
+    if unit and not says_nothing(written) and find_unit(written, "time", where=where) != found:
         raise InputError(f"{where}: the file says {written!r}, the channel map {unit!r}; take one of them out")
     return found.factor
 

@@ -16,13 +16,7 @@ from tyre.plausible import suspicion
 from tyre.preflight import LOAD_TOLERANCE
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.recording import SYNTHETIC_NOTES, Condition
-from tyre.relaxation import (
-    Agreement,
-    agreement,
-    mean_of_steps,
-    relaxation_from_stiffness,
-    relaxation_from_two_rates,
-)
+from tyre.relaxation import Agreement, agreement, mean_of_steps, relaxation_from_stiffness, relaxation_from_two_rates
 from tyre.units import PASCAL_PER_BAR
 
 
@@ -57,6 +51,7 @@ class RecordingSummary:
     details: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cache: Path | None = None
+    event: str = ""  # of several in one file
 
 
 @dataclass(frozen=True)

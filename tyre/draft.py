@@ -11,7 +11,7 @@ from shlex import quote
 from tyre.channel_map import Reading
 from tyre.errors import InputError
 from tyre.formats import contents
-from tyre.signals import Column, Contents, listed
+from tyre.signals import Column, listed
 from tyre.units import SI, quantity_of
 
 _NAMES = {
@@ -40,6 +40,13 @@ _NAMES = {
 UNKNOWN = "?"
 """Unit of a guess that only the user knows."""
 
+_LACKING = '# {name} = {{column = "?", unit = "{unit}"}}'
+_WORDS = """the columns are {columns}. A first draft of a map, guessed from names and units; check it, signs above \
+all:
+
+{draft}
+#"""  # what others append is a comment
+
 
 @dataclass(frozen=True)
 class Guess:
@@ -65,10 +72,7 @@ def draft_map(columns: Sequence[Column], quantities: Mapping[str, str], *, clock
     wanted = {**({"time": "time"} if clock else {}), **quantities}
     found = guesses(columns, wanted)
     lines = [found[name].line(name) for name in wanted if name in found]
-    lacking = [
-        f'# {name} = {{column = "?", unit = "{SI[quantity]}"}}'
-        for name, quantity in wanted.items() if name not in found
-    ]  # fmt: skip
+    lacking = [_LACKING.format(name=name, unit=SI[kind]) for name, kind in wanted.items() if name not in found]
     return "\n".join(["[channels]", *lines, *lacking])
 
 
@@ -88,15 +92,30 @@ def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[st
 def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:
     """List the columns of a file with a draft of a map, to end a message; '' if the file cannot be read at all."""
     try:
-        return _words(contents(path, reading=reading), quantities)
+        found = contents(path, reading=reading)
     except InputError:
         return ""
+    said = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in found.columns]
+    draft = draft_map(found.columns, quantities, clock=not found.own_times)
+    return _WORDS.format(columns=listed(said), draft=draft)
+
+
+@contextmanager
+def or_map(path: Path, quantities: Mapping[str, str]) -> Iterator[None]:
+    """Add the columns of the file at ``path`` and a draft of a map to an error of its names, if it can be read."""
+    try:
+        yield
+    except InputError as error:
+        words = draft_words(path, quantities)
+        more = f"; rename it or put a channel map into the sidecar: {words}" if words else ""
+        raise InputError(f"{error}{more}") from error
 
 
 def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> None:
     """Refuse a file without a channel map, showing its columns and a draft of a map."""
-    found = contents(path, reading=reading)
-    raise InputError(f"{path}: no channel map says which column is which channel; {_words(found, quantities)}")
+    contents(path, reading=reading)  # says why it cannot be read
+    words = draft_words(path, quantities, reading=reading)
+    raise InputError(f"{path}: no channel map says which column is which channel; {words}")
 
 
 @contextmanager
@@ -109,15 +128,6 @@ def looking(path: Path) -> Iterator[None]:
             raise
         there = f"`velotyre look {quote(str(path))}` shows what is in it and what it can be used for"
         raise InputError(f"{error}; {there}") from error
-
-
-def _words(found: Contents, quantities: Mapping[str, str]) -> str:
-    said = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in found.columns]
-    draft = draft_map(found.columns, quantities, clock=not found.own_times)
-    return (
-        f"the columns are {listed(said)}. A first draft of a map, guessed from names and units; check it, signs above "
-        f"all:\n\n{draft}\n#"  # what others append is a comment
-    )
 
 
 def _guess(name: str, quantity: str, columns: Sequence[Column]) -> Column | None:

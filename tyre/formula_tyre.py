@@ -13,7 +13,6 @@ from tyre.properties import (
     MEASURED_BESIDE,
     JointCovariance,
     JointProperties,
-    Origin,
     TyreProperties,
     TyreSource,
     stated_range,
@@ -46,20 +45,9 @@ class FormulaTyre(TyreSource):
         """Return the same tyre with an assumed uncertainty."""
         return replace(self, relative_stiffness_sd=relative_sd)
 
-    def origin(self, *, load: float, pressure: float) -> Origin:
-        """Tell if the formula is stated to hold at a condition: a fit is ``interpolated`` there."""
-        for value, (low, high) in ((load, self.load_range), (pressure, self.pressure_range)):
-            if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
-                return "extrapolated"
-        return "interpolated"
-
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
         """Return the properties at several conditions with their covariance."""
-        if not conditions:
-            raise InputError(f"{self.label}: no condition asked for; give at least one (load N, pressure Pa).")
-        for one_load, one_pressure in conditions:
-            self._check(float(one_load), float(one_pressure))
-        load, pressure = (np.array([float(condition[k]) for condition in conditions]) for k in (0, 1))
+        load, pressure = self._columns(conditions)
         with np.errstate(all="ignore"):  # refused below
             values = self.linear(load=load, pressure=pressure)
         for name, unit in (("cornering_stiffness", "N/rad"), ("lateral_stiffness", "N/m"), ("relaxation_length", "m")):
@@ -70,9 +58,8 @@ class FormulaTyre(TyreSource):
                         f"give a {name.replace('_', ' ')} of {value:g} {unit}, which is not physical; stay nearer to "
                         f"the {stated_range(self)} {self.range_kind}"
                     )
-        unknown = np.full(load.size, np.nan)
-        columns = [values.get(name, unknown) for name in ("cornering_stiffness", "lateral_stiffness")]
-        columns.append(values.get("relaxation_length", unknown))
+        names = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
+        columns = [values.get(name, np.full(load.size, np.nan)) for name in names]
         c, k, length = (self.relative_stiffness_sd * column for column in columns)
         nothing = np.zeros(load.size)
         factor = np.stack([np.stack([c, nothing, length], 1).ravel(), np.stack([nothing, k, -length], 1).ravel()], 1)
@@ -84,22 +71,15 @@ class FormulaTyre(TyreSource):
         outside = f"extrapolated beyond the {stated_range(self)} {self.range_kind}"
         properties = []
         for n in range(load.size):
-            origin = self.origin(load=conditions[n][0], pressure=conditions[n][1])
+            origin = self.origin(load=load[n], pressure=pressure[n])
             held: dict[str, Any] = {name: float(values[name][n]) for name in MEASURED_BESIDE if name in values}
+            held |= {name: float(column[n]) for name, column in zip(names, columns, strict=True)}
             properties.append(
                 TyreProperties(
                     tyre=self.tyre, surface=self.surface, load=float(load[n]), pressure=float(pressure[n]),
-                    cornering_stiffness=float(columns[0][n]), lateral_stiffness=float(columns[1][n]),
-                    relaxation_length=float(columns[2][n]),
                     covariance=covariance[3 * n : 3 * n + 3, 3 * n : 3 * n + 3].copy(), origin=origin,
                     notes=(*notes, outside) if origin == "extrapolated" else notes, synthetic=self.synthetic,
-                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False,
-                    **held,
+                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False, **held,
                 )
             )  # fmt: skip
         return JointProperties(tuple(properties), JointCovariance(covariance, None))
-
-    def _check(self, load: float, pressure: float) -> None:
-        for name, value, unit in (("load", load, "N"), ("pressure", pressure, "Pa")):
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{self.label}: {name} is {value:g} {unit}; it must be finite and > 0.")

@@ -1,9 +1,8 @@
 """The Magic Formula of the side force, and the coefficients of MF6.1 for small slip and camber."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,10 +75,6 @@ def _bent(u: Array, curvature: ArrayLike) -> Array:
     return np.asarray(u - np.asarray(curvature) * (u - np.arctan(u)))
 
 
-CORNERING = ("PKY1", "PKY2", "PPY1", "PPY2")
-LATERAL = ("LATERAL_STIFFNESS", "PCFY1", "PCFY3")
-
-
 def saturation(relative_load: ArrayLike, *, exponent: float = 2.0) -> Array:
     """Return sin(PKY4 atan x): how stiffness and relaxation length rise with the load, and fall beyond x = 1."""
     return np.asarray(np.sin(exponent * np.arctan(np.asarray(relative_load, dtype=np.float64))))
@@ -123,65 +118,6 @@ def lateral_stiffness(
     return np.asarray(LATERAL_STIFFNESS * (1 + PCFY1 * dfz + PCFY2 * dfz**2) * (1 + PCFY3 * dpi))
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A law fitted to measured conditions."""
-
-    coefficients: dict[str, float]  # by Magic Formula name; what the conditions cannot determine has a neutral value
-    nominal: dict[str, float]  # FNOMIN, N, and NOMPRES, Pa: the middle ones of the measured loads and pressures
-    free: tuple[str, ...]  # fitted coefficients
-
-
-def fit_cornering_stiffness(load: Array, pressure: Array, value: Array) -> Fit:
-    """Fit Kya to measured cornering stiffness by least squares."""
-    return _cornering(*_columns(load, pressure, value))
-
-
-def fit_lateral_stiffness(load: Array, pressure: Array, value: Array) -> Fit:
-    """Fit Cy, without the square of the load, to measured lateral stiffness by least squares."""
-    return _lateral(*_columns(load, pressure, value))
-
-
-def _columns(*columns: Array) -> tuple[bytes, ...]:
-    return tuple(np.ascontiguousarray(column, float).tobytes() for column in columns)
-
-
-@lru_cache(maxsize=256)  # a study reads the same few tables a thousand times
-def _cornering(*columns: bytes) -> Fit:
-    load, pressure, value = (np.frombuffer(column) for column in columns)
-    nominal = _nominal(load, pressure)
-    start = np.array([value.max() / nominal["FNOMIN"], 1.5 * load.max() / nominal["FNOMIN"], 0.0, 0.0])
-    loads, pressures = bool(np.ptp(load) > 0), bool(np.ptp(pressure) > 0)
-    free = np.array([True, loads, pressures, loads and pressures and len(value) >= 4])
-    # 1 + PPY dpi stays positive over the measured pressures; PKY2 far above the loads is a straight line already
-    widest = max(float(np.max(np.abs(pressure / nominal["NOMPRES"] - 1))), 1e-9)
-    lower = np.array([0.0, 0.05 * load.max() / nominal["FNOMIN"], -0.95 / widest, -0.95 / widest])
-    upper = np.array([np.inf, 50 * load.max() / nominal["FNOMIN"], np.inf, np.inf])
-    return _fitted(
-        CORNERING, start, free, nominal,
-        lambda **c: cornering_stiffness(load, pressure, **c, **nominal) - value,
-        lambda **c: cornering_stiffness_gradient(load, pressure, **c, **nominal),
-        (lower[free], upper[free]),
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=256)
-def _lateral(*columns: bytes) -> Fit:
-    load, pressure, value = (np.frombuffer(column) for column in columns)
-    nominal = _nominal(load, pressure)
-    loads, pressures = bool(np.ptp(load) > 0), bool(np.ptp(pressure) > 0)
-    free = np.array([True, loads and (len(value) >= 3 or not pressures), pressures])
-    scale = float(value.mean())
-    found = _fitted(
-        LATERAL, np.array([1.0, 0.0, 0.0]), free, nominal,
-        lambda **c: lateral_stiffness(load, pressure, **c, **nominal) - value / scale,
-        lambda **c: lateral_stiffness_gradient(load, pressure, **c, **nominal),
-        (-np.inf, np.inf),
-    )  # fmt: skip
-    found.coefficients["LATERAL_STIFFNESS"] *= scale
-    return found
-
-
 def lateral_stiffness_gradient(
     load: Array, pressure: Array, *, LATERAL_STIFFNESS: float, PCFY1: float, PCFY3: float, FNOMIN: float,
     NOMPRES: float,
@@ -194,23 +130,68 @@ def lateral_stiffness_gradient(
     )
 
 
-def _nominal(load: Array, pressure: Array) -> dict[str, float]:
-    return {"FNOMIN": float(np.median(np.unique(load))), "NOMPRES": float(np.median(np.unique(pressure)))}
+class Law(NamedTuple):
+    """A law of MF6.1 over load and pressure that can be fitted to measured conditions."""
+
+    form: str  # in words
+    names: tuple[str, ...]  # of the coefficients that are fitted
+    value: Callable[..., Array]
+    gradient: Callable[..., Array]
 
 
-def _fitted(
-    names: tuple[str, ...], start: Array, free: Any, nominal: dict[str, float], misfit: Callable[..., Array],
-    gradient: Callable[..., Array], bounds: tuple[Any, Any],
-) -> Fit:  # fmt: skip
+CORNERING = Law(
+    "MF6.1 cornering stiffness, saturating in load, with pressure terms", ("PKY1", "PKY2", "PPY1", "PPY2"),
+    cornering_stiffness, cornering_stiffness_gradient,
+)  # fmt: skip
+LATERAL = Law(
+    "MF6.1 lateral stiffness, linear in load and in pressure", ("LATERAL_STIFFNESS", "PCFY1", "PCFY3"),
+    lateral_stiffness, lateral_stiffness_gradient,
+)  # fmt: skip
+
+
+class Fit(NamedTuple):
+    """A law fitted to measured conditions."""
+
+    coefficients: dict[str, float]  # by Magic Formula name; what the conditions cannot determine has a neutral value
+    nominal: dict[str, float]  # FNOMIN, N, and NOMPRES, Pa: the middle ones of the measured loads and pressures
+    free: list[int]  # numbers of the fitted coefficients
+
+
+def fit(law: Law, load: Array, pressure: Array, value: Array) -> Fit:
+    """Fit a law to measured stiffness (N/rad or N/m) at loads (N) and pressures (Pa) by least squares."""
+    return _fitted(law, *(np.ascontiguousarray(column, float).tobytes() for column in (load, pressure, value)))
+
+
+@lru_cache(maxsize=256)  # a study reads the same few tables a thousand times
+def _fitted(law: Law, *columns: bytes) -> Fit:
     from scipy.optimize import least_squares  # costs more than the rest of `import tyre`
+
+    load, pressure, value = (np.frombuffer(column) for column in columns)
+    nominal = {"FNOMIN": float(np.median(np.unique(load))), "NOMPRES": float(np.median(np.unique(pressure)))}
+    loads, pressures, count = bool(np.ptp(load) > 0), bool(np.ptp(pressure) > 0), len(value)
+    if law is CORNERING:
+        most, scale = load.max() / nominal["FNOMIN"], 1.0
+        start = np.array([value.max() / nominal["FNOMIN"], 1.5 * most, 0.0, 0.0])
+        free = np.flatnonzero([True, loads, pressures, loads and pressures and count >= 4])
+        # 1 + PPY dpi stays positive over the measured pressures; PKY2 far above the loads is a straight line already
+        widest = max(float(np.max(np.abs(pressure / nominal["NOMPRES"] - 1))), 1e-9)
+        lower = np.array([0.0, 0.05 * most, -0.95 / widest, -0.95 / widest])
+        upper = np.array([np.inf, 50 * most, np.inf, np.inf])
+    else:
+        scale, start = float(value.mean()), np.array([1.0, 0.0, 0.0])
+        free = np.flatnonzero([True, loads and (count >= 3 or not pressures), pressures])
+        lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
 
     def whole(fitted: Array) -> dict[str, float]:
         values = start.copy()
         values[free] = fitted
-        return dict(zip(names, values.tolist(), strict=True))
+        return dict(zip(law.names, values.tolist(), strict=True)) | nominal
 
     solution = least_squares(
-        lambda x: misfit(**whole(x)), start[free], jac=lambda x: gradient(**whole(x))[:, free], bounds=bounds,
+        lambda x: law.value(load, pressure, **whole(x)) - value / scale, start[free],
+        jac=lambda x: law.gradient(load, pressure, **whole(x))[:, free], bounds=(lower[free], upper[free]),
         x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=2000,
     )  # fmt: skip
-    return Fit(whole(solution.x), nominal, tuple(name for name, kept in zip(names, free, strict=True) if kept))
+    found = whole(solution.x)
+    found[law.names[0]] *= scale
+    return Fit({name: found[name] for name in law.names}, nominal, free.tolist())

@@ -3,7 +3,7 @@
 import csv
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -53,31 +53,28 @@ def read_named_columns(path: Path) -> dict[str, Array]:
     sheet = read_sheet(path, kind="tyre conditions")
     columns = [_column(name, path) for name in sheet.header]
     order = sorted(range(len(columns)), key=lambda n: columns[n].spread)  # values first, then their standard deviations
-    found: dict[str, list[float]] = {}
+    found: list[dict[str, float]] = []
     for place, cells in sheet.rows:
         row: dict[str, float] = {}
         for n in order:
             where = f"{path}, {place}, column {sheet.header[n]!r}"
-            for key, value in _cell(cells[n], columns[n], row, where=where):
-                if key in row:
-                    raise InputError(f"{where}: two columns give {key}; keep one")
-                row[key] = value
-        if found and set(row) != set(found):
-            odd = sorted(set(row) ^ set(found))[0]
-            raise InputError(f"{path}, {place}: {odd} is there in some rows only; give it in all or in none")
-        for key, value in row.items():
-            found.setdefault(key, []).append(value)
-    arrays = {key: np.array(values) for key, values in found.items()}
+            given = _cell(cells[n], columns[n], row, where=where)
+            if twice := set(given) & set(row):
+                raise InputError(f"{where}: two columns give {twice.pop()}; keep one")
+            row |= given
+        found.append(row)
+        if odd := set(row) ^ set(found[0]):
+            raise InputError(f"{path}, {place}: {min(odd)} is there in some rows only; give it in all or in none")
+    arrays = {key: np.array([row[key] for row in found]) for key in found[0]} if found else {}
     return _one_length(arrays, path, [place for place, _ in sheet.rows])
 
 
-def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) -> Iterator[tuple[str, float]]:
-    """Yield the names and numbers that a cell gives; ``row`` holds the values of its row."""
+def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) -> dict[str, float]:
+    """Return the numbers that a cell gives by their names; ``row`` holds the values of its row."""
     quantity, spread, unit = column
     key = _key(quantity, sd=spread)
     if quantity == "pneumatic_trail" and cell == "":
-        yield key, float("nan")
-        return
+        return {key: math.nan}
     text = repr(float(cell)) if is_number(cell) else str(cell)
     if unit == "%":
         if _key(quantity) not in row:
@@ -88,9 +85,7 @@ def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) ->
         number = measured_number(text, where=where, key=quantity, si=UNITS[quantity], unit=unit)
     if spread and number.sd is not None:
         raise InputError(f"{where}: a standard deviation has none of its own; give one number")
-    yield key, number.value
-    if number.sd is not None:
-        yield _key(quantity, sd=True), number.sd
+    return {key: number.value} | ({} if number.sd is None else {_key(quantity, sd=True): number.sd})
 
 
 def _key(quantity: str, *, sd: bool = False) -> str:
@@ -102,11 +97,15 @@ def _column(name: str, path: Path) -> Column:
     if base.lower() in ("sd", "std", "u"):  # sd(C)
         base, unit = f"{base} {unit}", ""
     match = re.match(r"^(?:sd|std|u)[ _(]+(.*?)\)?$|^(.*?)[ _](?:sd|std)$", base, re.IGNORECASE)
-    if match:
-        base = match[1] or match[2]
-    spread = match is not None
-    if not unit:
-        base, spread, unit = _behind(base, spread=spread)
+    base, spread = (match[1] or match[2], True) if match else (base, False)
+    # ``load_kN`` or ``C_sd_N_per_rad`` is split after the longest name whose rest is a unit
+    parts = base.replace(" ", "_").split("_")
+    for count in range(len(parts) - 1, 0, -1) if not unit else ():
+        start, rest = parts[:count], "_".join(parts[count:])
+        sd = len(start) > 1 and start[-1].lower() in ("sd", "std")
+        if "_".join(start[: len(start) - sd]).lower() in NAMES and is_unit(rest):
+            base, spread, unit = "_".join(start[: len(start) - sd]), spread or sd, rest
+            break
     quantity = NAMES.get(base.strip().lower().replace(" ", "_"))
     where = f"{path}, column {name!r}"
     if quantity is None:
@@ -119,18 +118,6 @@ def _column(name: str, path: Path) -> Column:
     if unit != "%":
         factor_to_si(unit, UNITS[quantity], where=where)
     return Column(quantity, spread, unit)
-
-
-def _behind(base: str, *, spread: bool) -> tuple[str, bool, str]:
-    """Split ``load_kN`` or ``C_sd_N_per_rad`` after the longest name whose rest is a unit."""
-    parts = base.replace(" ", "_").split("_")
-    for count in range(len(parts) - 1, 0, -1):
-        start, rest = parts[:count], "_".join(parts[count:])
-        sd = len(start) > 1 and start[-1].lower() in ("sd", "std")
-        name = "_".join(start[:-1] if sd else start)
-        if name.lower() in NAMES and is_unit(rest):
-            return name, spread or sd, rest
-    return base, spread, ""
 
 
 def _one_length(columns: dict[str, Array], path: Path, places: list[str]) -> dict[str, Array]:
@@ -285,23 +272,18 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         if column is not None:
             columns |= {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3}
             columns[f"{name}_dof"] = np.where(column.known, column.dof, np.nan)
-    resolution = table.resolution and {
-        "cornering_stiffness_N_per_deg": math.radians(table.resolution[0]),
-        "relaxation_length_mm": table.resolution[1] * 1e3,
-    }
     keys: dict[str, Any] = {
-        "tyre": table.tyre,
-        "surface": table.surface,
+        name: getattr(table, name) for name in ("tyre", "surface", "lateral_stiffness_origin", "synthetic")
+    } | {
         "source": table.source or "not stated",
         "description": table.description or None,
-        "lateral_stiffness_origin": table.lateral_stiffness_origin,
-        "synthetic": table.synthetic,
         "notes": list(table.notes) or None,
         "width_mm": None if table.width is None else table.width * 1e3,
         "drum_diameter_m": table.drum_diameter,
         "lateral_stiffness_shared_over": list(table.lateral_stiffness_shared_over) or None,
         "calibration": table.calibration and asdict(table.calibration),
-        "resolution": resolution,
+        "resolution": table.resolution
+        and dict(zip(_RESOLUTION, (math.radians(table.resolution[0]), table.resolution[1] * 1e3), strict=True)),
     }
     with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
@@ -320,7 +302,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
-    relative_sd, length_sd = np.zeros_like(cornering), "relaxation_length_sd_mm"
+    length_sd, relative_sd = "relaxation_length_sd_mm", np.zeros_like(cornering)
     if "relaxation_length_mm" in columns:
         for given in ("calibration", CORRELATION, *DOF):
             if given in keys or given in columns:
@@ -328,15 +310,14 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
                     f"{name}: {given} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in place "
                     "of relaxation_length_mm."
                 )
-        length = columns["relaxation_length_mm"] / 1e3
-        lateral = cornering / length
         if length_sd in columns and length_sd in keys:
             raise InputError(f"{name}: relaxation_length_sd_mm stands in the table and in its sidecar; keep one.")
-        relative_sd = columns.get(length_sd, keys.get(length_sd, 0.0) + np.zeros_like(length)) / 1e3 / length
+        relative_sd = columns.get(length_sd, keys.get(length_sd, 0.0) + relative_sd) / columns["relaxation_length_mm"]
+        lateral = cornering / (columns["relaxation_length_mm"] / 1e3)
+    elif length_sd in keys or length_sd in columns:
+        raise InputError(f"{name}: relaxation_length_sd_mm is given, but the column relaxation_length_mm is not.")
     else:
         lateral = columns["lateral_stiffness_N_per_mm"] * 1e3
-        if length_sd in keys or length_sd in columns:
-            raise InputError(f"{name}: relaxation_length_sd_mm is given, but the column relaxation_length_mm is not.")
     lateral_sd = relative_sd * lateral
     if "lateral_stiffness_sd_N_per_mm" in columns:
         if relative_sd.any():

@@ -28,6 +28,12 @@ _FORMS = tuple(
         rf"(?P<value>{_PLAIN})\((?P<digits>\d+|\d*\.\d+)\)(?P<power>{_EXPONENT})?",
     )
 )
+# notations that are not read, and what is wrong with them
+MISTAKES = (
+    (r"[+-]?\d+,\d+([±(].*)?", "has a decimal comma; write a point"),
+    (r".*,.*", "holds several numbers; give their mean"),
+    (r".*\d[eE][+-]?\d+\(.*", "has its exponent before the brackets; write 3.75(26)e-1"),
+)
 NOTATIONS = "0.375, 0.375+/-0.026, 0.375(26) or 0.375 +/- 7 %"
 
 
@@ -44,7 +50,10 @@ def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str 
     plain = text.strip().replace("−", "-").replace("+/-", "±").replace("+-", "±")
     match = next((found for form in _FORMS if (found := form.fullmatch(plain))), None)
     if match is None:
-        raise InputError(f"{where}: {key} = {text.strip()[:60]!r} {_why_not(plain)}")
+        otherwise = f"is not a finite number; write for example {NOTATIONS}"
+        bare = plain.replace(" ", "")
+        why = next((words for form, words in MISTAKES if re.fullmatch(form, bare, re.DOTALL)), otherwise)
+        raise InputError(f"{where}: {key} = {text.strip()[:60]!r} {why}")
     parts = match.groupdict()
     power = Fraction(10) ** int((parts.get("power") or "e0")[1:])
     value = _fraction(parts["value"], where, key) * power
@@ -71,16 +80,6 @@ def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str 
 def written(value: float, sd: float | None) -> str:
     """Write a number as ``value+/-sd``, which :func:`measured_number` reads back to the last digit."""
     return repr(float(value)) + ("" if sd is None else f"+/-{float(sd)!r}")
-
-
-def _why_not(plain: str) -> str:
-    if re.fullmatch(r"[+-]?\d+,\d+([±(].*)?", plain.replace(" ", "")):
-        return "has a decimal comma; write a point"
-    if "," in plain:
-        return "holds several numbers; give their mean"
-    if re.search(r"\d[eE][+-]?\d+\(", plain):
-        return "has its exponent before the brackets; write 3.75(26)e-1"
-    return f"is not a finite number; write for example {NOTATIONS}"
 
 
 def _fraction(text: str, where: str, key: str) -> Fraction:

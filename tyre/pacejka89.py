@@ -4,6 +4,7 @@ import json
 import re
 import zlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -16,9 +17,8 @@ from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.files import data_root, read_toml
 from tyre.formula_tyre import FormulaTyre
-from tyre.magic_formula import magic_formula, magic_formula_derivatives, saturation
+from tyre.magic_formula import Curve, magic_formula_derivatives, saturation
 from tyre.plausible import LARGEST, SMALLEST
-from tyre.progress import optional_module
 from tyre.schema import Check, list_of, maybe, needed, number, read, table, text
 from tyre.units import PASCAL_PER_BAR
 
@@ -39,16 +39,16 @@ class _Formula:
     offset: Array
 
     def value(self, slip: Array) -> Array:
-        reduced = np.asarray(self.slope / (self.shape * self.peak) * (slip + self.shift))
-        curve = magic_formula(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
-        return np.asarray(self.peak * curve + self.offset)
+        return np.asarray(self.peak * self._unit_curve(slip).value + self.offset)
 
     @property
     def gradient(self) -> Array:
-        """Slope over slip at zero slip."""
-        reduced = np.asarray(self.slope / (self.shape * self.peak) * self.shift)
-        curve = magic_formula_derivatives(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
-        return np.asarray(self.slope / self.shape * curve.by_slip)
+        """Slope over slip at zero slip (BCD is its value at X = 0, up to 2 % larger in published sets)."""
+        return np.asarray(self.slope / self.shape * self._unit_curve(np.zeros(())).by_slip)
+
+    def _unit_curve(self, slip: Array) -> Curve:
+        reduced = self.slope / (self.shape * self.peak) * (slip + self.shift)
+        return magic_formula_derivatives(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Pacejka89:
     side_force_coefficients: tuple[float, ...]  # a0 ... a13, side force in N
     aligning_moment_coefficients: tuple[float, ...] | None = None  # c0 ... c17, aligning moment in N m
     slip_unit: str = "deg"  # unit of slip inside the formula
-    # K_y of a pull test at this pressure, N/m, which no formula of slip holds; None where not known
+    # K_y of a pull test at this pressure, N/m, which no formula of slip holds; None if not known
     lateral_stiffness: float | None = None
 
     def __post_init__(self) -> None:
@@ -80,37 +80,19 @@ class Pacejka89:
         """Aligning moment."""
         return self._aligning(self._checked(load), camber).value(self._slip(slip_angle))
 
-    def cornering_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """Slope of the side force at zero slip (BCD is its value at X = 0, up to 2 % larger in published sets)."""
-        return self._lateral(self._checked(load), camber).gradient / SLIP_UNITS[self.slip_unit]
-
-    def aligning_stiffness(self, *, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """C_M = -dMz/d(slip) at zero slip."""
-        return -self._aligning(self._checked(load), camber).gradient / SLIP_UNITS[self.slip_unit]
-
-    def pneumatic_trail(self, *, load: ArrayLike) -> Array:
-        """Trail t = C_M / C_Fy of small slip."""
-        return self.aligning_stiffness(load=load) / self.cornering_stiffness(load=load)
-
-    def camber_stiffness(self, *, load: ArrayLike) -> Array:
-        """Slope of the side force over camber at zero slip and camber, mean of both sides."""
-        return self.linear(load=self._checked(load) * 1e3)["camber_stiffness"]
-
-    def linear(self, *, load: Array) -> dict[str, Array]:
-        """Return the slopes near straight running; the load is not checked."""
-        fz, unit = load / 1e3, SLIP_UNITS[self.slip_unit]
-        a, lateral = self.side_force_coefficients, self._lateral(load / 1e3, 0.0)
-        cornering = lateral.gradient / unit
-        camber = (lateral.gradient * a[8] + a[11] * fz) / DEGREE
-        held = {"cornering_stiffness": cornering, "camber_stiffness": camber}
+    def linear(self, *, load: ArrayLike) -> dict[str, Array]:
+        """Return the slopes near straight running, over camber the mean of both sides; the load is not checked."""
+        fz, unit, a = np.asarray(load, dtype=np.float64) / 1e3, SLIP_UNITS[self.slip_unit], self.side_force_coefficients
+        slope = self._lateral(fz, 0.0).gradient
+        held = {"cornering_stiffness": slope / unit, "camber_stiffness": (slope * a[8] + a[11] * fz) / DEGREE}
         if self.lateral_stiffness is not None:
             held["lateral_stiffness"] = np.full(np.shape(load), self.lateral_stiffness)
-            held["relaxation_length"] = cornering / self.lateral_stiffness
+            held["relaxation_length"] = held["cornering_stiffness"] / self.lateral_stiffness
         if self.aligning_moment_coefficients is not None:
-            c, aligning = self.aligning_moment_coefficients, self._aligning(fz, 0.0)
-            held["pneumatic_trail"] = -aligning.gradient / unit / cornering
-            by_camber = (aligning.gradient * c[11] + c[14] * fz**2 + c[15] * fz) / DEGREE
-            held["twisting_stiffness"] = by_camber + held["pneumatic_trail"] * camber
+            c, slope = self.aligning_moment_coefficients, self._aligning(fz, 0.0).gradient
+            held["pneumatic_trail"] = -slope / unit / held["cornering_stiffness"]
+            by_camber = (slope * c[11] + c[14] * fz**2 + c[15] * fz) / DEGREE
+            held["twisting_stiffness"] = by_camber + held["pneumatic_trail"] * held["camber_stiffness"]
         return held
 
     def _slip(self, slip_angle: ArrayLike) -> Array:
@@ -182,48 +164,31 @@ class Pacejka89Tyre(FormulaTyre):
         """Aligning moment."""
         return self._at(pressure, lambda fit: fit.aligning_moment(slip_angle=slip_angle, load=load, camber=camber))
 
-    def cornering_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
-        """Slope of the side force at zero slip."""
-        return self._at(pressure, lambda fit: fit.cornering_stiffness(load=load))
-
-    def aligning_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
-        """C_M = -dMz/d(slip) at zero slip."""
-        return self._at(pressure, lambda fit: fit.aligning_stiffness(load=load))
-
-    def pneumatic_trail(self, *, load: ArrayLike, pressure: float) -> Array:
-        """C_M / C_Fy."""
-        moment = self.aligning_stiffness(load=load, pressure=pressure)
-        return moment / self.cornering_stiffness(load=load, pressure=pressure)
-
-    def camber_stiffness(self, *, load: ArrayLike, pressure: float) -> Array:
-        """Slope of the side force over camber."""
-        return self._at(pressure, lambda fit: fit.camber_stiffness(load=load))
-
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """Return the slopes at many conditions, linear in pressure; nothing is checked."""
         every = [fit.linear(load=load) for fit in self.sets]
         for held in every:
             if "pneumatic_trail" in held:
                 held["pneumatic_trail"] = held["pneumatic_trail"] * held["cornering_stiffness"]
-        pressures = self.pressures
-        upper = np.clip(np.searchsorted(pressures, pressure), 1, max(len(every) - 1, 1))
-        found = {}
-        for name in set.intersection(*map(set, every)):
-            values = np.array([held[name] for held in every])
-            if len(every) == 1:
-                found[name] = values[0]
-                continue
-            share = (pressure - pressures[upper - 1]) / (pressures[upper] - pressures[upper - 1])
-            columns = np.arange(len(load))
-            found[name] = (1 - share) * values[upper - 1, columns] + share * values[upper, columns]
+        weights = self._weights(pressure)
+        names = set.intersection(*map(set, every))
+        found: dict[str, Array] = {name: np.sum([held[name] for held in every] * weights, 0) for name in names}
         if "pneumatic_trail" in found:
             found["pneumatic_trail"] = found["pneumatic_trail"] / found["cornering_stiffness"]
         if "lateral_stiffness" in found:
             found["relaxation_length"] = found["cornering_stiffness"] / found["lateral_stiffness"]
         return found
 
-    def _check(self, load: float, pressure: float) -> None:
-        super()._check(load, pressure)
+    def _weights(self, pressure: ArrayLike) -> Array:
+        """Weight of each set (first axis) at every pressure, linear between neighbours and beyond the outer ones."""
+        lines, at = self.pressures, np.asarray(pressure, dtype=np.float64)
+        if lines.size == 1:
+            return np.ones((1, *at.shape))
+        upper = np.clip(np.searchsorted(lines, at), 1, len(lines) - 1)
+        share = (at - lines[upper - 1]) / (lines[upper] - lines[upper - 1])
+        return np.array([share * (upper == n) + (1.0 - share) * (upper == n + 1) for n in range(len(lines))])
+
+    def _refuse(self, load: float, pressure: float) -> None:
         low, high = self.pressure_range
         if low == high and not np.isclose(pressure, low, rtol=1e-9):
             raise InputError(
@@ -232,15 +197,11 @@ class Pacejka89Tyre(FormulaTyre):
             )
 
     def _at(self, pressure: float, evaluate: Callable[[Pacejka89], Array]) -> Array:
-        pressures = self.pressures
-        if not pressures[0] <= pressure <= pressures[-1]:
+        if not self.pressures[0] <= pressure <= self.pressures[-1]:
             low, high, at = (value / PASCAL_PER_BAR for value in (*self.pressure_range, pressure))
             raise InputError(f"{self.tyre}: pressure {at:g} bar is outside of the fitted {low:g} to {high:g} bar")
-        upper = int(np.searchsorted(pressures, pressure))
-        if pressures[upper] == pressure:
-            return evaluate(self.sets[upper])
-        share = (pressure - pressures[upper - 1]) / (pressures[upper] - pressures[upper - 1])
-        return (1.0 - share) * evaluate(self.sets[upper - 1]) + share * evaluate(self.sets[upper])
+        weights = self._weights(pressure)
+        return np.asarray(sum(w * evaluate(fit) for w, fit in zip(weights, self.sets, strict=True) if w))
 
 
 KIND = "pacejka89"
@@ -299,33 +260,28 @@ LIMITS = {
 
 def check_coefficients(fit: Pacejka89) -> None:
     """Refuse a set that describes no tyre, such as a fit broken off half way."""
-    with np.errstate(all="ignore"):  # values that are not finite are refused
-        for load in LOADS:
-            if load <= fit.load_max:
-                _check_at(fit, load)
-
-
-def _check_at(fit: Pacejka89, load: float) -> None:
-    stiffness = float(fit.cornering_stiffness(load=load)) * DEGREE
-    low, high = (limit * load for limit in LIMITS["stiffness per load"])
-    forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
-    friction, most = float(np.abs(forces).max()) / load, LIMITS["friction"][1]
-    wrong = ""
-    if not low <= stiffness <= high:
-        wrong = f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has {low:g} to {high:g} N/deg; "
-        wrong += "the fit is not usable"
-    elif not (forces[1] < 0.0 < forces[2]):
-        wrong = f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N at +4 deg; "
-        wrong += "its sign must follow the slip"
-    elif not friction <= most:
-        wrong = f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"
-    elif fit.aligning_moment_coefficients is not None:
-        trail, (short, long) = float(fit.pneumatic_trail(load=load)), LIMITS["trail"]
-        if not short < trail < long:
-            allowed = f"allowed are {short * 1e3:g} to {long * 1e3:g} mm"
-            wrong = f"pneumatic trail at {load:g} N is {trail * 1e3:.3g} mm, {allowed}"
-    if wrong:
-        raise InputError(f"{fit.label}: {wrong}")
+    for load in (load for load in LOADS if load <= fit.load_max):
+        with np.errstate(all="ignore"):  # values that are not finite are refused
+            held = fit.linear(load=load)
+            forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
+        stiffness, friction = float(held["cornering_stiffness"]) * DEGREE, float(np.abs(forces).max()) / load
+        low, high = (limit * load for limit in LIMITS["stiffness per load"])
+        trail = float(held.get("pneumatic_trail", np.nan)) * 1e3
+        wrong = ""
+        if not low <= stiffness <= high:
+            wrong = f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has {low:g} to {high:g} N/deg"
+            wrong += "; the fit is not usable"
+        elif not (forces[1] < 0.0 < forces[2]):
+            wrong = f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N at +4 deg; "
+            wrong += "its sign must follow the slip"
+        elif not friction <= LIMITS["friction"][1]:
+            wrong = (
+                f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {LIMITS['friction'][1]:g}"
+            )
+        elif not 0.0 < trail < LIMITS["trail"][1] * 1e3 and "pneumatic_trail" in held:
+            wrong = f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {LIMITS['trail'][1] * 1e3:g} mm"
+        if wrong:
+            raise InputError(f"{fit.label}: {wrong}")
 
 
 def doubts_about(fit: Pacejka89) -> list[str]:
@@ -377,7 +333,8 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
             check_coefficients(fit)
         except InputError as error:
             other, hint = "rad" if fit.slip_unit == "deg" else "deg", ""
-            if _describes_a_tyre(replace(fit, slip_unit=other)):
+            with suppress(InputError):
+                check_coefficients(replace(fit, slip_unit=other))
                 hint = f"; with slip in {other} it would be one: write slip_unit = {other}"
             raise InputError(f"{where}: {error}{hint}") from error
         sets.append(fit)
@@ -392,15 +349,6 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         source=given["source"], notes=tuple(notes),
     )  # fmt: skip
     return replace(found, notes=(*found.notes, *found.doubts))
-
-
-def is_pacejka89(path: Path) -> bool:
-    """Tell if a file, which may be a bicycle's, holds Pacejka-89 coefficients."""
-    try:
-        content = _one_mapping(_content(path), path.stem)
-    except InputError:
-        return False
-    return isinstance(content, Mapping) and ("set" in content or content.get("kind") == KIND)
 
 
 def _one_mapping(content: Any, stem: str) -> Any:
@@ -441,14 +389,6 @@ def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
     return one
 
 
-def _describes_a_tyre(fit: Pacejka89) -> bool:
-    try:
-        check_coefficients(fit)
-    except InputError:
-        return False
-    return True
-
-
 def _content(file: Path | Traversable) -> Any:
     """The mapping or list that a file holds."""
     kind = "file of Pacejka-89 coefficients"
@@ -479,13 +419,8 @@ def _matlab(path: Path) -> Any:
 
     try:
         content = loadmat(path, simplify_cells=True)
-    except NotImplementedError:  # version 7.3 is HDF5
-        try:
-            h5py = optional_module("h5py", extra="formats")
-        except ImportError as error:
-            raise InputError(f"{path}: saved as version 7.3; {error}, or save it with -v7") from error
-        with h5py.File(path, "r") as file:
-            content = _of_hdf5(file)
+    except NotImplementedError as error:  # version 7.3 is HDF5
+        raise InputError(f"{path}: saved as version 7.3; save it with -v7") from error
     except (MatReadError, ValueError, OSError, TypeError, LookupError, zlib.error) as error:
         raise InputError(f"{path}: not a MATLAB file ({' '.join(str(error).split())[:80]})") from error
     return _plain({key: value for key, value in content.items() if not key.startswith("__")})
@@ -495,16 +430,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(one) for key, one in value.items()}
     return np.ravel(value).tolist() if isinstance(value, np.ndarray) else value
-
-
-def _of_hdf5(group: Any) -> dict[str, Any]:
-    """Structs, numbers and words of a MATLAB 7.3 file; anything else, and what stands below ``#``, is left out."""
-    found: dict[str, Any] = {}
-    for key, item in group.items():
-        if hasattr(item, "items"):
-            found |= {} if key.startswith("#") else {key: _of_hdf5(item)}
-        elif item.attrs.get("MATLAB_class") == b"char":
-            found[key] = "".join(map(chr, np.ravel(item[()])))
-        elif item.dtype.kind in "fiu":
-            found[key] = item[()].item() if item.size == 1 else np.ravel(item[()])
-    return found

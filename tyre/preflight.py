@@ -38,15 +38,15 @@ class _Limits:
 _LIMITS = _Limits()
 
 
-@dataclass(frozen=True)
+@dataclass
 class Preflight:
     """Verdict on one recording: what is there, what is missing and cannot be had without it, what is wrong."""
 
     source: str
-    present: tuple[str, ...]
-    missing: tuple[str, ...]
-    problems: tuple[str, ...]
-    usable: bool
+    present: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    usable: bool = True
 
     def __str__(self) -> str:
         """Several lines for the terminal."""
@@ -54,20 +54,6 @@ class Preflight:
         parts = [("there", self.present), ("missing", self.missing), ("problem", self.problems)]
         lines = [f"{self.source}: {verdict}", *(f"  {label}: {text}" for label, texts in parts for text in texts)]
         return "\n".join(lines)
-
-
-@dataclass
-class _Findings:
-    """Findings of a pre-flight so far."""
-
-    present: list[str] = field(default_factory=list)
-    missing: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    usable: bool = True
-
-    def spoils(self, text: str) -> None:
-        """Note a problem that leaves the fit possible."""
-        self.problems.append(text)
 
     def forbids(self, text: str) -> None:
         """Note a problem that forbids a fit."""
@@ -77,10 +63,10 @@ class _Findings:
 
 def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLERANCE) -> Preflight:
     """Examine a recording; a median load farther than ``load_tolerance`` from the declared one forbids a fit."""
-    rolling = isinstance(recording, RigRun)
     condition = recording.condition
     surface = f"drum of {condition.drum_radius:g} m radius" if condition.drum_radius else "flat track"
-    found = _Findings()
+    rolling = isinstance(recording, RigRun)
+    found = Preflight(str(recording.source or (recording.kind if isinstance(recording, RigRun) else "pull_test")))
     found.present.append(
         f"{'SYNTHETIC, ' if recording.synthetic else ''}{condition.tyre}, {condition.load:g} N, "
         f"{condition.pressure / PASCAL_PER_BAR:g} bar, {surface}, {recording.axes} axes"
@@ -93,17 +79,13 @@ def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLE
         _rolling(found, recording, load_tolerance)
     elif not empty and isinstance(recording, PullTest):
         _pull(found, recording)
-    kind = recording.kind if isinstance(recording, RigRun) else "pull_test"
-    return Preflight(
-        str(recording.source) if recording.source else kind,
-        tuple(found.present), tuple(found.missing), tuple(found.problems), found.usable,
-    )  # fmt: skip
+    return found
 
 
 _PULL_CHANNELS = ("side_force", "plate_displacement", "rim_displacement")
 
 
-def _rolling(found: _Findings, run: RigRun, load_tolerance: float) -> None:
+def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
     _check_time(found, run.time)
     for name in ("slip_angle", "side_force", "vertical_load"):
         _check_dropouts(found, name, getattr(run, name))
@@ -134,7 +116,7 @@ def _rolling(found: _Findings, run: RigRun, load_tolerance: float) -> None:
         found.missing.append("temperature: its drift cannot be told from wear")
 
 
-def _check_sweeps(found: _Findings, lowest: float, highest: float, branches: int) -> None:
+def _check_sweeps(found: Preflight, lowest: float, highest: float, branches: int) -> None:
     """Check the range of slip (rad), and the number of branches."""
     least, good, half = _LIMITS.least_slip, _LIMITS.good_slip, (highest - lowest) / 2
     reach = half / _DEGREE
@@ -142,23 +124,25 @@ def _check_sweeps(found: _Findings, lowest: float, highest: float, branches: int
         radians = " (radians under deg?)" * (least * _DEGREE <= reach <= 20.0 * _DEGREE)
         found.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
     elif lowest > -0.25 * highest or highest < -0.25 * lowest:
-        found.spoils("slip goes to one side only: offset and slope cannot be told apart")
+        found.problems.append("slip goes to one side only: offset and slope cannot be told apart")
     elif half < good * _DEGREE:
-        found.spoils(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
+        found.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
     if branches < 2:
-        found.spoils(f"too few sweeps: {branches} branch, an up and a down branch are needed to remove the rate lag")
+        found.problems.append(
+            f"too few sweeps: {branches} branch, an up and a down branch are needed to remove the rate lag"
+        )
     elif branches < _LIMITS.good_branches:
         more = f"{_LIMITS.good_branches} or more would"
-        found.spoils(f"too few sweeps: {branches} branches show no repeatability, {more}")
+        found.problems.append(f"too few sweeps: {branches} branches show no repeatability, {more}")
 
 
-def _check_sign(found: _Findings, run: RigRun) -> None:
+def _check_sign(found: Preflight, run: RigRun) -> None:
     share = 0.5 if run.kind == "slip_sweep" else 1.0  # the slope near zero; a step has only its two ends
     widest = float(np.nanmax(np.abs(run.slip_angle)))
     inner = np.abs(run.slip_angle) <= max(share * widest, _LIMITS.least_slip * _DEGREE)
     gradient, correlation = _slope(run.slip_angle[inner], run.side_force[inner])
     if np.isnan(gradient) or abs(correlation) < _LIMITS.correlation:
-        found.spoils(f"side force does not follow the slip (correlation {correlation:.2f})")
+        found.problems.append(f"side force does not follow the slip (correlation {correlation:.2f})")
     elif gradient < 0.0:
         fitting = [name for name in CONVENTIONS if slope_grows(name) != slope_grows(run.axes)]
         found.forbids(
@@ -166,10 +150,10 @@ def _check_sign(found: _Findings, run: RigRun) -> None:
             f"axes = {' or '.join(map(repr, fitting))} would fit"
         )
     elif run.aligning_moment is not None and _slope(run.slip_angle[inner], run.aligning_moment[inner])[0] > 0.0:
-        found.spoils("wrong sign: aligning moment grows with slip, the pneumatic trail would be negative")
+        found.problems.append("wrong sign: aligning moment grows with slip, the pneumatic trail would be negative")
 
 
-def _check_load(found: _Findings, run: RigRun, tolerance: float) -> None:
+def _check_load(found: Preflight, run: RigRun, tolerance: float) -> None:
     declared, median = run.condition.load, float(np.nanmedian(run.vertical_load))
     offset = median / declared - 1.0
     text = f"median vertical load is {median:.4g} N, {offset:+.1%} off the declared {declared:g} N"
@@ -177,24 +161,24 @@ def _check_load(found: _Findings, run: RigRun, tolerance: float) -> None:
         remedy = "declare the load that acted, or raise the load tolerance"
         found.forbids(f"{text}; at most {tolerance:.0%} is allowed: {remedy}")
     elif abs(offset) > LOAD_TOLERANCE:
-        found.spoils(text)
+        found.problems.append(text)
     drift = _drift(run.vertical_load) / declared
     if abs(drift) > _LIMITS.load_drift:
-        found.spoils(f"vertical load drifts by {drift:+.1%} over the recording")
+        found.problems.append(f"vertical load drifts by {drift:+.1%} over the recording")
 
 
-def _check_drifts(found: _Findings, run: RigRun) -> None:
+def _check_drifts(found: Preflight, run: RigRun) -> None:
     if run.temperature is not None and abs(_drift(run.temperature)) > _LIMITS.temperature_drift:
-        found.spoils(f"temperature drifts by {_drift(run.temperature):+.3g} K over the recording")
+        found.problems.append(f"temperature drifts by {_drift(run.temperature):+.3g} K over the recording")
     if run.speed is None:
         return
     middle, spread, declared = float(np.nanmedian(run.speed)), float(np.nanstd(run.speed)), run.condition.speed
     if middle <= 0.0:
         found.forbids(f"speed is {middle:.3g} m/s: the tyre does not roll forward")
     elif spread > _LIMITS.speed_spread * middle:
-        found.spoils(f"speed varies by {spread / middle:.1%} (one standard deviation)")
+        found.problems.append(f"speed varies by {spread / middle:.1%} (one standard deviation)")
     if declared and abs(middle / declared - 1.0) > _LIMITS.speed_offset:
-        found.spoils(f"speed is {middle * 3.6:.3g} km/h, declared are {declared * 3.6:.3g} km/h")
+        found.problems.append(f"speed is {middle * 3.6:.3g} km/h, declared are {declared * 3.6:.3g} km/h")
 
 
 def _drift(channel: Channel) -> float:
@@ -206,7 +190,7 @@ def _drift(channel: Channel) -> float:
     return float(np.nanmedian(ends[1]) - np.nanmedian(ends[0]))
 
 
-def _pull(found: _Findings, test: PullTest) -> None:
+def _pull(found: Preflight, test: PullTest) -> None:
     if test.time is not None:
         _check_time(found, test.time)
     for name in _PULL_CHANNELS:
@@ -223,15 +207,17 @@ def _pull(found: _Findings, test: PullTest) -> None:
     if travel < _LIMITS.least_pull:
         found.forbids(f"tyre deflection covers {travel * 1e3:.2g} mm, {_LIMITS.least_pull * 1e3:g} mm are needed")
     elif travel < _LIMITS.gauge_steps * reading_step(test.plate_displacement[both]):
-        found.spoils(f"tyre deflection covers fewer than {_LIMITS.gauge_steps} steps of the gauge")
+        found.problems.append(f"tyre deflection covers fewer than {_LIMITS.gauge_steps} steps of the gauge")
     _check_stuck(found, test.side_force, deflection, travel=0.1 * travel)
     gradient, correlation = _slope(deflection, test.side_force)
     if gradient < 0.0:
         found.forbids("wrong sign: side force falls with displacement; turn the sign of one of the two")
     elif abs(correlation) < _LIMITS.correlation:
-        found.spoils(f"side force does not follow the displacement (correlation {correlation:.2f})")
+        found.problems.append(f"side force does not follow the displacement (correlation {correlation:.2f})")
     if rim > _LIMITS.rim_share * plate:
-        found.spoils(f"the rim takes {rim / plate:.0%} of the plate's displacement: the tyre is hardly deflected")
+        found.problems.append(
+            f"the rim takes {rim / plate:.0%} of the plate's displacement: the tyre is hardly deflected"
+        )
     found.present.append(f"{len(test.side_force)} samples, tyre deflection over {travel * 1e3:.3g} mm")
     if not rim:
         stays = 1e3 * test.rim_displacement[both][0]
@@ -254,7 +240,7 @@ def reading_step(displacement: Channel) -> float:
     return 0.0 if np.all(np.abs(pulled - 1.0) <= _LIMITS.coarse) else step
 
 
-def _check_time(found: _Findings, time: Channel) -> None:
+def _check_time(found: Preflight, time: Channel) -> None:
     if np.isnan(time).any():
         found.forbids(f"time is missing in {np.count_nonzero(np.isnan(time))} samples; remove these rows")
         return
@@ -267,21 +253,23 @@ def _check_time(found: _Findings, time: Channel) -> None:
             f"({time[first]:g} s, then {time[first + 1]:g} s); sort or cut the recording"
         )
     elif gaps.size:
-        found.spoils(f"{gaps.size} gaps in time, the first of {steps[gaps[0]]:.3g} s after {time[gaps[0]]:g} s")
+        found.problems.append(
+            f"{gaps.size} gaps in time, the first of {steps[gaps[0]]:.3g} s after {time[gaps[0]]:g} s"
+        )
 
 
-def _check_dropouts(found: _Findings, name: str, channel: Channel, *, needed: bool = True) -> None:
+def _check_dropouts(found: Preflight, name: str, channel: Channel, *, needed: bool = True) -> None:
     missing = np.isnan(channel)
     if missing.any():
         starts, lengths = runs(missing)
-        say = found.forbids if needed and missing.mean() > _LIMITS.missing_share else found.spoils
+        say = found.forbids if needed and missing.mean() > _LIMITS.missing_share else found.problems.append
         say(
             f"{name} has {np.count_nonzero(missing)} missing samples ({missing.mean():.1%}), the longest run of "
             f"{lengths.max()} from sample {starts[lengths.argmax()] + 1}"
         )
 
 
-def _check_stuck(found: _Findings, force: Channel, mover: Channel, *, travel: float) -> None:
+def _check_stuck(found: Preflight, force: Channel, mover: Channel, *, travel: float) -> None:
     """Forbid stretches where the side force repeats one value while ``mover`` travels: saturated, else frozen."""
     starts, lengths = runs(np.diff(force) == 0.0)
     saturated, frozen = 0, 0

@@ -3,43 +3,19 @@
 import _thread
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
-from io import StringIO
 from typing import Any
 
-_told: list[Callable[[dict[str, Any]], None]] = []
-
-
-@contextmanager
-def progress_told(tell: Callable[[dict[str, Any]], None]) -> Iterator[None]:
-    """Let bars within the block tell a function (the ``format_dict`` of tqdm) instead of a terminal."""
-    _told.append(tell)
-    try:
-        yield
-    finally:
-        _told.remove(tell)
+NOT_INSTALLED = "{} is not installed; install it with: {}"
 
 
 def progress_bar(items: Iterable[Any] | None = None, *, show: bool = True, **settings: Any) -> Any:
     """Make a ``tqdm`` on standard error, shown only on a terminal, and nowhere without ``show``."""
     from tqdm import tqdm
 
-    if _told and show:
-        return _telling(tqdm, _told[-1])(items, file=StringIO(), **settings)
     return tqdm(items, disable=None if show else True, file=sys.stderr, **settings)
-
-
-def _telling(bar: Any, tell: Callable[[dict[str, Any]], None]) -> Any:
-    """Make a tqdm that is told, not drawn: ``display`` is left by tqdm to its heirs."""
-
-    class Telling(bar):
-        def display(self, msg: str | None = None, pos: int | None = None) -> bool:
-            tell(dict(self.format_dict))
-            return True
-
-    return Telling
 
 
 @contextmanager
@@ -70,7 +46,7 @@ def optional_module(name: str, *, extra: str) -> Any:
 
 def not_installed(name: str, *, extra: str) -> str:
     """Say that a package is missing, which an ``extra`` of velotyre brings."""
-    return f"{name} is not installed; install it with: {install_command(extra)}"
+    return NOT_INSTALLED.format(name, install_command(extra))
 
 
 def install_command(extra: str) -> str:
@@ -82,10 +58,11 @@ def install_command(extra: str) -> str:
 
     recorded = (found.read_text("direct_url.json") for found in distributions(name="velotyre"))
     origin = json.loads(next(filter(None, recorded), "{}"))
+    source, option = f"velotyre[{extra}]", ""
     if "dir_info" in origin:
-        folder = url2pathname(urlsplit(origin["url"]).path)
-        return f'pip install {"-e " if origin["dir_info"].get("editable") else ""}"{folder}[{extra}]"'
-    if not origin:
-        return f'pip install "velotyre[{extra}]"'
-    kind = f"{origin['vcs_info']['vcs']}+" if "vcs_info" in origin else ""
-    return f'pip install "velotyre[{extra}] @ {kind}{origin["url"]}"'
+        source = f"{url2pathname(urlsplit(origin['url']).path)}[{extra}]"
+        option = "-e " if origin["dir_info"].get("editable") else ""
+    elif origin:
+        kind = f"{origin['vcs_info']['vcs']}+" if "vcs_info" in origin else ""
+        source = f"{source} @ {kind}{origin['url']}"
+    return f'pip install {option}"{source}"'

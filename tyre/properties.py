@@ -265,27 +265,24 @@ def effective_degrees_of_freedom(gradient: ArrayLike, covariance: Array, varianc
 
 def side_by_side(parts: Sequence[JointProperties]) -> JointProperties:
     """Join the properties of different tyres: their errors have nothing in common."""
-    starts = np.cumsum([0, *(len(part.properties) for part in parts)]).tolist()
+    counts = [len(part.properties) for part in parts]
 
-    def placed(blocks: Mapping[int, Array], width: int) -> Array:
-        """Put blocks, by the number of their part, among zeros; ``width`` rows a condition."""
-        whole = np.zeros((width * starts[-1],) * 2)
-        for at, block in blocks.items():
-            place = slice(width * starts[at], width * starts[at + 1])
-            whole[place, place] = block
-        return whole
+    def placed(at: int, block: Array) -> Array:
+        """The block of one part among zeros."""
+        width = len(block) // counts[at]
+        return np.pad(block, (width * sum(counts[:at]), width * sum(counts[at + 1 :])))
 
-    spreads = [part.joint.variance_spread for part in parts]
-    spread = tuple(placed({at: one}, 3) for at, several in enumerate(spreads) for one in several or ())
-    covariance = placed({at: part.covariance for at, part in enumerate(parts)}, 3)
-    joint = JointCovariance(covariance, None if all(one is None for one in spreads) else spread)
+    joints = [part.joint for part in parts]
+    spread = tuple(placed(at, one) for at, joint in enumerate(joints) for one in joint.variance_spread or ())
+    covariance = np.sum([placed(at, joint.covariance) for at, joint in enumerate(joints)], 0)
+    joint = JointCovariance(covariance, None if all(one.variance_spread is None for one in joints) else spread)
     trails = [part.trails for part in parts if part.trails is not None]
     together = None
     if len(trails) == len(parts):
         together = JointLengths(
             tuple(estimate for trail in trails for estimate in trail.estimates),
-            placed({at: trail.covariance for at, trail in enumerate(trails)}, 1),
-            tuple(placed({at: one}, 1) for at, trail in enumerate(trails) for one in trail.variance_spread),
+            np.sum([placed(at, trail.covariance) for at, trail in enumerate(trails)], 0),
+            tuple(placed(at, one) for at, trail in enumerate(trails) for one in trail.variance_spread),
         )
     return JointProperties(tuple(one for part in parts for one in part.properties), joint, together)
 
@@ -342,9 +339,27 @@ class TyreSource(ABC):
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
         """Return the properties at ``conditions`` (load N, pressure Pa), with their joint covariance."""
 
-    @abstractmethod
     def origin(self, *, load: float, pressure: float) -> Origin:
         """Return how values come about at a ``load`` (N) and ``pressure`` (Pa)."""
+        for value, (low, high) in ((load, self.load_range), (pressure, self.pressure_range)):
+            if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+                return "extrapolated"
+        return "interpolated"
+
+    def _columns(self, conditions: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+        """Loads (N) and pressures (Pa) of ``conditions``, each finite, positive and one that the tyre can tell of."""
+        if not conditions:
+            raise InputError(f"{self.label}: no condition asked for; give at least one (load N, pressure Pa).")
+        for load, pressure in conditions:
+            for name, value, unit in (("load", load, "N"), ("pressure", pressure, "Pa")):
+                if not (np.isfinite(value) and value > 0):
+                    raise InputError(f"{self.label}: {name} is {value:g} {unit}; it must be finite and > 0.")
+            self._refuse(float(load), float(pressure))
+        load, pressure = np.array(conditions, dtype=np.float64).T
+        return load, pressure
+
+    def _refuse(self, load: float, pressure: float) -> None:  # noqa: B027 (most tyres refuse none)
+        """Refuse a condition of which the tyre says nothing."""
 
     @abstractmethod
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:

@@ -104,13 +104,12 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
             f"{where}: the tyre deflects by {1e3 * span:.3f} mm, less than 20 reading steps "
             f"({1e3 * resolution:.3f} mm); pull further or use a finer gauge"
         )
-    strokes, turns = _strokes(deflection, max(3.0 * resolution, 0.02 * span))
+    turns = _turns(deflection, max(3.0 * resolution, 0.02 * span))
     if np.polyfit(deflection, force, 1)[0] <= 0.0:
         raise InputError(f"{where}: the side force falls with plate - rim displacement; check their signs")
     clock = np.arange(deflection.size, dtype=np.float64) if test.time is None else test.time[good]
-    loop = _Loop(deflection, force, strokes, turns, (clock - clock.mean()) / max(float(np.ptp(clock)), 1e-12), span)
-    line = _fit_loop(loop, curved=False)
-    curve = _fit_loop(loop, curved=True)
+    clock = (clock - clock.mean()) / max(float(np.ptp(clock)), 1e-12)
+    line, curve = (_fit_loop(deflection, force, clock, turns, curved=curved) for curved in (False, True))
     gained = (line["cost"] - curve["cost"]) / max(curve["cost"] / max(deflection.size - curve["terms"], 1), 1e-300)
     reach = float(np.max(np.abs(deflection)))
     bent = stats.f.sf(gained, 1, max(deflection.size - curve["terms"], 1)) < 1e-3
@@ -119,7 +118,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     departure = k2 * reach
     if abs(departure) > 0.02:
         notes.append(f"force departs {100 * departure:+.1f} % from the initial slope at {1e3 * reach:.2f} mm")
-    if strokes.max() == 0:
+    if turns.size == 1:
         notes.append("loading only: friction cannot be told from the offset")
     plate = float(np.ptp(test.plate_displacement[good]))
     rim_share = float(np.ptp(test.rim_displacement[good])) / plate if plate > 0.0 else 0.0
@@ -145,13 +144,13 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
         presliding=chosen["l"], offset=chosen["F0"], drift=chosen["drift"], curvature=k2,
         linear_range=reach if abs(departure) <= 0.02 else 0.02 / abs(k2), departure=departure, resolution=resolution,
         rim_share=rim_share, r_squared=1.0 - chosen["cost"] / total_squares, residual_sd=chosen["sd"],
-        strokes=int(strokes.max()) + 1, readings=int(deflection.size), notes=tuple(notes), deflection=deflection,
+        strokes=turns.size, readings=int(deflection.size), notes=tuple(notes), deflection=deflection,
         force=force, fitted=chosen["fitted"],
     )  # fmt: skip
 
 
-def _strokes(deflection: Channel, threshold: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number of the stroke each reading belongs to, and the reading at which each stroke begins."""
+def _turns(deflection: Channel, threshold: float) -> NDArray[np.int64]:
+    """Readings at which the strokes begin."""
     turns, extreme, direction = [0], 0, 0.0
     for index in range(1, deflection.size):
         moved = deflection[index] - deflection[extreme]
@@ -164,50 +163,33 @@ def _strokes(deflection: Channel, threshold: float) -> tuple[NDArray[np.int64], 
         elif -ahead > threshold:
             turns.append(extreme)
             direction, extreme = -direction, index
-    begins = np.array(turns)
-    return np.maximum(np.searchsorted(begins, np.arange(deflection.size), side="left") - 1, 0), begins
+    return np.array(turns)
 
 
-@dataclass(frozen=True)
-class _Loop:
-    """Readings (n,) with their strokes, the readings that begin a stroke, and the clock from -1/2 to 1/2."""
+def _fit_loop(
+    deflection: Channel, force: Channel, clock: Channel, turns: NDArray[np.int64], *, curved: bool
+) -> dict[str, Any]:
+    """Fit the loop of n readings, whose strokes begin at ``turns``; ``clock`` runs from -1/2 to 1/2 or so."""
+    span, drifting = float(np.ptp(deflection)), turns.size >= 3
+    corners = deflection[np.append(turns, deflection.size - 1)]
+    directions, ways = np.sign(np.diff(corners)), np.abs(np.diff(corners))
 
-    deflection: Channel
-    force: Channel
-    strokes: NDArray[np.int64]
-    turns: NDArray[np.int64]
-    clock: Channel
-    span: float
-
-
-def _friction_shape(loop: _Loop, presliding: float) -> Channel:
-    """Dahl friction over its final value, from -1 to 1; starts from zero at the first reading."""
-    deflection, strokes, turns = loop.deflection, loop.strokes, loop.turns
-    ends = np.append(turns[1:], deflection.size - 1)
-    shape, state = np.empty(deflection.size), 0.0
-    for number, (begin, end) in enumerate(zip(turns, ends, strict=True)):
-        direction = np.sign(deflection[end] - deflection[begin])
-        mine = strokes == number
-        travelled = np.maximum(direction * (deflection[mine] - deflection[begin]), 0.0)
-        shape[mine] = dahl_after(state, travel=travelled, direction=direction, presliding=presliding)
-        whole = abs(deflection[end] - deflection[begin])
-        state = float(dahl_after(state, travel=whole, direction=direction, presliding=presliding))
-    return shape
-
-
-def _fit_loop(loop: _Loop, *, curved: bool) -> dict[str, Any]:
-    deflection, force, span = loop.deflection, loop.force, loop.span
-    single = loop.turns.size == 1
+    def friction(length: float) -> Channel:
+        """Dahl friction over its final value, from -1 to 1; starts from zero at the first reading."""
+        state, shape = 0.0, np.empty(deflection.size)
+        for n, (begin, direction, way) in enumerate(zip(turns, directions, ways, strict=True)):
+            mine = slice(begin + (n > 0), None)  # the next stroke writes over the rest
+            travelled = np.maximum(direction * (deflection[mine] - deflection[begin]), 0.0)
+            shape[mine] = dahl_after(state, travel=travelled, direction=direction, presliding=length)
+            state = float(dahl_after(state, travel=way, direction=direction, presliding=length))
+        return shape
 
     def design(length: float) -> NDArray[np.float64]:
-        friction = _friction_shape(loop, length)
         columns = [np.ones_like(force), deflection]
-        if not single or friction.min() < 0.9:
-            columns.append(friction)
-        if loop.turns.size >= 3:
-            columns.append(loop.clock)
-        if curved:
-            columns.append(deflection * np.abs(deflection))
+        shape = friction(length)
+        if turns.size > 1 or shape.min() < 0.9:
+            columns.append(shape)
+        columns += [clock] * drifting + [deflection * np.abs(deflection)] * curved
         return np.column_stack(columns)
 
     def projected(z: Channel) -> Channel:
@@ -224,20 +206,17 @@ def _fit_loop(loop: _Loop, *, curved: bool) -> dict[str, Any]:
     values = np.linalg.lstsq(matrix, force, rcond=None)[0]
     fitted = matrix @ values
     cost = float(np.sum((force - fitted) ** 2))
-    terms = matrix.shape[1] + 1
-    step = 1e-3
+    terms, step = matrix.shape[1] + 1, 1e-3
     by_length = (design(length * (1 + step)) - design(length * (1 - step))) @ values / (2 * step)
     full = np.column_stack([matrix, by_length])
     variance = cost / max(force.size - terms, 1)
     covariance = np.linalg.pinv(full.T @ full, rcond=1e-15) * variance
     stiffness = float(values[1])
-    drifting = loop.turns.size >= 3
-    has_friction = matrix.shape[1] - 2 - int(curved) - int(drifting) == 1
     return {
         "F0": float(values[0]),
         "K": stiffness,
         "K_sd": float(np.sqrt(covariance[1, 1])),
-        "f": float(values[2]) if has_friction and not single else 0.0,
+        "f": float(values[2]) if turns.size > 1 else 0.0,
         "l": length,
         "k2": float(values[-1]) / stiffness if curved else 0.0,
         "drift": float(values[-1 - int(curved)]) if drifting else 0.0,

@@ -6,7 +6,7 @@ Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement 
 ``LATDISPW`` of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ import tomli_w
 
 from tyre.channel_map import TABLES, ChannelMap
 from tyre.channels import Record, read_records
-from tyre.draft import draft_words, refuse_unmapped
+from tyre.draft import or_map, refuse_unmapped
 from tyre.errors import InputError, nearest
 from tyre.files import read_toml, write_text
 from tyre.formats import FORMATS
@@ -154,12 +154,6 @@ def recording_of(sidecar: Path) -> Path:
     return there[0] if there else sidecar.with_suffix(".csv")
 
 
-def sidecar_of(path: Path) -> Sidecar | None:
-    """Read the sidecar beside a recording; None if there is none."""
-    beside = path.with_suffix(".toml")
-    return read_sidecar(beside) if beside.is_file() else None
-
-
 def read_recording(path: str | Path) -> RigRun | PullTest:
     """Read one recording.
 
@@ -184,44 +178,43 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
     InputError
         When a file is missing, malformed, in unknown units, or beyond what a rig can measure.
     """
-    path = Path(path)
-    file = recording_of(path) if path.suffix.casefold() == ".toml" else path
-    suffix = file.suffix.casefold()
-    if suffix not in FORMATS:
-        raise InputError(f"{file}: recordings end in {', '.join(FORMATS)} or .toml (their sidecar), not in {suffix!r}")
-    sidecar = _sidecar(path, file)
-    if sidecar is not None and sidecar.channel_map is not None:
-        events = _mapped_records(file, sidecar, None)
-        if len(events) > 1:
-            names = ", ".join(record.event for record in events)
-            raise InputError(f"{file}: holds the events {names}; one recording is needed here: keep one window")
-        return rig_recording(events[0], sidecar, file)
-    if suffix == ".tdx":
-        return read_tydex(file)
-    if suffix != ".csv":
-        refuse_unmapped(file, QUANTITIES)
-    columns, notes = _read_columns(file)
-    return _assemble(columns, sidecar or read_sidecar(file.with_suffix(".toml")), notes, file)
+    events = read_events(path)
+    if len(events) > 1:
+        file = next(iter(events.values())).source
+        raise InputError(f"{file}: holds the events {', '.join(events)}; one recording is needed here: keep one window")
+    return next(iter(events.values()))
 
 
 def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | PullTest]:
-    """Read every event of a recording (or its sidecar) with a channel map, by name; ``channel_map`` if the sidecar has
-    none."""
-    path = Path(path)
+    """Read every event of a recording or of its sidecar, by name ("" if it is the only one); ``channel_map`` serves
+    where the sidecar has no map of its own."""
+    file, sidecar = file_and_sidecar(Path(path))
+    suffix = file.suffix.casefold()
+    if suffix not in FORMATS:
+        raise InputError(f"{file}: recordings end in {', '.join(FORMATS)} or .toml (their sidecar), not in {suffix!r}")
+    own = sidecar.channel_map if sidecar is not None else None
+    if own is not None or channel_map is not None:
+        sidecar = sidecar or read_sidecar(file.with_suffix(".toml"))
+        records = _mapped_records(file, own or ChannelMap(), channel_map)
+        names = [record.event for record in records] if len(records) > 1 else [""]
+        return {name: rig_recording(record, sidecar, file) for name, record in zip(names, records, strict=True)}
+    if suffix == ".tdx":
+        return {"": read_tydex(file)}
+    if suffix != ".csv":
+        refuse_unmapped(file, QUANTITIES)
+    columns, notes = _read_columns(file)
+    return {"": _assemble(columns, sidecar or read_sidecar(file.with_suffix(".toml")), notes, file)}
+
+
+def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
+    """Find the recording and read the sidecar (None if there is none) of a ``path`` that is one of the two."""
     file = recording_of(path) if path.suffix.casefold() == ".toml" else path
-    sidecar = _sidecar(path, file) or read_sidecar(file.with_suffix(".toml"))
-    events = _mapped_records(file, sidecar, channel_map)
-    names = [record.event for record in events] if len(events) > 1 else [""]
-    return {name: rig_recording(record, sidecar, file) for name, record in zip(names, events, strict=True)}
+    beside = path if path is not file and path.is_file() else file.with_suffix(".toml")
+    return file, read_sidecar(beside) if beside.is_file() else None
 
 
-def _sidecar(path: Path, file: Path) -> Sidecar | None:
-    return read_sidecar(path) if path is not file and path.is_file() else sidecar_of(file)
-
-
-def _mapped_records(path: Path, sidecar: Sidecar, channel_map: ChannelMap | None) -> Sequence[Record]:
+def _mapped_records(path: Path, chosen: ChannelMap, channel_map: ChannelMap | None) -> Sequence[Record]:
     """Channels in SI units, in the axes of the file, one record an event; the map of the sidecar is taken first."""
-    chosen = sidecar.channel_map or channel_map or ChannelMap()
     if not chosen.channels and channel_map is not None:
         parts = {name: getattr(chosen, name) for name in ("mountings", "resampling", "windows")}
         parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
@@ -232,8 +225,16 @@ def _mapped_records(path: Path, sidecar: Sidecar, channel_map: ChannelMap | None
 
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
     """Turn one event (SI units, in the axes of the file) into rig data, checked."""
-    time = {"time": record.time} if record.timed else {}
-    return _assemble({**time, **record.values}, sidecar, list(record.notes), path)
+    # conversion leaves readings that were equal apart by rounding, and turning points hinge on ties
+    columns = {name: _rounded(x) for name, x in record.values.items()}
+    time = {"time": _rounded(record.time)} if record.timed else {}
+    return _assemble({**time, **columns}, sidecar, list(record.notes), path)
+
+
+def _rounded(channel: Channel) -> Channel:
+    """Round to twelve digits of the largest value."""
+    largest = float(np.nanmax(np.abs(channel), initial=0.0))
+    return channel if not 0.0 < largest < np.inf else np.round(channel, 11 - int(np.floor(np.log10(largest))))
 
 
 def write_csv(recording: RigRun | PullTest, path: str | Path) -> None:
@@ -264,9 +265,13 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
         if "plate_displacement" in columns:
             columns = {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
-    for name in needed:
-        if name not in columns:
-            _refuse_without(name, columns, sidecar, path)
+    lacking, found = next((name for name in needed if name not in columns), ""), ", ".join(columns)
+    if lacking and sidecar.channel_map is None:
+        with or_map(path, QUANTITIES):
+            raise InputError(f"{path}: column {lacking}_{CHANNELS[lacking].unit} is missing (found: {found})")
+    if lacking:
+        more = "; or write rigid_rim = true if it cannot move" if lacking == "rim_displacement" else ""
+        raise InputError(f"{path}: [channels] names no {lacking} (it names {found}); add its column{more}")
     load = columns.get("vertical_load")
     if load is not None and turn["vertical_load"] < 0.0 and np.nanmedian(load) > 0.0:
         turn["vertical_load"] = 1.0  # a load cell in SAE axes may well print the load as a positive number
@@ -287,20 +292,11 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     return recording
 
 
-def _refuse_without(name: str, columns: Mapping[str, Channel], sidecar: Sidecar, path: Path) -> None:
-    found = ", ".join(columns)
-    if sidecar.channel_map is None:
-        raise InputError(f"{path}: column {name}_{CHANNELS[name].unit} is missing (found: {found}){_or_map(path)}")
-    more = "; or write rigid_rim = true if it cannot move" if name == "rim_displacement" else ""
-    raise InputError(f"{path}: [channels] names no {name} (it names {found}); add its column{more}")
-
-
 def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
-    try:
+    """Read velotyre's own columns; a file with others is shown with a draft of a channel map."""
+    with or_map(path, QUANTITIES):
         cells = read_cells(path, kind="recording", example="time_s, slip_angle_deg", logged=True)
-    except InputError as error:
-        raise InputError(f"{error}{_or_map(path)}") from error
-    wanted, notes = _identify(cells.header, str(path))
+    wanted, notes = _identify(cells.header, path)
     columns = cells.numbers([place for place, _ in wanted.values()], missing=_MISSING)
     units = [unit for _, unit in wanted.values()]
     found = {b: u.factor * x + u.offset for b, u, x in zip(wanted, units, columns, strict=True)}
@@ -309,32 +305,27 @@ def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
     return found, notes
 
 
-def _identify(names: list[str], where: str) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
+def _identify(names: list[str], path: Path) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
     """Place and unit of every known column, and a note on those that are not used."""
     known = {name: channel.quantity for name, channel in CHANNELS.items()}
     wanted: dict[str, tuple[int, Unit]] = {}
     unused = []
     for index, name in enumerate(names):
-        found = unit_in_name(name, known, where=where)
+        found = unit_in_name(name, known, where=str(path))
         if found is None:
             near = nearest(name.rpartition("_")[0], known, cutoff=0.8)
             if near:
-                raise InputError(f"{where}: column {name!r} is unknown; did you mean {near!r} with its unit?")
+                raise InputError(f"{path}: column {name!r} is unknown; did you mean {near!r} with its unit?")
             unused.append(name)
             continue
         base, unit = found
         if base in wanted:
-            raise InputError(f"{where}: {base} is in two columns, {names[wanted[base][0]]!r} and {name!r}; keep one")
+            raise InputError(f"{path}: {base} is in two columns, {names[wanted[base][0]]!r} and {name!r}; keep one")
         wanted[base] = (index, unit)
     if not wanted:
-        there = ", ".join(names)[:200]
-        raise InputError(f"{where}, row 1: no known column name (found: {there}){_or_map(Path(where))}")
+        with or_map(path, QUANTITIES):
+            raise InputError(f"{path}, row 1: no known column name (found: {', '.join(names)[:200]})")
     return wanted, [f"columns not used: {', '.join(unused)}"] if unused else []
-
-
-def _or_map(path: Path) -> str:
-    words = draft_words(path, QUANTITIES)
-    return f"; rename it or put a channel map into the sidecar: {words}" if words else ""
 
 
 # channel -> TYDEX names in order of preference, description, unit as written
@@ -352,8 +343,6 @@ _TYDEX = {
     "rim_displacement": (("RIMDISPW",), "Lateral displacement, rim", "mm"),
 }
 _TYDEX_QUANTITIES = {"pressure": "pressure"} | {name: channel.quantity for name, channel in CHANNELS.items()}
-_SWEEP_CHANNELS = ("time", "slip_angle", "side_force", "vertical_load", "aligning_moment", "inclination", "speed",
-                "temperature")  # fmt: skip
 _PULL_CHANNELS = ("time", "side_force", "plate_displacement", "rim_displacement")
 
 
@@ -365,30 +354,22 @@ def read_tydex(path: str | Path) -> RigRun | PullTest:
     slip = found.get("slip_angle")
     sweeps = slip is not None and np.isfinite(slip).any() and np.nanmax(slip) - np.nanmin(slip) > np.deg2rad(0.5)
     pull = "plate_displacement" in found and not sweeps
-    for name in ("side_force", "plate_displacement") if pull else _SWEEP_CHANNELS[:4]:
+    used = _PULL_CHANNELS if pull else [name for name in _TYDEX if name not in (*_PULL_CHANNELS[2:], "pressure")]
+    for name in used[1:3] if pull else used[:4]:
         if name not in found:
             names = " or ".join(_TYDEX[name][0])
             raise InputError(f"{path}: channel {names} is missing (found: {', '.join(document.channels)})")
-    condition = _tydex_condition(document, found, notes)
+    sidecar = _tydex_sidecar(document, found, notes)
     if "pressure" in found:
         notes.append("channel INFLPRES serves for the condition only")
-    used = _PULL_CHANNELS if pull else _SWEEP_CHANNELS
     unused = [name for name in document.channels if not any(name in _TYDEX[key][0] for key in (*used, "pressure"))]
     if unused:
         notes.append(f"channels not used: {', '.join(unused)}")
-    channels: dict[str, Any] = {name: found[name] for name in used if name in found}
-    common: dict[str, Any] = {"source": Path(path), "synthetic": _constant_text(document, "DATAORIG") == "SYNTHETIC"}
-    recording: RigRun | PullTest
-    if pull:
-        if "rim_displacement" not in channels:
-            channels["rim_displacement"] = np.zeros_like(channels["plate_displacement"])
-            notes.append("no channel RIMDISPW: the rim is taken as rigid, its displacement as zero")
-        recording = PullTest(condition, "ISO", **channels, **common, notes=tuple(notes))
-    else:
-        kind: Any = "slip_step" if _constant_text(document, "TESTKIND") == "slip_step" else "slip_sweep"
-        recording = RigRun(condition, "ISO", **channels, **common, kind=kind, notes=tuple(notes))
-    check_channels(recording, where=str(path))
-    return recording
+    channels = {name: found[name] for name in used if name in found}
+    if pull and "rim_displacement" not in channels:
+        sidecar = replace(sidecar, rigid_rim=True)
+        notes.append("no channel RIMDISPW: the rim is taken as rigid, its displacement as zero")
+    return _assemble(channels, sidecar, notes, Path(path))
 
 
 def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
@@ -417,7 +398,7 @@ def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
 
 
 def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Channel]:
-    turn = signs("ISO")
+    """Channels in SI units, in the ISO axes of the file."""
     found: dict[str, Channel] = {}
     for name, (candidates, *_) in _TYDEX.items():
         tydex_name = next((candidate for candidate in candidates if candidate in document.channels), None)
@@ -425,7 +406,7 @@ def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Chan
             continue
         entry = document.channels[tydex_name]
         unit = find_unit(entry.unit, _TYDEX_QUANTITIES[name], where=f"{document.source}, channel {tydex_name}")
-        found[name] = turn.get(name, 1.0) * (unit.factor * document.physical(tydex_name) + unit.offset)
+        found[name] = unit.factor * document.physical(tydex_name) + unit.offset
         if tydex_name in ("FYH", "FZH", "MZH"):
             notes.append(f"{tydex_name} (H-axes) stands in for {candidates[0]} (W-axes)")
         if entry.measured_offset:
@@ -433,27 +414,26 @@ def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Chan
     return found
 
 
-def _constant_text(document: TydexDocument, name: str) -> str | None:
-    entry = document.constants.get(name)
-    return entry.value if entry else None
+def _constant(document: TydexDocument, *names: str) -> str | None:
+    """Text of the first constant that is there."""
+    return next((entry.value for name in names if (entry := document.constants.get(name)) and entry.value), None)
 
 
 def _constant_number(document: TydexDocument, name: str, quantity: str) -> float | None:
-    entry = document.constants.get(name)
-    if entry is None or entry.value is None:
+    value, where = _constant(document, name), f"{document.source}, constant {name}"
+    if value is None:
         return None
-    where = f"{document.source}, constant {name}"
     try:
-        value = float(entry.value)
+        number = float(value)
     except ValueError:
-        raise InputError(f"{where}: {entry.value[:40]!r} is not a number with a decimal point") from None
-    unit = find_unit(entry.unit, quantity, where=where)
-    return unit.factor * value + unit.offset
+        raise InputError(f"{where}: {value[:40]!r} is not a number with a decimal point") from None
+    unit = find_unit(document.constants[name].unit, quantity, where=where)
+    return unit.factor * number + unit.offset
 
 
-def _tydex_condition(document: TydexDocument, found: dict[str, Channel], notes: list[str]) -> Condition:
-    where = document.source
-    tyre = _constant_text(document, "IDENTITY") or _constant_text(document, "MANUFACT")
+def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: list[str]) -> Sidecar:
+    """Condition and kind by the constants, else by the medians of channels, which ``notes`` tell."""
+    tyre = _constant(document, "IDENTITY", "MANUFACT")
     if tyre is None:
         identity = document.header.get("MEASID")
         tyre = identity.value if identity and identity.value else Path(document.source).stem
@@ -462,48 +442,39 @@ def _tydex_condition(document: TydexDocument, found: dict[str, Channel], notes: 
     def value_of(name: str, *exact: str, nominal: str = "", said: list[str] = notes) -> float | None:
         """One number: a constant, else a nominal value near the measured median, else that median."""
         quantity = _TYDEX_QUANTITIES[name]
-        for constant in exact:
-            value = _constant_number(document, constant, quantity)
-            if value is not None:
-                return value
+        constants = (_constant_number(document, constant, quantity) for constant in exact)
+        exactly = next((value for value in constants if value is not None), None)
         channel = found.get(name)
-        median = float(np.nanmedian(channel)) if channel is not None and np.isfinite(channel).any() else None
-        value = _constant_number(document, nominal, quantity)
-        if value is not None and (median is None or abs(median - value) <= 0.25 * abs(value)):
+        if exactly is not None or channel is None or not np.isfinite(channel).any():
+            return _constant_number(document, nominal, quantity) if exactly is None else exactly
+        median, value = float(np.nanmedian(channel)), _constant_number(document, nominal, quantity)
+        if value is not None and abs(median - value) <= 0.25 * abs(value):
             return value
-        if median is not None:
-            words = name.replace("_", " ")
-            said.append(f"{words} of the condition is the median of its channel, {median:.6g} in SI units")
+        said.append(f"{name.replace('_', ' ')} of the condition is the median of its channel, {median:.6g} in SI units")
         return median
 
     load = value_of("vertical_load", "FZW", "FZH", nominal="FNOMIN")
     pressure = value_of("pressure", "INFLPRES", nominal="NOMPRES")
     if load is None or pressure is None:
         missing = "load (constant FZW or FNOMIN)" if load is None else "pressure (constant INFLPRES or NOMPRES)"
-        raise InputError(f"{where}: no {missing} and no such channel; add the constant")
+        raise InputError(f"{document.source}: no {missing} and no such channel; add the constant")
     radius = _constant_number(document, "DRUMRAD", "length")
     if radius is None:
         _check_flat(document, notes)
     condition = Condition(
-        tyre=tyre,
-        load=load,
-        pressure=pressure,
-        surface="flat" if radius is None else "drum",
-        drum_radius=radius,
-        rim=_constant_text(document, "RIMIDENT"),
-        speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
+        tyre=tyre, load=load, pressure=pressure, surface="flat" if radius is None else "drum", drum_radius=radius,
+        rim=_constant(document, "RIMIDENT"), speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
         temperature=value_of("temperature", "AMBITEMP", "TYRETEMP", said=[]),
         camber=value_of("inclination", "INCLANGL") or 0.0,
-    )
-    check_condition(condition, where=where)
-    return condition
+    )  # fmt: skip
+    check_condition(condition, where=document.source)
+    kind = "slip_step" if _constant(document, "TESTKIND") == "slip_step" else None
+    return Sidecar(condition, "ISO", kind, _constant(document, "DATAORIG") == "SYNTHETIC", notes=())
 
 
 def _check_flat(document: TydexDocument, notes: list[str]) -> None:
     """Refuse a drum without a radius; note a surface that nothing names."""
-    words = " ".join(
-        filter(None, (_constant_text(document, name) for name in ("TRCKSURF", "TESTRIG", "LOCATION")))
-    ).casefold()
+    words = " ".join(_constant(document, name) or "" for name in ("TRCKSURF", "TESTRIG", "LOCATION")).casefold()
     if "drum" in words or "trommel" in words:
         raise InputError(f"{document.source}: was measured on a drum, but constant DRUMRAD (its radius) is missing")
     if "flat" not in words and "belt" not in words:

@@ -32,36 +32,26 @@ class Refusal(Exception):
 
 def refused(value: object, says: str) -> Exception:
     """Make the error of a ``value`` that must be something else: ``must be a time >= 0 in s``."""
-    return remarked(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
+    return Refusal(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
 
 
-def remarked(says: str) -> Exception:
-    """Make an error whose words stand behind the key without the value: ``holds a value twice``."""
-    return Refusal(says)
+remarked = Refusal  # its words stand behind the key without the value: ``holds a value twice``
 
 
 def number(
-    *,
-    above: float = -math.inf,
-    least: float = -math.inf,
-    most: float = math.inf,
-    says: str = "",
-    outside: str = "",
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, says: str = "", outside: str = "",
     endless: bool = False,
-) -> Check:
+) -> Check:  # fmt: skip
     """Check a number within bounds (``above`` excluded); ``outside`` is said of one beyond them; gives a float."""
-    if not says and outside:
-        says = "must be a finite number"
-    elif not says:
-        ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
-        ends += [f"up to {most:g}"] * (most < math.inf)
-        says = " ".join(["must be a finite number", *ends])
+    ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
+    ends += [f"up to {most:g}"] * (most < math.inf)
+    says = says or " ".join(["must be a finite number", *([] if outside else ends)])
 
     def check(value: Any) -> float:
         if not is_number(value):
             raise refused(value, says)
         if not (above < value and least <= value <= most) or (math.isinf(value) and not endless):
-            raise remarked(f"= {shown(value).removesuffix('.0')} {outside or says}")
+            raise Refusal(f"= {shown(value).removesuffix('.0')} {outside or says}")
         return float(value)
 
     return check
@@ -92,9 +82,9 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
         if not isinstance(value, str) or (allowed is not None and value not in allowed):
             raise refused(value, says)
         if not blank and not value.strip():
-            raise remarked("is empty")
+            raise Refusal("is empty")
         if "\0" in value:  # which no path may hold, and no name
-            raise remarked("holds a NUL character; write it anew")
+            raise Refusal("holds a NUL character; write it anew")
         return value
 
     return check
@@ -134,6 +124,9 @@ def list_of(check: Check, says: str, *, least: int = 0, most: int = MOST, strict
 def anything(value: Any) -> Any:
     """Let any ``value`` pass: it is checked elsewhere."""
     return value
+
+
+BELOW = ": write [{}] and the keys below it"
 
 
 def any_table(value: Any) -> Mapping[str, Any]:
@@ -236,8 +229,7 @@ def _words(error: Refusal, section: list[str], *, dotted: bool) -> str:
     alone = error.kind in ("unknown", "missing")
     if error.kind == "no table":
         alone = not path or isinstance(path[-1], int)
-        way = "" if alone else f": write [{name}] and the keys below it"
-        message = f"{'' if alone else '= '}{message} must be a table{way}"
+        message = f"{message} must be a table" if alone else f"= {message} must be a table{BELOW.format(name)}"
     if dotted and not alone:
         return f"{name} {message}"
     if dotted:

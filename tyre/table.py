@@ -191,8 +191,25 @@ def read_columns(
 
 
 def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: bool = False) -> Cells:
-    """Read the cells of a table (messages call it a ``kind``), empty lines passed over."""
-    text = _text(path, kind, logged=logged)
+    """Read the cells of a table (messages call it a ``kind``), empty lines passed over.
+
+    Bytes of a ``logged`` file below its header that are no UTF-8 are read as Latin-1.
+    """
+    refuse_special(path)
+    try:
+        raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such {kind}") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read as a {kind.partition(';')[0]} ({error.strerror})") from error
+    first, below = raw.partition(b"\n")[0] if logged else raw, b""
+    try:
+        head, below = first.decode("utf-8"), raw[len(first) :]
+        text = head + below.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if not below:
+            raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
+        text = head + below.decode("latin-1")
     head = text.partition("\n")[0]
     if "\0" in text or (logged and not head.strip()):
         raise InputError(f"{path}: no CSV; the first line must name the columns: {example}, ...")
@@ -204,25 +221,6 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
             "file may be cut off inside a number; complete the row and end it with a line break"
         )
     return Cells(path, text, separator, logged, example)
-
-
-def _text(path: Path | Traversable, kind: str, *, logged: bool) -> str:
-    refuse_special(path)
-    try:
-        raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such {kind}") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read as a {kind.partition(';')[0]} ({error.strerror})") from error
-    head = raw.partition(b"\n")[0] if logged else raw
-    try:
-        start = head.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError:
-        return start + raw[len(head) :].decode("latin-1")
 
 
 def harmless(cell: object) -> object:

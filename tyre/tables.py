@@ -38,6 +38,12 @@ class CommonCalibration:
         return np.array([[shared + self.slip**2, shared], [shared, shared + self.displacement**2]])
 
 
+def _read_only(values: Any) -> Array:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
 @dataclass(frozen=True, eq=False)
 class MeasuredColumn:
     """Values of one quantity at the conditions of a table, NaN where it was not measured."""
@@ -48,9 +54,7 @@ class MeasuredColumn:
 
     def __post_init__(self) -> None:
         for name in ("value", "sd", "dof"):
-            array = np.array(getattr(self, name), dtype=np.float64)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, _read_only(getattr(self, name)))
         if not self.value.shape == self.sd.shape == self.dof.shape or self.value.ndim != 1:
             shapes = ", ".join(str(array.shape) for array in (self.value, self.sd, self.dof))
             raise InputError(f"value, sd and dof have shapes {shapes}; each needs one number for every condition")
@@ -149,11 +153,10 @@ class MeasuredTable:
     def __post_init__(self) -> None:
         if self.surface not in SURFACES:
             raise InputError(f"{self.label}: surface is '{self.surface}'; allowed are {listed(SURFACES)}.")
-        for dimension in self.lateral_stiffness_shared_over:
-            if dimension not in SHAREABLE:
-                raise InputError(
-                    f"{self.label}: lateral_stiffness_shared_over has '{dimension}'; allowed are {listed(SHAREABLE)}."
-                )
+        for dimension in set(self.lateral_stiffness_shared_over) - set(SHAREABLE):
+            raise InputError(
+                f"{self.label}: lateral_stiffness_shared_over has '{dimension}'; allowed are {listed(SHAREABLE)}."
+            )
         for name in ("load", "pressure", "cornering_stiffness", "lateral_stiffness"):
             self._keep(name, lambda a: np.isfinite(a) & (a > 0), "finite and > 0")
         for name in ("lateral_stiffness_sd", "cornering_stiffness_sd"):
@@ -161,21 +164,27 @@ class MeasuredTable:
         self._keep("stiffness_correlation", lambda a: np.abs(a) <= 1, "from -1 to 1")
         for name in ("cornering_stiffness_dof", "lateral_stiffness_dof"):
             self._keep(name, lambda a: a > 0, "> 0")
-        self._check_columns()
-        seen: set[tuple[float, float]] = set()
-        for condition in zip(self.load.tolist(), self.pressure.tolist(), strict=True):
-            if condition in seen:
-                at = f"{condition[0]:g} N at {condition[1] / PASCAL_PER_BAR:g} bar"
-                raise InputError(f"{self.label}: {at} appears twice; combine repeats into one condition.")
-            seen.add(condition)
+        for name in ("calibration", "stiffness_correlation", "cornering_stiffness_dof"):
+            if self.cornering_stiffness_sd is None and getattr(self, name) is not None:
+                raise InputError(
+                    f"{self.label}: {name} is given, but no standard deviation of the cornering stiffness that it "
+                    "could belong to; give cornering_stiffness_sd too."
+                )
+        if (self.cornering_stiffness_dof is None) != (self.lateral_stiffness_dof is None):
+            raise InputError(f"{self.label}: degrees of freedom of one stiffness only; give those of both or of none")
+        for name, column in {"pneumatic_trail": self.pneumatic_trail, **self.direct_relaxation_length}.items():
+            if column is not None:
+                self._check_shape(name, column.value)
+        conditions, counts = np.unique(np.column_stack([self.load, self.pressure]), axis=0, return_counts=True)
+        for load, pressure in conditions[counts > 1]:
+            at = f"{load:g} N at {pressure / PASCAL_PER_BAR:g} bar"
+            raise InputError(f"{self.label}: {at} appears twice; combine repeats into one condition.")
 
     def _keep(self, name: str, inside: Callable[[Array], Any], allowed: str) -> None:
         """Keep a column, unless it is None, as a read-only array of the shape of ``load`` with allowed values."""
         if getattr(self, name) is None:
             return
-        array = np.array(getattr(self, name), dtype=np.float64)
-        array.setflags(write=False)
-        object.__setattr__(self, name, array)
+        object.__setattr__(self, name, array := _read_only(getattr(self, name)))
         self._check_shape(name, array)
         for row in np.flatnonzero(~inside(array)):
             raise InputError(f"{self.label}: {name} of condition {row + 1} is {array[row]:g}; it must be {allowed}.")
@@ -186,20 +195,6 @@ class MeasuredTable:
                 f"{self.label}: {name} has shape {array.shape}; every column needs the shape of load, "
                 f"{self.load.shape}, with at least one condition."
             )
-
-    def _check_columns(self) -> None:
-        if self.cornering_stiffness_sd is None:
-            for name in ("calibration", "stiffness_correlation", "cornering_stiffness_dof"):
-                if getattr(self, name) is not None:
-                    raise InputError(
-                        f"{self.label}: {name} is given, but no standard deviation of the cornering stiffness that it "
-                        "could belong to; give cornering_stiffness_sd too."
-                    )
-        if (self.cornering_stiffness_dof is None) != (self.lateral_stiffness_dof is None):
-            raise InputError(f"{self.label}: degrees of freedom of one stiffness only; give those of both or of none")
-        for name, column in {"pneumatic_trail": self.pneumatic_trail, **self.direct_relaxation_length}.items():
-            if column is not None:
-                self._check_shape(name, column.value)
 
     @property
     def loads(self) -> Array:
@@ -229,11 +224,8 @@ class MeasuredTable:
         """Return the key that conditions (``row``, from 0) with a common lateral-stiffness error share."""
         if not self.lateral_stiffness_shared_over:
             return (self.surface, row)
-        values: dict[str, float | str] = {
-            "load": float(self.load[row]),
-            "pressure": float(self.pressure[row]),
-            "surface": self.surface,
-        }
+        values: dict[str, float | str] = {"load": float(self.load[row]), "pressure": float(self.pressure[row])}
+        values["surface"] = self.surface
         return tuple(values[name] for name in SHAREABLE if name not in self.lateral_stiffness_shared_over)
 
 

@@ -86,32 +86,17 @@ class Trend:
         return Prediction(smooth + weights @ self.residuals, carry, self.misfit**2 * error, self.degrees_of_freedom)
 
 
-def fit_cornering_stiffness(load: Array, pressure: Array, value: Array) -> Trend:
-    """Fit the MF6.1 law to measured cornering stiffness (:func:`tyre.magic_formula.fit_cornering_stiffness`)."""
-    form, fit = "MF6.1 cornering stiffness, saturating in load, with pressure terms", mf61.fit_cornering_stiffness
-    laws = mf61.CORNERING, mf61.cornering_stiffness, mf61.cornering_stiffness_gradient
-    return _mf61_trend(form, fit(load, pressure, value), *laws, load, pressure, value)
-
-
-def fit_lateral_stiffness(load: Array, pressure: Array, value: Array) -> Trend:
-    """Fit the MF6.1 law to measured lateral stiffness (:func:`tyre.magic_formula.fit_lateral_stiffness`)."""
-    form, fit = "MF6.1 lateral stiffness, linear in load and in pressure", mf61.fit_lateral_stiffness
-    laws = mf61.LATERAL, mf61.lateral_stiffness, mf61.lateral_stiffness_gradient
-    return _mf61_trend(form, fit(load, pressure, value), *laws, load, pressure, value)
-
-
-def _mf61_trend(
-    form: str, fit: mf61.Fit, names: tuple[str, ...], law: Callable[..., Array], gradient: Callable[..., Array],
-    load: Array, pressure: Array, value: Array,
-) -> Trend:  # fmt: skip
-    columns = [names.index(name) for name in fit.free]
+def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
+    """Fit a law of MF6.1 to measured stiffness (:func:`tyre.magic_formula.fit`)."""
+    fit = mf61.fit(law, load, pressure, value)
     known = fit.coefficients | fit.nominal
 
     def evaluate(at_load: Array, at_pressure: Array) -> tuple[Array, Array]:
-        return law(at_load, at_pressure, **known), gradient(at_load, at_pressure, **known)[:, columns]
+        slopes = law.gradient(at_load, at_pressure, **known)[:, fit.free]
+        return law.value(at_load, at_pressure, **known), slopes
 
-    parameters = {name: fit.coefficients[name] for name in fit.free} | fit.nominal
-    return _trend(form, parameters, evaluate, load, pressure, value)
+    parameters = {law.names[n]: fit.coefficients[law.names[n]] for n in fit.free} | fit.nominal
+    return _trend(law.form, parameters, evaluate, load, pressure, value)
 
 
 def _trend(

@@ -11,14 +11,14 @@ import numpy as np
 
 from tyre.arrays import Array
 from tyre.errors import InputError
+from tyre.magic_formula import CORNERING, LATERAL
 from tyre.map_files import find_table, read_table, write_table
-from tyre.properties import JointProperties, Origin, TyreProperties, TyreSource, stiffness_note
+from tyre.properties import JointProperties, Origin, TyreProperties, TyreSource, stated_range, stiffness_note
 from tyre.tables import MeasuredTable, common_lateral_stiffness
 from tyre.trend import (
     StiffnessCovariance,
     Trend,
-    fit_cornering_stiffness,
-    fit_lateral_stiffness,
+    fit_law,
     grid_weights,
     joint_covariance,
     predicted_column,
@@ -79,7 +79,7 @@ class TyreMap(TyreSource):
         c, k = np.radians(table.cornering_stiffness), table.lateral_stiffness / 1e3
         length = table.relaxation_length * 1e3
         return (
-            f"<TyreMap of {self.label}{synthetic}: {table.load.size} conditions, {_measured_range(table)}\n"
+            f"<TyreMap of {self.label}{synthetic}: {table.load.size} conditions, {stated_range(self)}\n"
             f" cornering stiffness {c.min():.1f}-{c.max():.1f} N/deg, lateral stiffness {k.min():.1f}-{k.max():.1f} "
             f"N/mm, relaxation length {length.min():.0f}-{length.max():.0f} mm>"
         )
@@ -141,12 +141,12 @@ class TyreMap(TyreSource):
     @cached_property
     def cornering_stiffness_trend(self) -> Trend:
         """The MF6.1 form fitted to the measured C_Fy: parameters, residuals and misfit in N/rad."""
-        return fit_cornering_stiffness(self.measured.load, self.measured.pressure, self.measured.cornering_stiffness)
+        return fit_law(CORNERING, self.measured.load, self.measured.pressure, self.measured.cornering_stiffness)
 
     @cached_property
     def lateral_stiffness_trend(self) -> Trend:
         """The linear trend of the measured K_y: parameters, residuals and misfit in N/m."""
-        return fit_lateral_stiffness(self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
+        return fit_law(LATERAL, self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
 
     @property
     def cornering_stiffness_sd(self) -> Array:
@@ -185,51 +185,6 @@ class TyreMap(TyreSource):
             columns["pneumatic_trail_sd_mm"] = table.pneumatic_trail.sd * 1e3
         return pd.DataFrame(columns)
 
-    @property
-    def fit_quality(self) -> "pd.DataFrame":
-        """Misfit of the smooth trends to the measured values, one row per stiffness.
-
-        ``smooth`` says whether the misfit stays within the measured standard deviation (None where none is stated);
-        where it does not, the table and not the trend carries the result.
-        """
-        import pandas as pd
-
-        table, rows = self.measured, []
-        for name, trend, unit, scale, value, sd in (
-            ("cornering stiffness", self.cornering_stiffness_trend, "N/deg", np.pi / 180, table.cornering_stiffness,
-             self.cornering_stiffness_sd),
-            ("lateral stiffness", self.lateral_stiffness_trend, "N/mm", 1e-3, table.lateral_stiffness,
-             table.lateral_stiffness_sd),
-        ):  # fmt: skip
-            rows.append(
-                {
-                    "quantity": name,
-                    "form": trend.form,
-                    "unit": unit,
-                    "misfit": trend.misfit * scale,
-                    "misfit_percent": 100 * trend.misfit / float(value.mean()),
-                    "largest_residual": float(np.abs(trend.residuals).max()) * scale,
-                    "r_squared": trend.r_squared,
-                    "degrees_of_freedom": trend.degrees_of_freedom,
-                    "smooth": bool(trend.misfit <= np.sqrt(np.mean(sd**2))) if sd.any() else None,
-                }
-            )
-        return pd.DataFrame(rows)
-
-    @property
-    def residuals(self) -> "pd.DataFrame":
-        """Measured minus trend at every measured condition, in the units of the field."""
-        import pandas as pd
-
-        return pd.DataFrame(
-            {
-                "load_N": self.measured.load,
-                "pressure_bar": self.measured.pressure / PASCAL_PER_BAR,
-                "cornering_stiffness_residual_N_per_deg": np.radians(self.cornering_stiffness_trend.residuals),
-                "lateral_stiffness_residual_N_per_mm": self.lateral_stiffness_trend.residuals / 1e3,
-            }
-        )
-
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
         """Return the properties at several conditions with their covariance and degrees of freedom.
 
@@ -251,11 +206,7 @@ class TyreMap(TyreSource):
             pressure than the only one measured, say), or an extrapolation to C_Fy <= 0 or K_y <= 0.
         """
         table = self.measured
-        if not conditions:
-            raise InputError(f"{table.label}: no condition asked for; give at least one (load N, pressure Pa).")
-        load, pressure = (np.array([float(condition[axis]) for condition in conditions]) for axis in (0, 1))
-        for one_load, one_pressure in zip(load, pressure, strict=True):
-            _check_condition(table, self.cornering_stiffness_trend, load=one_load, pressure=one_pressure)
+        load, pressure = self._columns(conditions)
         cornering = self.cornering_stiffness_trend.at(load, pressure)
         lateral = self.lateral_stiffness_trend.at(load, pressure)
         for name, unit, values in (("cornering", "N/rad", cornering.value), ("lateral", "N/m", lateral.value)):
@@ -263,7 +214,7 @@ class TyreMap(TyreSource):
                 raise InputError(
                     f"{table.label}: extrapolation to {load[bad]:g} N, {pressure[bad] / PASCAL_PER_BAR:g} bar gives a "
                     f"{name} stiffness of {values[bad]:g} {unit}, which is not physical; stay nearer to the measured "
-                    f"{_measured_range(table)}."
+                    f"{stated_range(self)}."
                 )
         c_dof, k_dof = table.cornering_stiffness_dof, table.lateral_stiffness_dof
         dof = None if c_dof is None or k_dof is None else (c_dof, k_dof)
@@ -281,27 +232,18 @@ class TyreMap(TyreSource):
             covariance, freedom = joint.of(row)
             properties.append(
                 TyreProperties(
-                    tyre=table.tyre,
-                    surface=table.surface,
-                    load=float(load[row]),
-                    pressure=float(pressure[row]),
-                    cornering_stiffness=float(cornering.value[row]),
-                    lateral_stiffness=float(lateral.value[row]),
-                    relaxation_length=float(cornering.value[row] / lateral.value[row]),
-                    covariance=covariance,
-                    origin=origin,
-                    notes=self._notes(origin),
+                    tyre=table.tyre, surface=table.surface, load=float(load[row]), pressure=float(pressure[row]),
+                    cornering_stiffness=float(cornering.value[row]), lateral_stiffness=float(lateral.value[row]),
+                    relaxation_length=float(cornering.value[row] / lateral.value[row]), covariance=covariance,
+                    origin=origin, notes=self._notes(origin), degrees_of_freedom=freedom, synthetic=table.synthetic,
                     lateral_stiffness_origin=table.lateral_stiffness_origin,
-                    synthetic=table.synthetic,
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
-                    degrees_of_freedom=freedom,
-                    pneumatic_trail=here.value if here else None,
-                    pneumatic_trail_sd=here.sd if here else None,
+                    pneumatic_trail=here.value if here else None, pneumatic_trail_sd=here.sd if here else None,
                     direct_relaxation_lengths={
                         name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
                     },
                 )
-            )
+            )  # fmt: skip
         return JointProperties(tuple(properties), joint, trails)
 
     def origin(self, *, load: float, pressure: float) -> Origin:
@@ -309,10 +251,7 @@ class TyreMap(TyreSource):
         table = self.measured
         if np.any(np.isclose(table.load, load, rtol=1e-9) & np.isclose(table.pressure, pressure, rtol=1e-9)):
             return "measured"
-        for value, lines in ((load, table.loads), (pressure, table.pressures)):
-            if value < lines[0] * (1 - 1e-9) or value > lines[-1] * (1 + 1e-9):
-                return "extrapolated"
-        return "interpolated"
+        return super().origin(load=load, pressure=pressure)
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """C_Fy, K_y and relaxation length at many conditions, as ``at`` gives them for one; nothing is checked."""
@@ -338,7 +277,7 @@ class TyreMap(TyreSource):
             return tuple(notes)
         way, law = "between measured conditions", "bilinear in the measured values"
         if origin == "extrapolated":
-            way, law = f"extrapolated beyond the measured {_measured_range(table)}", "linear trend in load and pressure"
+            way, law = f"extrapolated beyond the measured {stated_range(self)}", "linear trend in load and pressure"
         notes.append(
             f"cornering stiffness {way}: MF6.1 form through the measured values, "
             f"misfit {np.radians(cornering.misfit):.1f} N/deg"
@@ -352,27 +291,20 @@ class TyreMap(TyreSource):
                 notes.append(f"too few conditions to estimate the misfit of the {name} stiffness; it counts as zero")
         return tuple(notes)
 
-
-def _measured_range(table: MeasuredTable) -> str:
-    ends = (*table.loads[[0, -1]], *table.pressures[[0, -1]] / PASCAL_PER_BAR)
-    return "{:g}-{:g} N and {:g}-{:g} bar".format(*ends)
-
-
-def _check_condition(table: MeasuredTable, cornering: Trend, *, load: float, pressure: float) -> None:
-    """Refuse a condition of which a table says nothing."""
-    for name, value, unit, lines in (("load", load, "N", table.loads), ("pressure", pressure, "Pa", table.pressures)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{table.label}: {name} is {value:g} {unit}; it must be finite and > 0.")
-        if lines.size == 1 and not np.isclose(value, lines[0], rtol=1e-9):
-            raise InputError(
-                f"{table.label}: {name} is {value:g} {unit}, but it was measured at {lines[0]:g} {unit} "
-                f"only, which says nothing about another {name}; ask for that one or measure more."
-            )
-    change = (pressure - cornering.parameters["NOMPRES"]) / cornering.parameters["NOMPRES"]
-    for name in ("PPY1", "PPY2"):
-        if 1 + cornering.parameters.get(name, 0.0) * change <= 0:
-            raise InputError(
-                f"{table.label}: at {pressure / PASCAL_PER_BAR:g} bar the fitted 1 + {name} dpi is not positive, so "
-                "the cornering stiffness is not physical; stay nearer to the measured "
-                f"{_measured_range(table)}."
-            )
+    def _refuse(self, load: float, pressure: float) -> None:
+        table, law = self.measured, self.cornering_stiffness_trend.parameters
+        for name, value, unit, lines in (
+            ("load", load, "N", table.loads),
+            ("pressure", pressure, "Pa", table.pressures),
+        ):
+            if lines.size == 1 and not np.isclose(value, lines[0], rtol=1e-9):
+                raise InputError(
+                    f"{table.label}: {name} is {value:g} {unit}, but it was measured at {lines[0]:g} {unit} "
+                    f"only, which says nothing about another {name}; ask for that one or measure more."
+                )
+        for name in ("PPY1", "PPY2"):
+            if 1 + law.get(name, 0.0) * (pressure / law["NOMPRES"] - 1) <= 0:
+                raise InputError(
+                    f"{table.label}: at {pressure / PASCAL_PER_BAR:g} bar the fitted 1 + {name} dpi is not positive, "
+                    f"so the cornering stiffness is not physical; stay nearer to the measured {stated_range(self)}."
+                )

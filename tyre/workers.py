@@ -22,27 +22,15 @@ def worker_pool(
     """Open a pool of fresh processes with one BLAS thread each, perhaps prepared, which end when this one is killed."""
     from concurrent.futures import ProcessPoolExecutor  # here, so that who only limits BLAS does not pay for it
 
-    saved = {name: os.environ.get(name) for name in _ONE_THREAD}
+    saved = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
         with ProcessPoolExecutor(jobs, mp_context=_Quiet(), initializer=_begin, initargs=(prepare, arguments)) as pool:
             yield pool
     finally:
-        for name, value in saved.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def lone_process(work: Callable[..., None], arguments: tuple[Any, ...]) -> SpawnProcess:
-    """Make a process for one piece of work, not yet started: deaf to Ctrl-C, and gone when this one is."""
-    return _Worker(target=_alone, args=(work, arguments))
-
-
-def _alone(work: Callable[..., None], arguments: tuple[Any, ...]) -> None:
-    Thread(target=end_with_parent, daemon=True).start()
-    work(*arguments)
+        for name in _ONE_THREAD:
+            del os.environ[name]
+        os.environ.update(saved)
 
 
 class _Worker(SpawnProcess):

@@ -28,7 +28,7 @@ class FrontCompliance(Effect):
         "Sharp & Alstead (1980), Vehicle System Dynamics 9; "
         "Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System Dynamics 50"
     )
-    modes = (Mode("front_compliance", marks=("front_compliance", "front"), weight=1.0, place=5, look=1),)
+    modes = (Mode("front_compliance", marks=("front_compliance", "front"), place=5, look=1),)
     signature = "wobble at 5-8 Hz becomes unstable at ordinary speeds and stable again above; weave loses damping"
 
     def check(self, bicycle: Mapping[str, float]) -> None:

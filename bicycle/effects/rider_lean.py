@@ -29,7 +29,7 @@ class RiderLean(Effect):
     )
     damping = Parameter("N m s/rad", "of the hinge", typical=(10.0, 150.0), default=60.0)
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"
-    modes = (Mode("rider", weight=3.0, place=6, look=6, main=True),)
+    modes = (Mode("rider", place=6, look=6, main=True),)
     needs_rider = True
     signature = "adds a rider mode at 1-3 Hz; weave changes frequency and damping where the two come close"
 

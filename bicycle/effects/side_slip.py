@@ -6,7 +6,7 @@ from bicycle.declarations import Wheel
 from bicycle.effect import Effect, Mode, Parameter
 from bicycle.equations import ModelBuilder
 
-REAR_TYRE = Mode("rear_tyre", marks=("rear",), weight=1.0, place=4, look=5)  # of every contact that slips
+REAR_TYRE = Mode("rear_tyre", marks=("rear",), place=4, look=5)  # of every contact that slips
 
 
 class SideSlip(Effect):

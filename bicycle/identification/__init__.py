@@ -8,16 +8,18 @@ from typing import Any
 
 HOME = {
     "canonical": ("Canonical",),
-    "decay_checks": ("PARTS", "REACH", "TOO_FAR", "Break", "Movement", "probability_of_noise", "unforeseen"),
-    "decay_noise": ("AMPLITUDE", "DRIFTS", "KINDS", "REAL", "Evidence"),
+    "decay_noise": ("AMPLITUDE", "DRIFTS", "KINDS", "REAL", "Evidence", "basis", "noise_floor", "window"),
     "decay_posterior": ("POINTS", "WIDER", "interval", "log_odds_of_any", "log_odds_of_each", "proposal"),
-    "decay_window": ("basis", "noise_floor", "window"),
-    "free_decay": ("MOST_DOUBT", "MOST_MODES", "POOREST", "Decay", "identify", "identify_modes"),
+    "free_decay": (
+        "MOST_DOUBT", "MOST_MODES", "PARTS", "POOREST", "REACH", "TOO_FAR", "Break", "Decay", "Movement", "identify",
+        "identify_modes", "probability_of_noise", "unforeseen",
+    ),
     "frequency_response": ("SpectralResponse", "line_response", "lines_of", "spectral_response", "weights"),
-    "histories": ("read_runs",),
-    "recording": ("CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run"),
+    "recording": (
+        "CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run", "read_runs",
+    ),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
-}
+}  # fmt: skip
 """Module -> the names that it gives to other rooms."""
 
 

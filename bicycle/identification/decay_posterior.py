@@ -15,15 +15,20 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.decay_noise import PLAIN, WITH_REAL_MODE, Evidence, Linear, Solved, log_sum
-from bicycle.identification.decay_window import (
+from bicycle.identification.decay_noise import (
     FASTEST,
     HIGHEST,
     LOWEST,
+    PLAIN,
     SLOWEST,
+    WITH_REAL_MODE,
+    Evidence,
+    Linear,
+    Solved,
     Window,
     basis,
     guesses,
+    log_sum,
     noise_floor,
 )
 from tyre.arrays import Array

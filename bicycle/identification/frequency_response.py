@@ -295,8 +295,7 @@ def _averaged(
         gain = UNSMOOTHED @ gains
         power = (np.abs(y - gains * u) ** 2).sum(0)[1] / (averages - 1) / (window @ window)
         weights = (UNSMOOTHED[:, None] * r.conj() / through).swapaxes(0, 2)  # (bins, 3, segments)
-        spread = np.array([_energy(w, b, counts, hop, window) for w, b in zip(weights, around.T, strict=True)])
-        variance = power * spread / 2 * (averages - 1) / (averages - 2)
+        variance = power * _energy(weights, around, counts, window) / 2 * (averages - 1) / (averages - 2)
         good = np.isfinite(gain) & (variance > 0)
         if joint:
             known = _coherence(r[:, 1], u[:, 1])  # the response of the input to the reference, by which is divided
@@ -314,18 +313,19 @@ def _averages(counts: Sequence[int], size: int) -> float:
     return sum(k / (1 + 2 * shared**2 * (k - 1) / k) for k in counts if k)
 
 
-def _energy(weights: Complex, bins: NDArray[np.intp], counts: Sequence[int], hop: int, window: Array) -> float:
-    """Sum of |h|^2 over the samples of all recordings, for ``weights`` (3, segments) of the transforms at ``bins``."""
-    size, total, start = len(window), 0.0, 0
-    waves = np.exp(-2j * np.pi * np.outer(bins, np.arange(size)) / size) * window
-    for count in counts:
-        parts = weights[:, start : start + count].T @ waves  # (segments, size)
-        h = np.zeros(hop * (count - 1) + size if count else 0, complex)
-        for k, part in enumerate(parts):
-            h[k * hop : k * hop + size] += part
-        total += float((np.abs(h) ** 2).sum())
-        start += count
-    return total
+def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], window: Array) -> Array:
+    """Sum of |h|^2 over the samples of all recordings (bins,), for weights (bins, 3, segments) of the transforms.
+
+    h is the sum of the segments' parts, so it takes the products of each part with itself and with the next one, which
+    it overlaps by half.
+    """
+    size, hop, places = len(window), len(window) // 2, np.array([-1, 0, 1])
+    turn = np.exp(-2j * np.pi * (places[:, None] - places)[..., None] * np.arange(size) / size)
+    own, shared = turn @ window**2, turn[..., : size - hop] @ (window[hop:] * window[: size - hop])
+    followed = np.delete(np.arange(sum(counts)), np.cumsum([k for k in counts if k]) - 1)
+    late = weights[..., followed] * np.exp(-2j * np.pi * around.T * hop / size)[..., None]
+    total = np.einsum("bik,ij,bjk->b", weights, own, weights.conj()).real
+    return np.asarray(total + 2 * np.einsum("bik,ij,bjk->b", late, shared, weights[..., followed + 1].conj()).real)
 
 
 def _segments(signals: Sequence[Array], size: int, hop: int) -> list[Complex]:

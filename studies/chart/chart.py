@@ -18,10 +18,11 @@ from bicycle.eigen import eigenvalues, frequency_hz
 from bicycle.named_modes import modes
 from bicycle.propagation import model_covariance, standard_deviation
 from studies.axes import SPEED
-from studies.chart.curve import DOUBLE_ZERO, LOST, Boundary
+from studies.chart.curve import DOUBLE_ZERO, Boundary
 from studies.chart.plane import Mark, Plane, lattice, marks, speed_of_rest
 from studies.chart.search import ASIDE, Check, all_boundaries, completed, counted
 from studies.outputs import ROOTS, Output
+from studies.reporting.markdown_text import render_file
 from tyre.arrays import Array
 
 if TYPE_CHECKING:
@@ -210,43 +211,13 @@ class StabilityChart:
     @property
     def doubts(self) -> list[str]:
         """Remarks on what is not certain about this chart."""
-        found, check = [], self.check
-        if check.wrong.any():
-            place = self._place(check.grid[np.argwhere(check.wrong)[0]])
-            found.append(
-                f"at {check.wrong.sum()} of {check.wrong.size} points of the checking grid the number of unstable "
-                f"roots is not what the boundaries tell (the first at {place}): a boundary is missing"
-            )
-        if check.sides:
-            found.append(
-                f"at {check.sides} of {check.compared} points of boundaries the number of unstable roots on the two "
-                "sides does not differ as one root makes it: boundaries may run close to each other there"
-            )
-        for number, one in enumerate(self.boundaries, 1):
-            found += [
-                f"boundary {number} could not be followed beyond {self._place(one.curve.shares[k])}"
-                for k, end in zip((0, -1), one.curve.ends, strict=True) if end == LOST
-            ]  # fmt: skip
-            if self.uncertain and not one.band_is_told:
-                found.append(
-                    f"boundary {number}: its band would be wider than most of the chart, where first order means "
-                    "little; it is not drawn"
-                )
-            distinct = one.names.distinct
-            joint = [(name or "unknown").replace("+", " or ") for name in distinct if "+" in name or not name]
-            if joint:
-                joint_modes = " and ".join(joint)
-                found.append(f"boundary {number}: for part of it the mode is not certain ({joint_modes})")
-            elif len(distinct) > 1:
-                found.append(f"boundary {number} is called {', then '.join(distinct)}: modes exchange names")
-        return found
+        missing = self.check.grid[np.argwhere(self.check.wrong)[:1]]
 
-    def _place(self, shares: Array) -> str:
-        """Coordinates in the units of the axes."""
-        x = self.plane.x(shares[None])[0]
-        return ", ".join(
-            f"{span.axis.key} = {value:.4g} {span.axis.unit}" for span, value in zip(self.plane.spans, x, strict=True)
-        )
+        def place(shares: Array) -> list[tuple[str, float, str]]:
+            found = zip(self.plane.spans, self.plane.x(np.reshape(shares, (1, 2)))[0], strict=True)
+            return [(span.axis.key, value, span.axis.unit) for span, value in found]
+
+        return _rendered("doubts", self, missing=missing, place=place)
 
 
 def stability_chart(
@@ -320,29 +291,14 @@ def _deviations(chart: StabilityChart, one: NamedBoundary) -> list[str]:
 
 def checked(chart: StabilityChart) -> list[str]:
     """Lines on the check of the chart, and on its band."""
-    check, lines = chart.check, []
-    apart, uncertain = int(check.apart.sum()), len(chart.uncertain.names)
-    if not chart.boundaries:
-        count = int(check.told[0, 0])
-        lines.append(
-            f"no boundary here: {f'{count} unstable root' + 's' * (count > 1) if count else 'stable'} everywhere"
-        )
-    k, agreed = len(check.unstable), apart - int(check.wrong.sum())
-    lines.append(
-        f"checked: on a grid of {k} x {k} points, at {agreed} of the {apart} that are more than a cell from a boundary "
-        "the number of unstable roots is what the boundaries tell"
-    )
-    if uncertain and chart.boundaries:
-        numbers = f"{uncertain} uncertain number{'s' * (uncertain > 1)}"
-        lines.append(f"band: 95 %, first order, of {numbers}; the axes themselves are exact")
-    elif not uncertain:
-        lines.append("no band: the model states no uncertainty; --sd NAME=VALUE gives some, --assume takes defaults")
     rest = speed_of_rest(chart.plane.space)
-    if any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans):
-        lines.append(
-            f"from {rest:.2g} m/s on: slower is rest, where an undamped pair lies on the imaginary axis at any value"
-        )
-    return lines
+    from_rest = any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans)
+    return _rendered("checked", chart, rest=rest, from_rest=from_rest)
+
+
+def _rendered(name: str, chart: StabilityChart, **more: Any) -> list[str]:
+    content = {"chart": chart, "check": chart.check, **more}
+    return render_file("studies.chart", f"{name}.txt.j2", content, escaped=False).splitlines()
 
 
 def record(chart: StabilityChart) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The plane of a chart, two numbers of a model over the unit square, and the marks in it."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from tyre.arrays import Array, Complex
 from tyre.errors import InputError
 from tyre.find_tyre import read_tyre
 from tyre.map_files import available_tyres
-from tyre.properties import TyreProperties, TyreSource, out_of_reach
+from tyre.properties import out_of_reach
 from tyre.units import PASCAL_PER_BAR
 
 SLOW, FAST = 1.0, 25.0  # m/s, where no range of the speed is given
@@ -199,8 +200,13 @@ def marks(plane: Plane) -> list[Mark]:
     space, base = plane.space, plane.space.base.tolist()
     found = [Mark(MODEL, "the model as it stands", *base)]
     for i, axis in enumerate(space.axes):
-        for kind, label, value in _conditions(space, axis):
-            found.append(Mark(kind, label, *((value, base[1]) if i == 0 else (base[0], value))))
+        sources = [space.tyres.sources[wheel] for wheel in axis.wheels] if space.tyres is not None else []
+        for source in {one.label: one for one in sources}.values():
+            bars = axis.condition == "pressure_bar"
+            values = source.pressures / PASCAL_PER_BAR if bars else source.loads
+            for value in [] if source.synthetic else values.tolist():
+                place = [value if k == i else other for k, other in enumerate(base)]
+                found.append(Mark(PRESSURE if bars else LOAD, f"{source.tyre} {value:g} {axis.unit}", *place))
     found += _tyres(space, base)
     shown = []
     for mark in dict.fromkeys(found):
@@ -208,22 +214,6 @@ def marks(plane: Plane) -> list[Mark]:
         if within and all(within):
             shown.append(mark)
     return shown
-
-
-def _conditions(space: ModelSpace, axis: Axis) -> list[tuple[str, str, float]]:
-    """Kind, label and value of the conditions at which the tyres of an axis were measured."""
-    if not axis.wheels or space.tyres is None:
-        return []
-    found = []
-    for source in {space.tyres.sources[wheel].label: space.tyres.sources[wheel] for wheel in axis.wheels}.values():
-        if source.synthetic:
-            continue
-        if axis.condition == "pressure_bar":
-            found += [(PRESSURE, f"{source.tyre} {p / PASCAL_PER_BAR:g} bar", p / PASCAL_PER_BAR)
-                      for p in source.pressures.tolist()]  # fmt: skip
-        else:
-            found += [(LOAD, f"{source.tyre} {n:g} N", n) for n in source.loads.tolist()]
-    return found
 
 
 def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
@@ -234,29 +224,19 @@ def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
         return []
     wheel = next(key.wheel for key, name in zip(keys, own, strict=True) if name) or WHEELS[1]
     load = dict(zip(WHEELS, space.model.bicycle.static_loads, strict=True))[wheel]
-    found = []
-    for source in _sources(space):
-        for pressure in source.pressures.tolist():
-            if source.synthetic or out_of_reach(source, load=load, pressure=pressure):
-                continue
-            held = source.at(load=load, pressure=pressure)
-            place = [_value(held, name, value) for name, value in zip(own, base, strict=True)]
-            if place[0] is not None and place[1] is not None:
-                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
-                found.append(Mark(f"{TYRE}, {wheel} wheel's load", label, place[0], place[1]))
-    return found
-
-
-def _value(held: TyreProperties, name: str, other: float) -> float | None:
-    value = getattr(held, name) if name else other
-    return None if value is None or (name and math.isnan(value)) else float(value)
-
-
-def _sources(space: ModelSpace) -> list[TyreSource]:
-    sources = [] if space.tyres is None else list(space.tyres.sources.values())
+    sources, found = [] if space.tyres is None else list(space.tyres.sources.values()), []
     for name in available_tyres():
-        try:
+        with suppress(InputError):  # not measured on a flat surface
             sources.append(read_tyre(name, surface="flat"))
-        except InputError:  # not measured on a flat surface
-            continue
-    return list({source.label: source for source in sources}.values())
+    for source in {one.label: one for one in sources if not one.synthetic}.values():
+        for pressure in source.pressures.tolist():
+            if not out_of_reach(source, load=load, pressure=pressure):
+                held = source.at(load=load, pressure=pressure)
+                x, y = (getattr(held, name) if name else value for name, value in zip(own, base, strict=True))
+                told = all(
+                    value is not None and not (name and math.isnan(value))
+                    for name, value in zip(own, (x, y), strict=True)
+                )
+                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
+                found += [Mark(f"{TYRE}, {wheel} wheel's load", label, float(x), float(y))] if told else []
+    return found

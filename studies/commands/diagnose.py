@@ -1,7 +1,5 @@
 """``velotyre diagnose``: find where simulation and measurement disagree and name the missing effect."""
 
-from typing import Any
-
 import click
 
 from studies.reporting.command_context import example, verbose
@@ -24,7 +22,7 @@ from studies.reporting.command_context import example, verbose
 def command(
     measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
     workers: int | None, *, no_stability: bool,
-) -> Any:  # fmt: skip
+) -> None:  # fmt: skip
     from os import cpu_count
     from pathlib import Path
     from time import perf_counter
@@ -62,4 +60,3 @@ def command(
     if json_file != "-":
         click.echo(terminal(found, findings, str(Path(folder) / "report.html") if folder else ""))
         print_warnings(found.verdict.warnings)
-    return found, findings  # for the page of velotyre explore

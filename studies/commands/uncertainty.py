@@ -90,8 +90,7 @@ def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]
     from bicycle.default_sd import ASSUMED
     from studies.reporting.output import print_table
     from studies.sweep.specification import together
-    from studies.uncertainty import by_group, by_origin, known_exactly
-    from studies.uncertainty.propagation import assumed_words, exact_words
+    from studies.uncertainty import by_group, known_exactly, stated
 
     table = []
     for q in found:
@@ -106,7 +105,11 @@ def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]
     if groups:
         click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
         shares = [
-            [q.name, *(f"{row[g]:.0%}" for g in groups), f"{by_origin(uncertainty, q.shares).get(ASSUMED, 0.0):.0%}"]
+            [
+                q.name,
+                *(f"{row[g]:.0%}" for g in groups),
+                f"{by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0):.0%}",
+            ]
             for q, row in zip(found, rows, strict=True)
         ]
         print_table(shares, ["quantity", *groups, ASSUMED])
@@ -121,13 +124,12 @@ def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]
         single = [list(known_exactly(uncertainty, name, q.gradient).items())[:LEADING] for q in hanging]
         table = [[q.name, *(f"{key} {part:.0%}" for key, part in row)] for q, row in zip(hanging, single, strict=True)]
         print_table(table, ["quantity", "most", *[""] * (LEADING - 1)])
-    for words in (exact_words(uncertainty), assumed_words(uncertainty)):
-        if words:
-            click.echo(f"\n{words}")
+    for words in stated(uncertainty):
+        click.echo(f"\n{words}")
 
 
 def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
-    from studies.uncertainty import by_group, by_origin, differs, known_exactly
+    from studies.uncertainty import by_group, differs, known_exactly
 
     alone = {name: known_exactly(uncertainty, name, q.gradient) for name, of in uncertainty.measurements.items()
              if len(of) > 1}  # fmt: skip
@@ -136,7 +138,7 @@ def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
         "monte_carlo_sd": _plain(q.sampled_sd), "band_95": [_plain(end) for end in q.band()],
         "samples": len(q.samples), "lost": q.lost, "linear_holds": not (q.lost or differs(q)),
         "linear_variance_shares": dict(q.shares), "variance_shares_by_group": by_group(q.shares),
-        "variance_shares_by_origin": by_origin(uncertainty, q.shares),
+        "variance_shares_by_origin": by_group(q.shares, uncertainty.origin),
         "known_exactly": {name: shares for name, shares in alone.items() if shares},
     }  # fmt: skip
 

@@ -247,8 +247,7 @@ def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple
     """The cheapest of several searches, and how many of those that kept every demand came to the same."""
     rng = np.random.default_rng(seed)
     low, high = problem.limits.low, problem.limits.high
-    found: list[Answer] = []
-    refusal = ""
+    found, refusal = list[Answer](), ""
     for number in range(4):  # beginnings of the search: the model as it stands, and points within the limits
         begin = low + (high - low) * rng.uniform(size=len(low)) if number else problem.start
         try:
@@ -263,11 +262,8 @@ def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple
             return answer, (1, 1)
     if not found:
         raise InputError(f"every search came to numbers that make no bicycle ({refusal}); narrow the --limits")
-    kept = [one for one in found if one.kept]
-    if not kept:
-        return min(found, key=lambda one: one.missed), (0, len(found))
-    best = min(kept, key=lambda one: one.cost)
-    return best, (sum(one.cost <= best.cost * 1.001 for one in kept), len(found))
+    best = min(found, key=lambda one: one.rank)
+    return best, (sum(one.kept and one.cost <= best.cost * 1.001 for one in found), len(found))
 
 
 def _uncertain(content: Mapping[str, Any], wanted: Wanted) -> UncertainModel | None:

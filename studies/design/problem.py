@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import Bounds, minimize, minimize_scalar
 
 from bicycle.default_sd import standard_deviations
 from bicycle.eigen import eigensystem, projected
@@ -265,15 +265,13 @@ class Followed:
 
     def _look(self, x: Array, expected: Complex) -> tuple[Complex, Complex, NDArray[np.bool_]]:
         """Roots (k,) nearest to what is expected, their derivatives (k, d), and which of them are clear."""
-        matrices, slopes = self.space.matrices_and_slopes(self._points(x), self.speeds)
+        points = np.broadcast_to(x, (len(self.speeds), len(x)))
+        matrices, slopes = self.space.matrices_and_slopes(points, self.speeds)
         values, right, left = eigensystem(matrices)
         own, clear = _nearest(values, expected)
         row = np.arange(len(values))
         change = np.stack([projected(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
         return values[row, own], change, clear
-
-    def _points(self, x: Array) -> Array:
-        return np.broadcast_to(x, (len(self.speeds), len(x)))
 
     def to(self, x: Array, deepest: int = 7) -> None:
         """Follow every root to other numbers ``x`` (d,), in their units, in up to ``deepest`` times halved steps."""
@@ -289,11 +287,11 @@ class Followed:
 
     def excess(self, x: Array) -> Array:
         """Excess (k,) by which each demand is missed, 1/s, at numbers ``x`` (d,) in their units."""
-        values = np.linalg.eigvals(self.space.matrices(self._points(x), self.speeds)).astype(complex)
+        points = np.broadcast_to(x, (len(self.speeds), len(x)))
+        values = np.linalg.eigvals(self.space.matrices(points, self.speeds)).astype(complex)
         own, clear = _nearest(values, self.roots + self.slopes @ (x - self.x))
-        if clear.all():  # of rivals: no derivatives are needed
-            roots = values[np.arange(len(values)), own]
-        else:
+        roots = values[np.arange(len(values)), own]
+        if not clear.all():  # of rivals; else no derivatives are needed
             self.to(x)
             roots = self.roots
         return np.array([d.excess(root) for d, root in zip(self.demands, roots, strict=True)])
@@ -346,6 +344,11 @@ class Answer:
         """True if every demand is kept."""
         return self.missed <= 1e-6  # 1/s: a demand missed by less is kept
 
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """What the better of two answers has less of: the cheaper one, or the one that misses less if none is kept."""
+        return not self.kept, self.cost if self.kept else self.missed
+
 
 def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> Answer:
     """The cheapest change from one beginning; the best reachable margin where no change keeps every demand."""
@@ -356,8 +359,7 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
         answer = problem.answer(x, margins)
         settled = best is not None and answer.kept and abs(answer.cost - last) <= 1e-7 * max(answer.cost, 1e-12)
         last = answer.cost
-        if best is None or _better(answer, best):
-            best = answer
+        best = answer if best is None else min(best, answer, key=lambda one: one.rank)
         if settled or (number == 0 and answer.kept and answer.cost == 0.0):
             break
         if number > ROUNDS // 2:
@@ -374,30 +376,19 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
     return best
 
 
-def _better(one: Answer, other: Answer) -> bool:
-    if one.kept != other.kept:
-        return one.kept
-    return one.cost < other.cost if one.kept else one.missed < other.missed
-
-
 def _joined(
     problem: Problem, working: Sequence[tuple[Demand, float]], found: Sequence[Peak], margins: Mapping[Demand, float],
     x: Array,
 ) -> list[Peak]:  # fmt: skip
     """The peaks that matter, and the speeds of earlier rounds with their roots at these numbers."""
-    most = {demand: max(p.excess for p in found if p.demand == demand) for demand in {p.demand for p in found}}
-    near = [
-        peak for peak in found
-        # 1/s: peaks that keep their demand by more than this are left out
-        if peak.excess + margins.get(peak.demand, 0.0) > -3.0 or peak.excess == most[peak.demand]
-    ]  # fmt: skip
+    most = {p.demand: p.excess for p in sorted(found, key=lambda p: p.excess)}
+    # 1/s: peaks that keep their demand by more than this are left out
+    near = [p for p in found if p.excess + margins.get(p.demand, 0.0) > -3.0 or p.excess == most[p.demand]]
     old = [
         (demand, speed) for demand, speed in working
         if not any(peak.demand == demand and abs(peak.speed - speed) <= 1e-3 * speed for peak in near)
     ]  # fmt: skip
-    if old:
-        near += at_speeds(problem.space.linear_at(x), old)
-    return near
+    return near + (at_speeds(problem.space.linear_at(x), old) if old else [])
 
 
 def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float], x: Array, region: float) -> Array:
@@ -415,50 +406,35 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     def slopes(y: Array) -> Array:
         return np.asarray(-followed.excess_slopes(start + scale * y) * scale)
 
-    y0 = np.clip((x - start) / scale, (low - start) / scale, (high - start) / scale)
-    bounds = list(zip((low - start) / scale, (high - start) / scale, strict=True))
-    constraint: Any = {"type": "ineq", "fun": kept, "jac": slopes}
-    found = _solved(
-        lambda y: 0.5 * float(y @ y), y0, jac=lambda y: y, bounds=bounds, constraints=[constraint],
-        options={"maxiter": 40, "ftol": 1e-14},
-    )  # fmt: skip
-    y = np.clip(found.x, *np.transpose(bounds))
+    ends = ((low - start) / scale, (high - start) / scale)
+    y0, constraint = np.clip((x - start) / scale, *ends), {"type": "ineq", "fun": kept, "jac": slopes}
+    y = _solved(lambda y: 0.5 * float(y @ y), y0, lambda y: y, ends, constraint, {"maxiter": 40, "ftol": 1e-14})
     if np.isfinite(y).all() and kept(y).min() > -1e-3:
         for _ in range(4):  # where a tyre's table has a kink, the solver ends a little beside the demand
             short = -kept(y)
             if (short <= 0).all():
                 break
-            y = np.clip(y + np.linalg.pinv(slopes(y)[short > 0]) @ short[short > 0], *np.transpose(bounds))
+            y = np.clip(y + np.linalg.pinv(slopes(y)[short > 0]) @ short[short > 0], *ends)
         return np.asarray(start + scale * y)
-    return _least_missed(problem, Followed(problem.space, near, x), margin, x, (low, high))
+    # none keeps them: the numbers with which the demand that is missed most is missed least, by t
+    followed = Followed(problem.space, near, x)
+    t0, down = float((followed.excess(x) + margin).max()), np.r_[np.zeros(len(y0)), 1.0]
+    constraint = {
+        "type": "ineq", "fun": lambda z: kept(z[:-1]) + z[-1],
+        "jac": lambda z: np.hstack([slopes(z[:-1]), np.ones((len(margin), 1))]),
+    }  # fmt: skip
+    wide = (np.r_[ends[0], -np.inf], np.r_[ends[1], np.inf])
+    z0 = np.r_[(x - start) / scale, t0]
+    y = _solved(lambda z: float(z[-1]), z0, lambda z: down, wide, constraint, {"maxiter": 30, "ftol": 1e-10})[:-1]
+    better = np.isfinite(y).all() and -kept(y).min() < t0 + 1e-6
+    return np.asarray(start + scale * y) if better else x
 
 
-def _solved(*given: Any, **settings: Any) -> Any:
-    """SLSQP; scipy before 1.12 warns of steps that leave the bounds by rounding, and clips them as later ones do."""
+def _solved(cost: Any, start: Array, slope: Any, ends: tuple[Array, Array], constraint: Any, options: Any) -> Array:
+    """Minimise by SLSQP within the ends; scipy before 1.12 warns of steps that leave them by rounding."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        return minimize(*given, method="SLSQP", **settings)
-
-
-def _least_missed(problem: Problem, followed: Followed, margin: Array, x: Array, box: tuple[Array, Array]) -> Array:
-    """Numbers with which the demand that is missed most is missed least."""
-    scale, start = problem.cost.scale, problem.start
-    ends = [(end - start) / scale for end in box]
-    y0 = (x - start) / scale
-    t0 = float((followed.excess(x) + margin).max())
-    constraint: Any = {
-        "type": "ineq",
-        "fun": lambda z: z[-1] - followed.excess(start + scale * z[:-1]) - margin,
-        "jac": lambda z: np.hstack(
-            [-followed.excess_slopes(start + scale * z[:-1]) * scale, np.ones((len(margin), 1))]
-        ),
-    }
-    down = np.r_[np.zeros(len(y0)), 1.0]
-    found = _solved(
-        lambda z: float(z[-1]), np.r_[y0, t0], jac=lambda z: down,
-        bounds=[*zip(*ends, strict=True), (None, None)], constraints=[constraint],
-        options={"maxiter": 30, "ftol": 1e-10},
-    )  # fmt: skip
-    y = np.clip(found.x[:-1], *ends)
-    better = np.isfinite(y).all() and (followed.excess(start + scale * y) + margin).max() < t0 + 1e-6
-    return np.asarray(start + scale * y) if better else x
+        found = minimize(
+            cost, start, jac=slope, bounds=Bounds(*ends), constraints=[constraint], options=options, method="SLSQP"
+        )
+    return np.clip(found.x, *ends)

@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -185,18 +186,12 @@ TORQUE_ZERO, FORCE_ZERO, STEER_ZERO = "bench.torque_zero", "bench.force_zero", "
 CROWN = "crown_radius.crown_radius.front"
 
 
-class Setup:
-    """The readings as arrays (n,), one for each field of :class:`Reading`."""
-
-    def __init__(self, readings: Sequence[Reading]) -> None:
-        for field in fields(Reading):
-            setattr(self, field.name, np.array([getattr(r, field.name) for r in readings]))
-
-    def __getattr__(self, name: str) -> Any:  # for type checkers: the fields are set in __init__
-        raise AttributeError(name)
+def arrays_of(readings: Sequence[Reading]) -> SimpleNamespace:
+    """The ``readings`` as arrays (n,), one for each field of :class:`Reading`."""
+    return SimpleNamespace(**{f.name: np.array([getattr(r, f.name) for r in readings]) for f in fields(Reading)})
 
 
-def torques(family: Family, setup: Setup, theta: Array) -> Array:
+def torques(family: Family, setup: SimpleNamespace, theta: Array) -> Array:
     """Torques (K, n), N m, that a bicycle at rest would have shown at coordinates ``theta`` (K, p)."""
     values, names = family.values(theta), family.symbolic
     system = family(theta, np.zeros(1))
@@ -344,9 +339,9 @@ class Bench(BicycleKind, kind="bench"):
     # ---- physics ----
 
     @cached_property
-    def setup(self) -> Setup:
+    def setup(self) -> SimpleNamespace:
         """The readings as arrays."""
-        return Setup(self.readings)
+        return arrays_of(self.readings)
 
     @cached_property
     def _standing(self) -> tuple[Model, tuple[tuple[str, float], ...]]:
@@ -388,7 +383,7 @@ class Bench(BicycleKind, kind="bench"):
     def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
         return self._torques(self.setup, candidates, theta)
 
-    def _torques(self, setup: Setup, candidates: Candidates, theta: Array) -> base.Prediction:
+    def _torques(self, setup: SimpleNamespace, candidates: Candidates, theta: Array) -> base.Prediction:
         family = self.family(candidates)
         batch, steps = family.stencil(theta)
         every = torques(family, setup, batch)
@@ -417,7 +412,7 @@ class Bench(BicycleKind, kind="bench"):
         found = []
         for test, condition, what, states in tests:
             if (test, condition) not in made:
-                setup = Setup([Reading(test, condition, steer, rate, d, 0.0, sd) for steer, rate, d in states])
+                setup = arrays_of([Reading(test, condition, steer, rate, d, 0.0, sd) for steer, rate, d in states])
                 predict = partial(self._torques, setup)
                 found.append(Proposal(f"{what}, {CONDITIONS[condition]}", np.full(len(states), sd), predict))
         return tuple(found)

@@ -124,50 +124,22 @@ class Family:
         return {key: (column, float(theta[column])) for column, u in enumerate(self.unknowns) for key in u.sets}
 
 
-@dataclass(frozen=True, eq=False)
 class MatrixSlopes:
     """A bicycle at recorded ``speeds`` (k,), m/s, and the derivatives of its matrices along p coordinates.
 
     The matrices are polynomials in the speed v: dF/dtheta x = sum over k of v^k dF_k x + F'(v) x dv/dtheta. Only the
-    coefficients are differenced, and no matrix is put together at any speed. Without ``wanted`` p is zero.
+    coefficients are differenced, and no matrix is put together at any speed. Without ``wanted`` p is zero. ``steps``
+    (p,) are those of the differences; ``values`` and ``true_speeds`` are of the bicycle and of the 2 p about it, and
+    ``system`` has the matrices of the bicycle itself, arrays (1, k, ...).
     """
 
-    family: Family
-    theta: Array
-    speeds: Array
-    wanted: bool = True
-
-    @cached_property
-    def _stencil(self) -> tuple[Array, Array]:
-        return self.family.stencil(self.theta) if self.wanted else (self.theta[None], self.theta[:0])
-
-    @property
-    def steps(self) -> Array:
-        """Steps of the differences (p,)."""
-        return self._stencil[1]
-
-    @cached_property
-    def values(self) -> dict[str, Array]:
-        """Every parameter of the bicycle and of those about it, arrays (2 p + 1, 1)."""
-        return self.family.values(self._stencil[0])
-
-    @cached_property
-    def true_speeds(self) -> Array:
-        """True speeds of the bicycle and of those about it (2 p + 1, k), m/s."""
-        return self.family.true_speeds(self.values, self.speeds)
-
-    @cached_property
-    def _all(self) -> DescriptorPolynomial:
-        return self.family.matrices(self.values, self.true_speeds)
-
-    @cached_property
-    def _first(self) -> DescriptorPolynomial:
-        return self._all.take(slice(1))
-
-    @cached_property
-    def system(self) -> DescriptorStack:
-        """Matrices of the bicycle itself, arrays (1, k, ...)."""
-        return self._first(self.true_speeds[:1])
+    def __init__(self, family: Family, theta: Array, speeds: Array, wanted: bool = True) -> None:  # noqa: FBT001, FBT002
+        batch, self.steps = family.stencil(theta) if wanted else (theta[None], theta[:0])
+        self.family, self.values = family, family.values(batch)
+        self.true_speeds = family.true_speeds(self.values, speeds)
+        self._all = family.matrices(self.values, self.true_speeds)
+        self._first = self._all.take(slice(1))
+        self.system: DescriptorStack = self._first(self.true_speeds[:1])
 
     def difference(self, part: Array) -> Array:
         """Derivatives (p, ...) of a ``part`` (2 p + 1, ...) known of all bicycles."""

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
-from bicycle.identification.histories import read_runs
-from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run
+from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
 from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
 from studies.diagnosis.doubts import NAMED, channel_factors, known_factor, question

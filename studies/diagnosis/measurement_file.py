@@ -27,6 +27,7 @@ from studies.diagnosis import bench, canonical, frequency_response, histories, m
 from studies.diagnosis.candidates import check_known, nuisances
 from studies.diagnosis.modal import EIGENVALUE, SD
 from studies.inference.kind import Kind
+from studies.reporting.markdown_text import make_environment
 from tyre.errors import InputError, unknown
 from tyre.files import data_root, read_toml
 from tyre.plausible import WAY_OUT
@@ -183,47 +184,6 @@ def _unpack(folder: Traversable, target: Path) -> None:
 
 # ---- an example: velotyre new m.toml --kind measurement ----
 
-EXAMPLE = """\
-# A measurement of a bicycle: what is missing from its model?
-# velotyre diagnose {file} --out report
-# Written by `velotyre new`. Units are SI unless a key names another. Lines that begin with # are comments: take the #
-# away to use what stands behind it. docs/measurement_files.md has all kinds: time histories, recorded torques, bench
-# tests, frequency responses, several of these together; `velotyre look RECORDING --out DIR` drafts those of recordings.
-
-kind = "modal"                 # eigenvalues of named modes at speeds
-bicycle = "{bicycle}"
-# the bicycle: a packaged name, a file of yours ("mine.toml", "mine.txt"), or a table [bicycle] of parameters
-
-# description = "Weave of my bicycle after a push at the saddle"
-# source = "Laboratory book 7, 3 May"
-# allow_unusual = false        # true lets values far from those of other bicycles pass
-
-[modal]
-table = "{table}"
-# The numbers in it are SYNTHETIC, of the model itself with noise ({percent:g} % of each eigenvalue): put in yours.
-# speed_m_s, mode, real_1_s, imag_rad_s are needed (decay rate and angular frequency, the imaginary part not negative).
-# real_sd_1_s, imag_sd_rad_s: one standard deviation; without them it comes from repeats, else it is 3 %.
-# steer_over_lean_re, _im, _sd and yaw_over_lean_re, _im, _sd: mode shapes, which separate what eigenvalues cannot.
-# group: rows of one group are held out together. `velotyre modal` writes such a table from recordings.
-
-# How well the bicycle is known: one standard deviation of a parameter, 0 fixes it. They decide the verdict more than
-# anything else; without a line here the bicycle's own file counts, else careful measurement is taken for granted.
-# [uncertainty]
-# c = 0.003                    # trail, m
-# lam = 0.01                   # steer axis tilt, rad
-# IBxx = 0.5                   # kg m^2
-
-# What the model has already beyond rolling without slip (`velotyre effects` lists what there is):
-# [effects.steer_damper]
-# damping = 0.5                # N m s/rad
-
-# What is known of something that may be missing; it is then not fitted. An empty table asks for a motor:
-# [candidates.luggage]
-# x = 0.0
-# z = -0.8
-# [candidates.steer_assist]
-"""
-
 
 def example_measurement(bicycle: Bicycle, *, file: str, table: str) -> "tuple[str, pd.DataFrame]":
     """Text of a measurement file, and its table: the weave of a ``bicycle`` that rolls without slip, with noise."""
@@ -244,5 +204,7 @@ def example_measurement(bicycle: Bicycle, *, file: str, table: str) -> "tuple[st
         sd = noise * abs(roots[k])
         real, imag = roots[k].real + sd * rng.standard_normal(), roots[k].imag + sd * rng.standard_normal()
         rows.append([speeds[k], "weave", *(round(x, 4) for x in (real, imag, sd, sd))])
-    text = EXAMPLE.format(file=file, bicycle=bicycle.name, table=table, percent=100 * noise)
+    given = {"file": file, "bicycle": bicycle.name, "table": table, "percent": f"{100 * noise:g}"}
+    templates = make_environment("studies.diagnosis", escaped=False, keep_trailing_newline=True)
+    text = templates.get_template("example.toml.j2").render(**given)
     return text, pd.DataFrame(rows, columns=["speed_m_s", "mode", *EIGENVALUE, *SD])

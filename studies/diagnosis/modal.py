@@ -271,20 +271,13 @@ class Wanted:
     near: Complex
 
     @cached_property
-    def crowded(self) -> list[tuple[int, NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
-        """Speeds at which several modes are wanted, those with as many modes together."""
-        of_count: dict[int, list[list[int]]] = {}
+    def crowded(self) -> list[list[NDArray[np.intp]]]:
+        """Points of each mode at the speeds at which several modes are wanted."""
+        names, found = np.array(self.mode), []
         for speed in np.unique(self.speed):
-            points = np.flatnonzero(self.speed == speed).tolist()
-            names = sorted({self.mode[i] for i in points})
-            if len(names) > 1:
-                of_count.setdefault(len(names), []).extend([i for i in points if self.mode[i] == n] for n in names)
-        found = []
-        for count, groups in of_count.items():
-            sizes = [len(group) for group in groups]
-            owner = np.repeat(np.arange(len(groups)), sizes)
-            found.append((count, np.concatenate(groups), np.cumsum([0, *sizes[:-1]]), owner))
-        return found
+            here = self.speed == speed
+            found.append([np.flatnonzero(here & (names == name)) for name in np.unique(names[here])])
+        return [together for together in found if len(together) > 1]
 
 
 def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
@@ -296,20 +289,11 @@ def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
     cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= 3.0
     cost[here.imag < 0] = 1e6
     found = cost.argmin(1)
-    for count, points, starts, owner in wanted.crowded:
-        total = np.add.reduceat(cost[points], starts).reshape(-1, count, cost.shape[1])
-        found[points] = _assigned(total).ravel()[owner]
+    for together in wanted.crowded:  # no two modes at one speed have the same root
+        total = np.nan_to_num([cost[points].sum(0) for points in together], nan=1e9, posinf=1e9)
+        for points, root in zip(together, linear_sum_assignment(total)[1], strict=True):
+            found[points] = root
     return np.asarray(found)
-
-
-def _assigned(cost: Array) -> NDArray[np.intp]:
-    """Eigenvalue of each mode (C, modes), no two the same, for least ``cost`` (C, modes, n) at each of C speeds."""
-    if cost.shape[1] > 2:
-        return np.array([linear_sum_assignment(c)[1] for c in cost])
-    both = cost[:, 0, :, None] + cost[:, 1, None, :]
-    n = cost.shape[2]
-    both[:, np.arange(n), np.arange(n)] = np.inf
-    return np.stack(np.divmod(both.reshape(len(cost), -1).argmin(1), n), 1)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")  # two roots that meet, a mode without lean: not finite

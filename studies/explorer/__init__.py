@@ -12,7 +12,7 @@ HOME = {
     ),
     "forms": ("controls", "controls_html", "law_options", "starts"),
     "models": (
-        "AtSpeed", "at_speed", "bicycle_or_none", "build", "computed", "load_notes", "model_content", "ranking",
+        "AtSpeed", "at_speed", "bicycle_or_none", "build", "computed", "model_content", "ranking",
     ),
     "motion": ("FRAMES", "mode_motion"),
     "server": ("CLOSE", "HOST", "build_server", "listening", "serve"),

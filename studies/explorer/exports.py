@@ -4,7 +4,6 @@ import base64
 import gzip
 import json
 import shlex
-from collections.abc import Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
@@ -27,10 +26,11 @@ from studies.explorer.models import POINTS, at_speed, bicycle_name, computed, mo
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State, parse_state, written
 from studies.explorer.tyre_files import TYRES, files_of, kept_here, tyre_names
-from studies.model_argument import LAWS
 from studies.reporting.markdown_text import html_template
 from tyre.files import slug
 
+HEAD = "# made by velotyre explore, {address}\n{needed}"
+NEEDED = "# needs beside it, as they were loaded: {names}\n"
 COMMAND = "cat > model.toml <<'END_OF_MODEL'\n{model}END_OF_MODEL\nvelotyre{own} modes model.toml --speeds {speeds}"
 PYTHON = """\
 import numpy as np
@@ -64,14 +64,13 @@ def model_toml(state: State) -> str:
     """Model file of a state, its rider part of the bicycle."""
     import tomli_w
 
-    head = f"# made by velotyre explore, {state.alone().address}\n{_needed(state)}"
+    head = HEAD.format(address=state.alone().address, needed=_needed(state))
     return head + tomli_w.dumps(TYRES.portable(model_content(state)))
 
 
 def _needed(state: State) -> str:
-    """Comment on the tyre files that were loaded; empty if the model names none."""
     names = ", ".join(TYRES.content(tyre_names(state.content)))
-    return f"# needs beside it, as they were loaded: {names}\n" if names else ""
+    return NEEDED.format(names=names) if names else ""
 
 
 def eigenvalues_csv(state: State) -> str:
@@ -80,13 +79,13 @@ def eigenvalues_csv(state: State) -> str:
 
 
 def as_command(state: State) -> str:
-    """Command that computes the same; if no options say the model, it is written to a file first."""
+    """Command that computes the same on a packaged bicycle, or on a model file that it writes first."""
     step = (state.fast - state.slow) / (POINTS - 1)
     speeds = f"{written(state.slow)}:{written(state.fast)}:{written(step)} --max-speed {written(state.fast)}"
     own = "".join(f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file)
-    short = _options(TYRES.portable(model_content(state)))
-    if short is not None:
-        return f"{_needed(state)}velotyre{own} modes {short} --speeds {speeds}"
+    content = model_content(state)
+    if isinstance(content["bicycle"], str) and set(content) == {"bicycle"}:
+        return f"velotyre{own} modes {content['bicycle']} --speeds {speeds}"
     return COMMAND.format(model=model_toml(state), own=own, speeds=speeds)
 
 
@@ -95,24 +94,6 @@ def as_python(state: State) -> str:
     own = "".join(f"vt.load_effects({str(origin.file)!r})\n" for origin in outside_origins() if origin.file)
     model = pformat(TYRES.portable(model_content(state)), sort_dicts=False, width=100)
     return PYTHON.format(own=own + _needed(state), model=model, slow=state.slow, fast=state.fast, points=POINTS)
-
-
-def _options(content: Mapping[str, Any]) -> str | None:
-    """MODEL and the options of its tyre, if they say the whole model."""
-    bicycle, effects = content["bicycle"], dict(content.get("effects", {}))
-    if not isinstance(bicycle, str) or set(content) - {"bicycle", "effects"}:
-        return None
-    if not effects or effects == {"no_slip": {}}:
-        return bicycle
-    table = dict(effects.pop(LAWS[0], {}))
-    tyre, surface, bar = (table.pop(key, {}) for key in ("tyre", "surface", "pressure_bar"))
-    extrapolate = table.pop("extrapolate", False)
-    alike = all(len(set(one.values())) == 1 for one in (tyre, *([surface] if surface else [])))
-    if effects or table or not tyre or not alike or set(bar) != {"rear", "front"}:
-        return None
-    pressure = f"{written(bar['rear'])},{written(bar['front'])}".removesuffix(f",{written(bar['rear'])}")
-    where = f" --surface {shlex.quote(surface['rear'])}" if surface else ""
-    return f"{bicycle} --tyre {shlex.quote(tyre['rear'])} --pressure {pressure}{where}" + " --extrapolate" * extrapolate
 
 
 def saved_page(state: State, palette: Palette, *, chart: bool = False) -> str:

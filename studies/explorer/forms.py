@@ -14,7 +14,7 @@ from bicycle.rider_posture import POSTURES
 from bicycle.wheel_tyres import FROM_TYRE, MOST_BAR
 from studies.explorer.chart import chart_axes
 from studies.explorer.exports import template
-from studies.explorer.models import LOAD, bicycle_or_none, known_tyres
+from studies.explorer.models import bicycle_or_none, known_tyres
 from studies.explorer.state import FASTEST, ON, State, written
 from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
 from studies.model_argument import LAWS
@@ -32,7 +32,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
     for number, wheel in enumerate(WHEELS):
         keys = {name: f"effects.{law}.{name}.{wheel}" for name in ("tyre", "surface", "pressure_bar")}
         name, surface = str(model.get(keys["tyre"], "")), str(model.get(keys["surface"], ""))
-        pressure, own = model.get(keys["pressure_bar"]), model.get(f"{LOAD}.{wheel}")
+        pressure = model.get(keys["pressure_bar"])
         known = dict.fromkeys((*known_tyres(), name))  # the message says what is wrong with an unknown one
         try:
             source: TyreSource | None = TYRES.read(name, surface or None) if name in known_tyres() else None
@@ -50,10 +50,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
             "pressure": written(pressure) if isinstance(pressure, float) else "",
             "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
             "load": None if loads is None else f"{loads[number]:.1f}",
-            "own_load": written(own) if isinstance(own, float) else "",
-            "load_bar": None if source is None or loads is None else _bar(
-                own if isinstance(own, float) else loads[number], source.load_range
-            ),
+            "load_bar": None if source is None or loads is None else _bar(loads[number], source.load_range),
         })  # fmt: skip
     return rows
 
@@ -156,7 +153,7 @@ def controls(state: State) -> dict[str, Any]:
 def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list[dict[str, Any]]:
     """List how the wheels may touch the ground: each law with numbers, and with a measured tyre if it takes one."""
     laws = [effect.identifier for effect in registry().values() if effect.slot == CONTACT]
-    gone = ("load", *(f"effects.{name}" for name in laws))
+    gone = tuple(f"effects.{name}" for name in laws)
     found = []
     for name in sorted(laws, key=lambda one: (one not in LAWS, one)):
         words = name.replace("_", " ")

@@ -4,38 +4,26 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache, wraps
 from threading import RLock
-from types import SimpleNamespace
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from bicycle.bicycle_files import available_bicycles, given_numbers, load_bicycle
 from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import effect_class
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.model_file import build_model
 from bicycle.named_modes import Modes, modes
 from bicycle.parameters import Bicycle
 from bicycle.propagation import mode_sd, model_covariance
-from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS, MountedTyres, tyre_notes, wheel_tyres
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
 from studies.ranking import Ranking, rank
 from tyre import available_tyres
-from tyre.errors import InputError, refuse_unknown, unknown
+from tyre.errors import InputError, unknown
 from tyre.find_tyre import packaged_formulas
-from tyre.properties import TyreProperties
 
 POINTS = 60  # speeds along a curve
-LOAD = "load"
-"""Key of an address, ``load.rear`` and ``load.front``, N; one left out is what the wheel carries at rest."""
-
-OWN_LOADS = (
-    "loads by hand ({given}): the tyre is taken there, without its uncertainty; the bicycle is as heavy as before"
-)
-
 P = ParamSpec("P")
 R = TypeVar("R")
 _one_at_a_time = RLock()  # requests come in parallel; the same state is computed once
@@ -91,7 +79,7 @@ def computed(state: State) -> Computed:
 @_kept
 def _computed(state: State, slow: float, fast: float) -> Computed:
     model, linear = _built(state)
-    notes = tuple(TYRES.in_words(str(note)) for note in (*load_notes(state), *linear.warnings))
+    notes = tuple(TYRES.in_words(str(note)) for note in linear.warnings)
     found = modes(linear, np.linspace(slow, fast, POINTS))
     return Computed(model, linear, found, critical_speeds(linear, max_speed=fast), notes)
 
@@ -159,10 +147,7 @@ def model_content(state: State) -> dict[str, Any]:
     """Make the model file of a state: its rider is part of the bicycle, loaded tyres have their paths."""
     content = state.content
     refuse_other_files(content)
-    loads = content.pop(LOAD, {})
-    whole = TYRES.located(content | _rider(state, content))
-    with TYRES.by_name():
-        return _at_own_loads(whole, _bicycle(_alone(state)), loads) if loads else whole
+    return TYRES.located(content | _rider(state, content))
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
@@ -239,48 +224,3 @@ def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
     except ImportError as error:
         raise InputError(f"a rider needs a package: {error}") from error
     return with_provenance(found, f"{frame.name}_{rider}_{posture}")
-
-
-def load_notes(state: State) -> list[str]:
-    """Notes on loads that were given by hand; empty without."""
-    loads = state.content.get(LOAD, {})
-    if not loads:
-        return []
-    _, properties = _own_properties(TYRES.located(state.content), _bicycle(_alone(state)), loads)
-    given = ", ".join(f"{wheel} {load:g} N" for wheel, load in loads.items())
-    return [OWN_LOADS.format(given=given), *tyre_notes(properties)]
-
-
-def _at_own_loads(content: Mapping[str, Any], bicycle: Bicycle, loads: Any) -> dict[str, Any]:
-    """Put numbers in place of the tyre of a model file, taken at given loads (N) and without uncertainty."""
-    law, properties = _own_properties(content, bicycle, loads)
-    mounted = MountedTyres(law, properties)
-    effects: dict[str, Any] = {}
-    for name, given in content["effects"].items():
-        kind = effect_class(name)
-        asked = {p.name: p for p in kind.parameters if given.get(p.name) == FROM_TYRE or (name == law and p.tyre)}
-        kept = {key: value for key, value in given.items() if key not in (*TYRE_KEYS, "extrapolate", *asked)}
-        own = {key: given[key] for key in asked if given.get(key, FROM_TYRE) != FROM_TYRE}
-        taken = {key: mounted.values(kind, p, WHEELS) for key, p in asked.items() if key not in own}
-        effects[name] = kept | taken | own
-    return dict(content) | {"effects": effects}
-
-
-def _own_properties(content: Mapping[str, Any], bicycle: Bicycle, loads: Any) -> tuple[str, dict[str, TyreProperties]]:
-    """Name of the contact law, and the properties of its tyres at given loads."""
-    if not isinstance(loads, Mapping) or any(not isinstance(load, float) for load in loads.values()):
-        raise InputError("load: give load.rear and load.front, each a number in N")
-    laws = list(tyres_of(content))
-    if not laws:
-        raise InputError("load: a load by hand is for a measured tyre, and the model has none; leave it out")
-    refuse_unknown("wheel", loads, WHEELS, where="load")
-    for wheel, load in loads.items():
-        if not load > 0:
-            raise InputError(f"load.{wheel} = {load:g} N must be above 0; leave it out for the load at rest")
-    law, table = laws[0]
-    at_rest = zip(WHEELS, bicycle.static_loads, strict=True)
-    carried: Any = SimpleNamespace(static_loads=tuple(float(loads.get(wheel, rest)) for wheel, rest in at_rest))
-    return law, wheel_tyres(
-        tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table.get("pressure_bar"), bicycle=carried,
-        extrapolate=table.get("extrapolate", False),
-    )  # fmt: skip

@@ -19,7 +19,6 @@ from tyre.errors import InputError, is_number, shown, unknown
 from tyre.schema import number, remarked, text
 
 FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
-MODEL_KEYS = (*FILE_KEYS, "load")
 TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
 ON = "on"
 """Value of ``effects.NAME`` for an effect that is there without numbers of its own."""
@@ -211,7 +210,7 @@ def parse_state(address: Any) -> State:
             continue
         if key in model or key in view:
             raise InputError(f"address: {key} is given twice; keep one")
-        if key.split(".")[0] in MODEL_KEYS:
+        if key.split(".")[0] in FILE_KEYS:
             model[key] = model_value(key, value)
         elif key in ("slow", "fast", "at"):
             view[key] = finite(key, value)
@@ -223,7 +222,7 @@ def parse_state(address: Any) -> State:
         strange = [key for key in view if key not in VIEW.keys]
         if not strange:
             raise
-        raise InputError(f"address: {unknown('key', strange[0], [*MODEL_KEYS, *VIEW.keys, PIN])}") from error
+        raise InputError(f"address: {unknown('key', strange[0], [*FILE_KEYS, *VIEW.keys, PIN])}") from error
     if not any(key.startswith("bicycle.") for key in model):
         model.setdefault("bicycle", "benchmark")
     state = State(model=tuple(sorted(each_wheel(model).items())), pins=_pins(pins), **checked)

@@ -3,7 +3,6 @@
 import hashlib
 import re
 import shutil
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
@@ -20,74 +19,14 @@ _DIGITS = 10
 _GIVEN = re.compile(rf"@[0-9a-f]{{{_DIGITS}}}$")  # an address holds NAME.csv@DIGEST: no path, and no other content
 
 
-def file_name(given: str) -> str:
-    """Give back a name that stays inside a folder; refuse any other."""
+def refuse_name(given: str) -> None:
+    """Refuse a name of a file that might not stay inside a folder."""
     hidden = not given.strip() or len(given) > 100 or given[0] in ".-~"
     if hidden or any(mark in given for mark in '/\\:*?"<>|') or not given.isprintable():
         raise InputError(
             f"file {shown(given[:200])} cannot be loaded under this name: letters, digits, blanks, '_', '-' and '.', "
             "no dot or dash first; rename it"
         )
-    return given
-
-
-def refuse_outside(path: Path) -> None:
-    """Refuse a TOML or HDF5 file whose content leads to a file outside its folder."""
-    if path.suffix.lower() != ".toml":
-        if _is_linked(path):
-            raise InputError(f"{path.name}: some of its data are in other files (HDF5 links); load one with all of it")
-        return
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, OSError, RecursionError):
-        return  # what is wrong with it is said by its reader
-    for text in (part for whole in _texts(content) for part in {whole, whole.partition("#")[0]}):
-        slashed = text.replace("\\", "/")
-        climbs = slashed.startswith(("/", "~")) or ".." in slashed.split("/") or Path(text).is_absolute()
-        place = Path(slashed).expanduser() if slashed.startswith("~") else path.parent / slashed
-        if climbs and ("*" in slashed or "?" in slashed or "[" in slashed or _is_there(place, path.parent.resolve())):
-            raise InputError(f"{path.name}: {shown(text[:200])} is a file outside what was loaded; load it too")
-
-
-def _is_there(place: Path, folder: Path) -> bool:
-    try:
-        return place.exists() and not place.resolve().is_relative_to(folder)
-    except (OSError, RuntimeError, ValueError):
-        return False
-
-
-def _texts(content: Any) -> Iterator[str]:
-    """Every text of a TOML table but descriptions, which never name a file."""
-    if isinstance(content, str):
-        yield content
-    elif isinstance(content, dict):
-        for key, value in content.items():
-            if key not in ("description", "source", "note") or not isinstance(value, str):
-                yield from _texts(value)
-    elif isinstance(content, list):
-        for value in content:
-            yield from _texts(value)
-
-
-def _is_linked(path: Path) -> bool:
-    """Tell if an HDF5 file holds external links, data in raw files, or virtual datasets."""
-    try:
-        import h5py
-
-        with h5py.File(path, "r") as file:
-            found: list[str] = []
-
-            def look(name: str, item: Any) -> None:
-                if isinstance(item, h5py.Dataset):
-                    found.extend([name] if item.external or item.is_virtual else [])
-                else:
-                    found.extend(one for one in item if isinstance(item.get(one, getlink=True), h5py.ExternalLink))
-
-            look("", file)
-            file.visititems(look)
-            return bool(found)
-    except (ImportError, OSError, RuntimeError):  # no HDF5: its reader says what is wrong with it
-        return False
 
 
 MOST_TYRES = 50
@@ -109,31 +48,33 @@ class TyreFiles:
         self._places[path] = path
 
     def keep(self, name: str, files: Mapping[str, bytes]) -> str:
-        """Keep a tyre that was loaded."""
-        digest = hashlib.sha256(b"".join(
-            hashlib.sha256(part).digest() for one in sorted(files) for part in (one.encode(), files[one])
-        )).hexdigest()[:_DIGITS]  # fmt: skip
+        """Keep a tyre that was loaded; return what an address calls it."""
+        for one, content in files.items():
+            _refuse(one, content)
+        parts = [hashlib.sha256(part).digest() for one in sorted(files) for part in (one.encode(), files[one])]
+        digest = hashlib.sha256(b"".join(parts)).hexdigest()[:_DIGITS]
         key = f"{name}@{digest}"
         if key in self._places:
             self._places[key] = self._places.pop(key)  # the last of its name
             return key
-        if sum(map(is_loaded, self._places)) >= MOST_TYRES:
-            raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
+        self._refuse_more(name)
         self._held = self._held or TemporaryDirectory(prefix="velotyre_tyres_")
         place = Path(self._held.name) / digest
+        place.mkdir()
         for one, content in files.items():
-            place.mkdir(exist_ok=True)
-            write_bytes(place / file_name(one), content)
+            write_bytes(place / one, content)
         try:
             with self.by_name():
-                for one in files:
-                    refuse_outside(place / one)
                 read_tyre(place / name)
         except InputError:
             shutil.rmtree(place)
             raise
         self._places[key] = (place / name).as_posix()
         return key
+
+    def _refuse_more(self, name: str) -> None:
+        if sum(map(is_loaded, self._places)) >= MOST_TYRES:
+            raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
 
     def find(self, given: str) -> str | None:
         """Find the address's name of the last loaded file that is called as the path ``given``."""
@@ -191,6 +132,12 @@ class TyreFiles:
 
 
 TYRES = TyreFiles()
+
+
+def _refuse(name: str, content: bytes) -> None:
+    refuse_name(name)
+    if content.startswith(b"\x89HDF\r\n"):  # which may link to other files
+        raise InputError(f"{name}: the page takes no HDF5 file; save it in MATLAB with -v7")
 
 
 def is_loaded(name: str) -> bool:

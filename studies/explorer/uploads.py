@@ -13,7 +13,7 @@ from bicycle.model_file import MODEL
 from bicycle.parameters import UNITS
 from studies.explorer.models import as_table, refuse_other_files, tyres_of
 from studies.explorer.state import State, flattened, parse_state
-from studies.explorer.tyre_files import TYRES, file_name, plain_name, shown_name, with_tyres
+from studies.explorer.tyre_files import TYRES, plain_name, shown_name, with_tyres
 from studies.model_argument import choose
 from tyre import schema
 from tyre.errors import InputError
@@ -113,7 +113,7 @@ def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 
             if len(named[one]) > LARGEST:
                 raise InputError(f"{one[:80]}: {len(named[one])} bytes are more than the {LARGEST} of a tyre file")
         parts = {one: named[one] for one in named if one == name or beside.get(one) == name}
-        key = TYRES.keep(file_name(name), {file_name(one): content for one, content in parts.items()})
+        key = TYRES.keep(name, parts)
         remarks += [] if others else [f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel"]
     if not others:
         return state, tuple(remarks)

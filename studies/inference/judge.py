@@ -6,13 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from studies.inference.evidence import (
-    HeldOut,
-    held_out,
-    left_over,
-    whiteness,
-    within_uncertainty,
-)
+from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
 from studies.inference.fit import Fit, fit, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
@@ -69,13 +63,12 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
         leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
     members, wide = _class_of(known, leader)
     score = held_out(known.kind, leader)
-    vital = _vital(known.kind, leader)
-    reserved = _reserved(known, leader, (score, null_score), wide)
-    unreserved, fitting = _unreserved(known.kind, leader), _fitting(known.kind, leader)
-    checks = (*vital, *reserved, *unreserved, *fitting)
+    rules = _rules(known, leader, (score, null_score), wide)
+    checks = tuple(check for group in rules.values() for check in group)
+    met = {group: all(check.passed for check in some) for group, some in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
-    explained = all(c.passed for c in (*vital, *fitting))
-    if explained and all(c.passed for c in (*reserved, *unreserved)):
+    explained = met["any name"] and met["fit"]
+    if all(met.values()):
         word = "named" if len(members) == 1 else "class"
         return Acceptance(word, leader, scores, leader, members, checks)
     unlikely = score.log_score <= null_score.log_score or known.nothing >= RULES.nothing
@@ -83,7 +76,7 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
         return Acceptance("tentative", leader, scores, leader, members, checks)
     share = RULES.partial_share if leader.goodness >= RULES.far else RULES.far_share
     closes = score.gap <= min(share * null_score.gap, RULES.partial_rest)
-    if all(c.passed for c in (*vital, *reserved)) and closes:
+    if met["any name"] and met["partial name"] and closes:
         return Acceptance("partial", leader, scores, leader, members, checks, _mimics(known.kind, leader))
     return _nothing_named(known, null_score, checks, leader)
 
@@ -139,57 +132,52 @@ def _among(known: Hypotheses, leader: Fit) -> Reason | None:
     return Reason("leads of nameable") if any(not f.admissible for f in ahead) else None
 
 
-def _vital(kind: Kind, leader: Fit) -> Checks:
-    """Rules that must hold for any name."""
-    bounds, small, unusual = leader.at_bound(), leader.negligible(), leader.unusual
-    return (
-        AcceptanceCheck("two speeds, loads or inputs", "yes" if kind.varied else "one", kind.varied),
-        AcceptanceCheck("the fit converged", "yes" if leader.converged else "no", leader.converged),
-        AcceptanceCheck("inside its bounds, physical sign", ", ".join(bounds) or "yes", not bounds),
-        AcceptanceCheck("large enough to matter", ", ".join(small) or "yes", not small),
-        AcceptanceCheck("at most one of a size that seldom occurs", f"{unusual}", unusual < 2),
-    )
-
-
-def _reserved(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> Checks:
-    """Rules that must hold for a name without reservation, and for a partial one."""
-    score, null_score = scores
-    gain, sizes = score.log_score - null_score.log_score, leader.implausible()
-    doubled = f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}"
-    checks = [
-        AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", known.nothing < RULES.nothing),
-        AcceptanceCheck(GAINS, f"{gain:+.1f}" if score.possible else "one run: none to hold out", gain > 0),
-        AcceptanceCheck(DOUBLED, doubled, wide.nothing < RULES.nothing),
-        AcceptanceCheck("a size that occurs", ", ".join(sizes) or "yes", not sizes),
-    ]
+def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
+    """Rules of any name, of a partial name too, of a name without reservation, and of the fit."""
+    (score, null_score), kind, low = scores, known.kind, RULES.poor_fit
+    gain = score.log_score - null_score.log_score
+    bounds, small, sizes = leader.at_bound(), leader.negligible(), leader.implausible()
+    within, white, left = within_uncertainty(leader), whiteness(kind, leader), _left(kind, leader)
+    found: dict[str, dict[str, tuple[str, bool]]] = {
+        "any name": {
+            "two speeds, loads or inputs": ("yes" if kind.varied else "one", kind.varied),
+            "the fit converged": ("yes" if leader.converged else "no", leader.converged),
+            "inside its bounds, physical sign": (", ".join(bounds) or "yes", not bounds),
+            "large enough to matter": (", ".join(small) or "yes", not small),
+            "at most one of a size that seldom occurs": (f"{leader.unusual}", leader.unusual < 2),
+        },
+        "partial name": {
+            UNLIKELY: (f"{known.nothing:.3g}", known.nothing < RULES.nothing),
+            GAINS: (f"{gain:+.1f}" if score.possible else "one run: none to hold out", gain > 0),
+            DOUBLED: (f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}", wide.nothing < RULES.nothing),
+            "a size that occurs": (", ".join(sizes) or "yes", not sizes),
+        },
+        "no reservation": {
+            "parameters within their uncertainty, p > 0.01": (f"{within:.2g}", within > low),
+            **({LEFT_OVER: left} if left else {}),
+        },
+        "fit": {
+            "goodness of fit p > 0.01": (f"{leader.goodness:.3g}", leader.goodness > low),
+            "residuals white, p > 0.01": (f"{white:.3g}", white > low),
+        },
+    }
     if len(leader.candidates) >= RULES.many:  # so many at once fit much
         nothing = null_score.log_score
         weak = [c.identifier for c in leader.candidates if not beats_nothing(known, c, nothing)]
-        checks.append(AcceptanceCheck(EACH_ALONE, f"not {', '.join(weak)}" if weak else "yes", not weak))
-    return tuple(checks)
+        found["partial name"][EACH_ALONE] = (f"not {', '.join(weak)}" if weak else "yes", not weak)
+    return {
+        group: tuple(AcceptanceCheck(what, *answer) for what, answer in some.items()) for group, some in found.items()
+    }
 
 
-def _unreserved(kind: Kind, leader: Fit) -> Checks:
-    """Rules that must hold for a name without reservation, and not for a partial one."""
-    p = within_uncertainty(leader)
-    within = AcceptanceCheck("parameters within their uncertainty, p > 0.01", f"{p:.2g}", p > RULES.poor_fit)
-    rough = [c.identifier for c in leader.candidates if c.approximate]
-    if rough:
-        return within, AcceptanceCheck(LEFT_OVER, f"not asked: {' and '.join(rough)} is modelled roughly", True)
-    left = left_over(kind, leader)
-    if left is None:
-        return (within,)
-    p, most = left
-    passed = p > RULES.poor_fit
-    return within, AcceptanceCheck(LEFT_OVER, f"{p:.2g}" + ("" if passed else f", mostly {most}"), passed)
-
-
-def _fitting(kind: Kind, leader: Fit) -> Checks:
-    p, white = leader.goodness, whiteness(kind, leader)
-    return (
-        AcceptanceCheck("goodness of fit p > 0.01", f"{p:.3g}", p > RULES.poor_fit),
-        AcceptanceCheck("residuals white, p > 0.01", f"{white:.3g}", white > RULES.poor_fit),
-    )
+def _left(kind: Kind, leader: Fit) -> tuple[str, bool] | None:
+    """Answer to what terms without a cause would still explain; None if there is no such term."""
+    if rough := [c.identifier for c in leader.candidates if c.approximate]:
+        return f"not asked: {' and '.join(rough)} is modelled roughly", True
+    if (left := left_over(kind, leader)) is None:
+        return None
+    passed = left[0] > RULES.poor_fit
+    return f"{left[0]:.2g}" + ("" if passed else f", mostly {left[1]}"), passed
 
 
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line

@@ -16,26 +16,27 @@ from studies.inference.judge import Judgement, judge
 from studies.inference.kind import Kind, Rows
 from studies.inference.parameter import Array, Candidate, UncertainParameter
 
+UNCHANGED = ("thorough", "library", "compatible", "directions")
+"""Attributes of a kind that no variant changes."""
+
 Run = Callable[[Callable[["Variant"], "Outcome"], Iterable["Variant"]], Iterable["Outcome"]]
 """Maps a function over variants: ``map``, or that of worker processes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Variant(Kind):
-    """A kind seen a little differently."""
+    """A kind seen a little differently; what it does not change is asked of the ``inner`` one."""
 
     what: str  # in words
     inner: Kind
     candidates: tuple[Candidate, ...]  # those that are tried
     kept: NDArray[np.bool_]  # (n,), rows that are used
-    noise: float = 1.0  # factors on the sd of the noise and on those of the nuisances
-    prior: float = 1.0  # factors on the sd of the noise and on those of the nuisances
+    noise: float = 1.0  # factor on the sd of the noise
+    prior: float = 1.0  # factor on the sd of the nuisances
     refused: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def thorough(self) -> bool:  # type: ignore[override]
-        """Unchanged."""
-        return self.inner.thorough
+    def __getattribute__(self, name: str) -> Any:
+        return getattr(self.inner, name) if name in UNCHANGED else super().__getattribute__(name)
 
     @cached_property
     def nuisances(self) -> tuple[UncertainParameter, ...]:  # type: ignore[override]
@@ -54,13 +55,8 @@ class Variant(Kind):
 
     @property
     def varied(self) -> bool:
-        """Several conditions are kept."""
+        """True if several conditions are kept."""
         return self.inner.varied and len(np.unique(self.rows.fold)) > 1
-
-    @property
-    def library(self) -> tuple[Candidate, ...]:
-        """Candidates that share the prior, also those that are not tried again."""
-        return self.inner.library
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """Residuals of the rows that are kept."""
@@ -68,7 +64,7 @@ class Variant(Kind):
         return residual[self.kept] / self.noise, jacobian[self.kept] / self.noise
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """The share of the rows that are kept."""
+        """Share of the rows that are kept."""
         return float(self.kept.mean()) * self.inner.log_determinant(candidates, theta)
 
     def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
@@ -77,18 +73,10 @@ class Variant(Kind):
         every[self.kept] = white
         return self.inner.marginalised(candidates, theta, every)[self.kept]
 
-    def compatible(self, candidates: tuple[Candidate, ...]) -> bool:
-        """Unchanged."""
-        return self.inner.compatible(candidates)
-
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Candidates that these make possible, among those that are tried."""
         names = {c.identifier for c in self.candidates}
         return tuple(c for c in self.inner.enabled_by(candidates) if c.identifier in names)
-
-    def directions(self) -> tuple[Candidate, ...]:
-        """Unchanged."""
-        return self.inner.directions()
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The verdict with its reasons: what was decided, and why other hypotheses were not named."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 WORDS = {
@@ -177,10 +177,10 @@ class Verdict:
             "chi2": dict(self.chi2),
             "held_out_gap": dict(self.held_out_gap),
             "worst": [{"where": where, "share": share} for where, share in self.worst],
-            "separating_measurements": [{"what": s.what, "gain": s.gain} for s in self.separating_measurements],
+            **{
+                name: list(map(asdict, getattr(self, name))) for name in ("separating_measurements", "checks", "mimics")
+            },
             "goodness_of_fit_p": self.goodness_of_fit_p,
-            "checks": [{"what": c.what, "figure": c.figure, "passed": c.passed} for c in self.checks],
-            "mimics": [{"what": m.what, "value": m.value, "chi2": m.chi2} for m in self.mimics],
             "not_tried": dict(self.refused),
             "warnings": list(self.warnings),
         }

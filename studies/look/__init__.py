@@ -6,7 +6,7 @@ from typing import Any
 HOME = {
     "draft_files": ("Draft", "drafts", "stems", "steps", "write_drafts"),
     "overview": ("Look", "draw", "look", "tell"),
-    "use": ("USES", "Event", "Use"),
+    "rig_uses": ("USES", "Event", "Use"),
 }
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""
 

@@ -23,9 +23,8 @@ from bicycle.identification.recording import (
     run_of,
 )
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
-from studies.look.rig_uses import short
+from studies.look.rig_uses import Event, Use, short
 from studies.look.stretches import MOST_SAMPLES, decays, telling
-from studies.look.use import Event, Use
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import records

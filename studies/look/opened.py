@@ -9,14 +9,14 @@ import numpy as np
 
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
 from tyre.arrays import Array
-from tyre.channel_map import ChannelMap, MappedColumn, Reading
-from tyre.clock import GAP, check_clock
+from tyre.channel_map import ChannelMap, Clock, MappedColumn, Reading
+from tyre.clock import GAP, check_clock, usual_rate
 from tyre.draft import UNKNOWN, Guess, guesses
 from tyre.errors import InputError
 from tyre.formats import contents, read_signals
 from tyre.quality import Quality, quality
 from tyre.recording_files import QUANTITIES as OF_RIG
-from tyre.recording_files import Sidecar, sidecar_of
+from tyre.recording_files import Sidecar, file_and_sidecar
 from tyre.signals import Column, Signal, Signals, listed
 from tyre.units import GRAVITY, SI, find_unit, quantity_of
 
@@ -88,26 +88,16 @@ def _load(path: Path, columns: Sequence[Column], reading: Reading) -> tuple[Sign
 def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | None, Array | None, tuple[str, ...]]:
     """The column of times, the times in s, and what is odd about them."""
     own = {id(s.time): s.time for s in signals.signals.values() if s.time is not None}
-    if own and not (channel_map and channel_map.clock):
-        notes = [note for time in own.values() for note in _odd(time)]
-        return None, None, tuple(dict.fromkeys(notes))
-    if channel_map and channel_map.clock:
-        return _mapped_time(signals, channel_map)
-    guess = guess_clock(signals)
-    if guess is None:
-        return None, None, ("no column could be the time",)
-    if guess.unit == UNKNOWN:
-        return guess, None, (f"{guess.column.name}: its unit cannot be guessed, so no rate is known",)
-    unit = guess.unit or guess.column.unit
-    factor = 1.0 if unit == "datetime" else find_unit(unit, "time", where=signals.source).factor
-    time = factor * signals.signals[guess.column.name].values
-    said = (f"{guess.column.name}: {guess.doubt}",) if guess.doubt else ()
-    return guess, time, (*said, *_odd(time))
-
-
-def _mapped_time(signals: Signals, channel_map: ChannelMap) -> tuple[Guess | None, Array | None, tuple[str, ...]]:
-    clock = channel_map.clock
-    assert clock is not None
+    clock, guess = channel_map.clock if channel_map else None, None
+    if own and clock is None:
+        return None, None, tuple(dict.fromkeys(note for time in own.values() for note in _odd(time)))
+    if clock is None:
+        guess = guess_clock(signals)
+        if guess is None:
+            return None, None, ("no column could be the time",)
+        if guess.unit == UNKNOWN:
+            return guess, None, (f"{guess.column.name}: its unit cannot be guessed, so no rate is known",)
+        clock = Clock(guess.column.name, guess.unit)
     name = clock.column or clock.index
     try:
         stamps = signals[name] if name else None
@@ -117,8 +107,9 @@ def _mapped_time(signals: Signals, channel_map: ChannelMap) -> tuple[Guess | Non
         time = clock.times(None if stamps is None else stamps.values, count, factor, where=signals.source)
     except InputError as error:
         return None, None, (str(error).removeprefix(f"{signals.source}: "),)
-    guess = Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None
-    return guess, time, tuple(_odd(time))
+    guess = guess or (Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None)
+    said = (f"{guess.column.name}: {guess.doubt}",) if guess and guess.doubt else ()
+    return guess, time, (*said, *_odd(time))
 
 
 def guess_clock(signals: Signals) -> Guess | None:
@@ -151,21 +142,26 @@ def _odd(time: Array) -> list[str]:
         return [str(error).removeprefix("time: ")]
 
 
-def rate(time: Array) -> float:
-    """Samples a second by the usual step of ``time`` (s, shape (n,)); NaN where there is none."""
-    steps = np.diff(time)
-    usual = float(np.nanmedian(steps)) if steps.size and np.isfinite(steps).any() else 0.0
-    if not usual > 0:
-        return float("nan")
-    near = steps[np.abs(steps - usual) <= 0.2 * usual]
-    return float(1 / (near.mean() if near.size else usual))
-
-
 ROLLING = ("slip_angle", "side_force", "vertical_load")
 PULL = ("side_force", "plate_displacement")
 MOTION = ("roll_rate", "lean", "steer", "steer_rate", "yaw_rate", "lateral_acceleration")
 TORQUES = ("steer_torque", "lean_torque")
 QUANTITIES = {**OF_RIG, **OF_MOTION}
+
+
+ORIGINS = {
+    "map": "by {source}",
+    "sidecar's map": "by the sidecar {sidecar}",
+    "sidecar": "of a rig by the names of the columns, with the sidecar {sidecar}",
+    "guess": "guessed from names and units",
+}
+LACKING = "map {entries} ({which})"
+ENTRY = '{name} = {{column = "...", unit = "{unit}"}}{more}'
+CANDIDATES = {
+    "in it": "in a unit of {quantity}: {columns}",
+    "none": "no free column has a unit of {quantity}",
+    "silent": "without a known unit: {columns}",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,13 +176,10 @@ class Roles:
     @property
     def origin(self) -> str:
         """Source of the channels."""
-        beside = self.opened.path.with_suffix(".toml").name
-        if self.given is not None:
-            return f"by {self.given.source}"
-        if self.sidecar is not None and self.sidecar.channel_map is not None:
-            return f"by the sidecar {beside}"
-        named = f"of a rig by the names of the columns, with the sidecar {beside}"
-        return "guessed from names and units" if self.sidecar is None else named
+        mapped = self.sidecar is not None and self.sidecar.channel_map is not None
+        case = "map" if self.given else "sidecar's map" if mapped else "sidecar" if self.sidecar else "guess"
+        source = self.given.source if self.given else ""
+        return ORIGINS[case].format(source=source, sidecar=self.opened.path.with_suffix(".toml").name)
 
     @property
     def map(self) -> ChannelMap | None:
@@ -232,8 +225,8 @@ class Roles:
         for column, time in zip(columns, times, strict=True):
             seen = self.opened.quality[column]
             regular = seen.missing > 0.2 * seen.samples and seen.longest_missing < GAP  # at a lower rate than the rows
-            rates.append(rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
-        sparse = any(own < 0.99 * rate(time) for own, time in zip(rates, times, strict=True))
+            rates.append(usual_rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
+        sparse = any(own < 0.99 * usual_rate(time) for own, time in zip(rates, times, strict=True))
         same = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
         if not times or (same and not sparse) or not min(rates) > 0:
             return []
@@ -246,19 +239,20 @@ class Roles:
 
     def lacking(self, *names: str) -> str:
         """Remedy for the channels ``names`` that no column could be."""
-        entries, which = [], []
-        for name in names:
-            quantity = QUANTITIES.get(name, "time")
-            more = " or time = {rate_hz = ...}" if name == "time" else ""
-            entries.append(f'{name} = {{column = "...", unit = "{SI[quantity]}"}}{more}')
-            fitting = self._free(quantity)
-            which.append(f"in a unit of {quantity}: {listed(fitting, most=4)}" if fitting else "")
-        none = dict.fromkeys(QUANTITIES.get(name, "time") for name, said in zip(names, which, strict=True) if not said)
-        which = [*dict.fromkeys(said for said in which if said)]
-        which += [f"no free column has a unit of {' or '.join(none)}"] if none else []
-        silent = self._free("")
-        which += [f"without a known unit: {listed(silent, most=4)}"] if none and silent else []
-        return f"map {', '.join(entries)} ({'; '.join(which)})"
+        units = {name: QUANTITIES.get(name, "time") for name in names}
+        entries = [
+            ENTRY.format(name=name, unit=SI[units[name]], more=" or time = {rate_hz = ...}" * (name == "time"))
+            for name in names
+        ]
+        fitting = {quantity: self._free(quantity) for quantity in units.values()}
+        which = [
+            CANDIDATES["in it"].format(quantity=quantity, columns=listed(columns, most=4))
+            for quantity, columns in fitting.items() if columns
+        ]  # fmt: skip
+        none, silent = " or ".join(q for q, columns in fitting.items() if not columns), self._free("")
+        which += [CANDIDATES["none"].format(quantity=none)] if none else []
+        which += [CANDIDATES["silent"].format(columns=listed(silent, most=4))] if none and silent else []
+        return LACKING.format(entries=", ".join(entries), which="; ".join(which))
 
     def _free(self, quantity: str) -> list[str]:
         """Columns that are no channel yet and measure a ``quantity`` (empty: in no unit that is known)."""
@@ -295,7 +289,7 @@ def _sidecar(path: Path) -> Sidecar | None:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{beside}: the sidecar is no TOML ({error}); mend or remove it") from error
-    return sidecar_of(path) if "axes" in content or "tyre" in content else None
+    return file_and_sidecar(path)[1] if "axes" in content or "tyre" in content else None
 
 
 def _by_unit(

@@ -9,13 +9,13 @@ import click
 import numpy as np
 
 from studies.look.motion_uses import Motion, motion_uses
-from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, rate, roles
-from studies.look.rig_uses import Supposed, rig_uses
-from studies.look.use import USES, Use
+from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, roles
+from studies.look.rig_uses import USES, Supposed, Use, rig_uses
 from studies.reporting.markdown_text import make_environment
 from studies.reporting.output import print_table
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap
+from tyre.clock import usual_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +45,11 @@ class Look:
         taken, channels = self.channels, []
         for column in self.opened.signals.columns:
             seen = self.opened.quality[column.name]
-            channels.append(
-                {"name": column.name, "unit": column.unit, "taken_as": taken.get(column.name, "")}
-                | {key: _finite(value) for key, value in asdict(seen).items()}
-                | {"rate_hz": _finite(rate(self.opened.time_of(column.name))) if self.is_timed(column.name) else None}
-                | {"remarks": [*seen.remarks, *oddities(self.roles, column.name)]}
-            )
+            hertz = usual_rate(self.opened.time_of(column.name)) if self.is_timed(column.name) else None
+            numbers = {key: _finite(value) for key, value in (asdict(seen) | {"rate_hz": hertz}).items()}
+            remarks = [*seen.remarks, *oddities(self.roles, column.name)]
+            named = {"name": column.name, "unit": column.unit, "taken_as": taken.get(column.name, "")}
+            channels.append(named | numbers | {"remarks": remarks})
         return {
             "file": str(self.opened.path), "notes": list(self.opened.signals.notes),
             "channels_from": self.roles.origin, "time": list(self.opened.clock_notes), "channels": channels,
@@ -62,7 +61,7 @@ class Look:
         return self.opened.signals.signals[name].time is not None or self.opened.time is not None
 
 
-def _finite(value: float) -> float | None:
+def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
@@ -118,7 +117,7 @@ def tell(found: Look, steps: Mapping[str, str]) -> None:
     for column in opened.signals.columns:
         size = opened.signals.signals[column.name].values.size
         time = opened.time_of(column.name) if found.is_timed(column.name) else np.zeros(0)
-        hz = rate(time) if time.size > 1 else np.nan
+        hz = usual_rate(time) if time.size > 1 else np.nan
         kind = (size, hz, float(np.nanmax(time) - np.nanmin(time))) if np.isfinite(hz) else (size, 0.0, 0.0)
         kinds[kind] = kinds.get(kind, 0) + 1
     common = sorted(kinds.items(), key=lambda item: -item[1])

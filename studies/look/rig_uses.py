@@ -1,17 +1,16 @@
-"""Say what ``velotyre tyre fit`` would do with a recording, by the fits' own checks."""
+"""Uses of a recording, and what ``velotyre tyre fit`` would do with it, by the fits' own checks."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import quote
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from studies.look.opened import PULL, ROLLING, Roles
 from studies.look.stretches import moving, with_rest
-from studies.look.use import Event, Use
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import Record, records
@@ -19,12 +18,59 @@ from tyre.condition import FitSettings
 from tyre.errors import InputError
 from tyre.preflight import preflight
 from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
-from tyre.recording_files import QUANTITIES, Sidecar, read_events, read_recording, rig_recording
+from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording
 from tyre.recording_fits import fit_read
 from tyre.relaxation import complete_samples, is_slip_step
 from tyre.sweep_curve import block_means, samples_used
 
 SWEEP, PULLED, STEP = "slip sweep", "pull test", "step (relaxation)"
+USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")
+
+
+@dataclass(frozen=True)
+class Event:
+    """A stretch of a recording for one use."""
+
+    name: str  # of the window; empty for a whole recording
+    first: int  # samples of the file, from 1, both included
+    last: int  # samples of the file, from 1, both included
+    used: int  # how many samples in it are fitted
+    left_out: dict[str, int] = field(default_factory=dict)  # why samples in it are not fitted -> how many
+    notes: tuple[str, ...] = ()  # what the fit will remark
+    start_s: float = 0.0  # s, by the time of the file
+    end_s: float = 0.0  # s, by the time of the file
+
+    @property
+    def words(self) -> str:
+        """Which samples are used and which are not, in one line."""
+        name = f"{self.name}: " if self.name else ""
+        timed = f" ({self.start_s:.4g} to {self.end_s:.4g} s)" if self.end_s > self.start_s else ""
+        name, whole = f"{name}samples {self.first}-{self.last}{timed}, ", self.last - self.first + 1
+        if not self.left_out:
+            how = f"all {whole}" if self.used == whole else f"resampled to {self.used}"
+            return f"{name}{how}"
+        said = ", ".join(f"{count} {why}" for why, count in self.left_out.items())
+        return f"{name}{self.used} of {whole}; left out: {said}"
+
+
+@dataclass(frozen=True)
+class Use:
+    """One use of a recording."""
+
+    name: str  # one of :data:`USES`
+    events: tuple[Event, ...] = ()  # what can be used; empty where nothing can
+    reasons: tuple[str, ...] = ()  # why nothing, or not more, can be used
+    remedies: tuple[str, ...] = ()  # what to do about that
+    next_step: str = ""  # a command
+    provided: str = ""  # what the user must still say for the answer to hold
+    windows: bool = False
+
+    @property
+    def usable(self) -> bool:
+        """Tell if a command would use some of it."""
+        return bool(self.events)
+
+
 OTHERWISE = {
     SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
     PULLED: "a pull test needs side_force, plate_displacement and rim_displacement (or rigid_rim = true)",
@@ -112,6 +158,8 @@ def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> 
         problem = short(error, path)
     except (ArithmeticError, ValueError) as error:  # also of linear algebra
         problem = f"cannot be fitted ({type(error).__name__}: {error})"
+    if problem and kind == STEP and roles.sidecar is not None and getattr(recording, "kind", "") == "slip_sweep":
+        problem += '; it is a step: write kind = "slip_step" into the sidecar'
     left_out = {f"that {lacks}": int(np.count_nonzero(~used))}
     if kind == SWEEP and isinstance(recording, RigRun) and not problem:
         settled = samples_used(recording, block_means(recording))
@@ -145,37 +193,39 @@ def short(error: Exception, path: Path) -> str:
 def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
     """Judge the three uses of a tyre rig's recording, and fill what a draft of its sidecar supposes."""
     if roles.sidecar is not None:
-        return _described(roles, roles.sidecar), []
+        return _described(roles), []
     rolling, first = _supposed(roles, ROLLING)
     pulled, second = _supposed(roles, PULL)
     uses = {use.name: use for use in (*rolling, *pulled)}
     return [uses[name] for name in KINDS.values()], [given for given in (first, second) if given is not None]
 
 
-def _described(roles: Roles, sidecar: Sidecar) -> list[Use]:
+def _described(roles: Roles) -> list[Use]:
     """Judge a recording with its sidecar, exactly as ``tyre fit`` reads it."""
     path = roles.opened.path
     mend = f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
     try:
-        events = {"": read_recording(path)} if roles.map is None else read_events(path, roles.given)
+        judged = [judge(name, run, roles, path) for name, run in read_events(path, roles.given).items()]
     except InputError as error:
         return [Use(name, reasons=(short(error, path),), remedies=(mend,)) for name in KINDS.values()]
-    judged = [judge(name, event, roles, path) for name, event in events.items()]
+    step = f"velotyre tyre fit {quote(str(path.parent))} --out fit"
+    return _by_kind(judged, [*KINDS.values()], "the sidecar and the channels make it a", mend, next_step=step)
+
+
+def _by_kind(
+    judged: Sequence[tuple[str, Event, str]], names: Sequence[str], made: str, mend: str, **of_good: Any
+) -> list[Use]:
+    """Sort the events that were ``judged`` into the uses ``names``; what is true ``of_good`` events alone."""
     uses = []
-    for name in KINDS.values():
+    for name in names:
         mine = [(event, problem) for kind, event, problem in judged if kind == name]
-        good = [event for event, problem in mine if not problem]
-        bad = [f"{f'{event.name}: ' * bool(event.name)}{problem}" for event, problem in mine if problem]
-        others = sorted({kind for kind, _, _ in judged})
-        if mine:
-            undeclared = name == STEP and any(getattr(e, "kind", "") == "slip_sweep" for e in events.values())
-            declare = ('it is a step: write kind = "slip_step" into the sidecar',) if undeclared else ()
-            remedies = (*declare, mend) if bad else ()
-        else:
-            bad = [f"the sidecar and the channels make it a {' and a '.join(others)}"]
-            remedies = (OTHERWISE[name],)
-        fit = f"velotyre tyre fit {quote(str(path.parent))} --out fit"
-        uses.append(Use(name, tuple(good), tuple(bad), remedies, fit * bool(good)))
+        if not mine:
+            others = " and a ".join(sorted({kind for kind, _, _ in judged}))
+            uses.append(Use(name, (), (f"{made} {others}",), (OTHERWISE[name],)))
+            continue
+        good = tuple(event for event, problem in mine if not problem)
+        bad = tuple(f"{f'samples {e.first}-{e.last}: ' * bool(e.name)}{why}" for e, why in mine if why)
+        uses.append(Use(name, good, bad, (mend,) * bool(bad), **(of_good if good else {})))
     return uses
 
 
@@ -229,7 +279,14 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
         given = replace(given, windows=windows)
     else:
         tried = [judge("", recording, roles, path)]
-    return _sorted(tried, names, given, windows=bool(given.windows)), given
+    made = "the channels are there, but what was recorded is a"
+    mend = "mend it in the file or in the draft: each reason says how"
+    uses = _by_kind(tried, names, made, mend, windows=bool(given.windows))
+    says = "tyre, load, pressure, surface{} and axes, which no recording says"
+    speeds = [", the speed" * (use.name == STEP and given.speed_missing) for use in uses]
+    return [
+        replace(use, provided=says.format(speed) * use.usable) for use, speed in zip(uses, speeds, strict=True)
+    ], given
 
 
 def _found(
@@ -271,22 +328,3 @@ def _window(name: str, time: Array, first: int, last: int) -> Window:
     begin = 0.0 if first == 0 else float(f"{middle[first - 1]:.6g}")
     end = float(time[-1] - time[0]) if last >= time.size else float(f"{middle[last - 1]:.6g}")
     return Window(name, begin, min(end, float(f"{time[-1] - time[0]:.9g}")))
-
-
-def _sorted(
-    tried: Sequence[tuple[str, Event, str]], names: Sequence[str], given: Supposed, *, windows: bool
-) -> list[Use]:
-    uses = []
-    kinds = sorted({kind for kind, _, _ in tried})
-    for name in names:
-        mine = [(event, problem) for kind, event, problem in tried if kind == name]
-        good = tuple(event for event, problem in mine if not problem)
-        reasons = tuple(f"samples {event.first}-{event.last}: {problem}" for event, problem in mine if problem)
-        remedies = tuple("mend it in the file or in the draft: each reason says how" for _ in reasons[:1])
-        if not mine:
-            reasons = (f"the channels are there, but what was recorded is a {' and a '.join(kinds)}",)
-            remedies = (OTHERWISE[name],)
-        speed = ", the speed" if name == STEP and given.speed_missing else ""
-        says = f"tyre, load, pressure, surface{speed} and axes, which no recording says"
-        uses.append(Use(name, good, reasons, remedies, "", says if good else "", windows=windows and bool(good)))
-    return uses

@@ -21,7 +21,7 @@ PLACES = {
         "first_screen", "like", "never_stable", "printed", "run_and_write", "signed", "span_of", "write_report",
     ),
     "tidy_tables": ("tables", "write_tables"),
-    "figures": ("draw_critical_speeds", "draw_damping", "draw_eigenvalues", "draw_headline", "draw_speed_locus"),
+    "figures": ("draw_critical_speeds", "draw_damping", "draw_headline"),
     "paper_figures": ("FIGURES", "draw_paper_figure"),
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Figures of the main study: unstable wobble and what moves it, damping, critical speeds, eigenvalues, root loci."""
+"""Figures of the main study: unstable wobble and what moves it, damping, critical speeds."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from bicycle.critical import CrossingIdentity
-from bicycle.eigen import angular_frequency, frequency_hz
-from bicycle.named_modes import Modes, modes
 from studies.main_study.compare import Change, Plausible
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
 from studies.main_study.settings import Settings, Setup
@@ -26,30 +24,21 @@ from studies.reporting.plotting import (
     mode_marker,
     mode_words,
 )
-from tyre.arrays import Array
 
 EDGES = (
     ("begins", CrossingIdentity(WOBBLE, destabilising=True)), ("ends", CrossingIdentity(WOBBLE, destabilising=False)),
 )  # fmt: skip
-PRESSURE_LINES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
-PRESSURE_MARKERS = ("o", "s", "^", "D", "v")
-REAL_RANGE = (-35.0, 9.0)  # 1/s; what lies further left is fast and well damped; a root locus shows twice as much
 SMALL = {"fontsize": 8.5, "va": "center"}
 
 
 def drawings(settings: Settings, folder: Path) -> list[Callable[[Study], Path]]:
     """List every figure of the study for ``folder``, each to be called with the study."""
-    draws: list[Callable[[Study], Path]] = [
+    return [
         partial(draw_headline, setup=settings.reference, target=folder / "headline"),
         partial(draw_headline, setup=settings.setups[1], target=folder / "wobble_hands_on"),
         partial(draw_damping, target=folder / "damping_ratio"),
         partial(draw_critical_speeds, target=folder / "critical_speeds"),
     ]
-    for number, setup in enumerate(settings.setups, 1):
-        draws.append(partial(draw_eigenvalues, setup=setup, target=folder / f"eigenvalues_{number}"))
-        if setup.front:  # what a rigid front does to the roots is in the eigenvalues
-            draws.append(partial(draw_speed_locus, setup=setup, target=folder / f"root_locus_{number}"))
-    return draws
 
 
 def _title(canvas: Any, study: Study, text: str, results: Sequence[Result]) -> None:
@@ -306,155 +295,3 @@ def _draw_crossings(axes: Any, result: Result, row: int, heights: dict[str, floa
         if c.tyre_sd != c.sd:
             axes.errorbar(c.speed, row + heights[c.mode], xerr=c.tyre_sd, elinewidth=3.5, alpha=0.6, **style)
         axes.errorbar(c.speed, row + heights[c.mode], xerr=c.sd, elinewidth=1.2, **style, **marker)
-
-
-def paths(result: Result, speeds: Array) -> Modes:
-    """Modes of a result at ``speeds`` (m/s, rising) and, ever closer, on both sides of every meeting of roots."""
-    close = float(np.max(np.diff(speeds))) * np.concatenate([[1e-9], np.geomspace(1e-4, 1.0, 13)])
-    meetings = [event.speed for event in result.modes.events if event.kind in ("merge", "split")]
-    every = np.unique(np.concatenate([speeds, *(meeting + sign * close for meeting in meetings for sign in (-1, 1))]))
-    return modes(result.modes.model, every[(every >= speeds[0]) & (every <= speeds[-1])])
-
-
-def _top(results: list[Result]) -> float:
-    """End of the interesting part of a figure, rad/s: a little above wobble and weave."""
-    branches = [result.modes.branches[mode] for result in results for mode in COMPARED if mode in result.modes.branches]
-    return 1.12 * float(max((np.nanmax(values.imag) for values in branches), default=100.0))
-
-
-def draw_eigenvalues(study: Study, setup: Setup, target: Path) -> Path:
-    """Draw real part and frequency against speed; a column per tyre and surface, a marker per mode."""
-    speeds, width = study.settings.speeds, 3.125 * max(len(study.names), 4)
-    with plotting.drawing(target, width=width, height=7.0) as canvas:
-        grid = canvas.subplots(2, len(study.names), sharex=True, sharey="row", squeeze=False)
-        shown: dict[str, Any] = {}
-        grid[0, 0].set(ylabel="Real part, 1/s (shaded: unstable)", ylim=REAL_RANGE, xlim=(speeds[0], speeds[-1]))
-        grid[1, 0].set(ylabel="Frequency, Hz", ylim=(0, _top(study.of(setup)) / angular_frequency(1.0)))
-        for name, (real, frequency) in zip(study.names, grid.T, strict=True):
-            for result in study.of(setup, name):
-                number = study.conditions.index(result.case.condition)
-                _draw_branches(real, frequency, paths(result, speeds), number, shown)
-            real.axhspan(0, REAL_RANGE[1], color=UNSTABLE, zorder=0)
-            real.set_title(fill(name, 18))
-            frequency.set_xlabel("Speed, m/s")
-            for axes in (real, frequency):
-                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in study.of(setup, name)))
-        handles = {mode_words(mode): shown[mode] for mode in sorted(shown, key=lambda mode: mode.count("+"))}
-        for number, condition in enumerate(study.conditions):
-            (line,) = grid[0, 0].plot([], [], color="0.2", linestyle=PRESSURE_LINES[number % len(PRESSURE_LINES)])
-            handles[condition] = line
-        columns = plotting.legend_columns(list(handles), width=width)
-        canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
-        _title(canvas, study, f": {setup.label}", study.of(setup))
-    return target
-
-
-def _draw_branches(real: Any, frequency: Any, path: Modes, number: int, shown: dict[str, Any]) -> None:
-    """Draw the lines of one pressure; markers sit at other places for each pressure."""
-    for mode, values in path.branches.items():
-        style = {"color": mode_look(mode).colour, "linewidth": 1.3, "markersize": 4.5, **mode_marker(mode)}
-        every, line = (0.05 * (1 + number), 0.17), PRESSURE_LINES[number % len(PRESSURE_LINES)]
-        for branch in values.T:
-            oscillation = np.where(branch.imag > 0, frequency_hz(branch), np.nan)
-            for axes, part in ((real, branch.real), (frequency, oscillation)):
-                low, high = axes.get_ylim()
-                seen = np.where((part > 2 * low - high) & (part < 2 * high - low), part, np.nan)
-                if not np.isnan(seen).all():
-                    axes.plot(path.speeds, seen, linestyle=line, markevery=every, **style)
-                    if mode not in shown:
-                        (shown[mode],) = real.plot([], [], linestyle="-", **style)
-
-
-def draw_speed_locus(study: Study, setup: Setup, target: Path) -> Path:
-    """Draw paths in the complex plane, coloured by speed, a panel per tyre and surface, a marker per pressure."""
-    speeds, top = study.settings.speeds, _top(study.of(setup))
-    found = {name: [(r.case.condition, paths(r, speeds)) for r in study.of(setup, name)] for name in study.names}
-    rows = _real_modes([path for one in found.values() for _, path in one])
-    height, window = 0.34 * len(rows), (2 * REAL_RANGE[0], 2 * REAL_RANGE[1])
-    with plotting.drawing(target, width=3.125 * max(len(study.names), 4), height=5.2 + height) as canvas:
-        ratios = {"height_ratios": (4.0, height + 0.1)}
-        grid = canvas.subplots(2, len(found), sharex=True, sharey="row", squeeze=False, gridspec_kw=ratios)
-        grid[0, 0].set(ylabel="Imaginary part, rad/s", xlim=window, ylim=(-0.02 * top, top))
-        grid[1, 0].set(ylim=(len(rows) - 0.5, -0.5), ylabel="Real roots")
-        grid[1, 0].set_yticks(range(len(rows)), [mode_words(mode) for mode in rows])
-        for (plane, real), (name, results) in zip(grid.T, found.items(), strict=True):
-            for condition, path in results:
-                _draw_roots(plane, real, path, study.conditions.index(condition), rows, study, top)
-            _name_paths(plane, [path for _, path in results], top)
-            plane.set_title(fill(name, 18))
-            real.set_xlabel("Real part, 1/s")
-            for axes in (plane, real):
-                axes.axvspan(0, window[1], color=UNSTABLE, zorder=0)
-                axes.axvline(0, color="0.2", linewidth=1, zorder=1)
-                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in study.of(setup, name)))
-        to_hertz = (lambda w: frequency_hz(1j * np.asarray(w)), angular_frequency)
-        grid[0, -1].secondary_yaxis("right", functions=to_hertz).set_ylabel("Frequency, Hz")
-        for number, condition in enumerate(study.conditions):
-            marker = PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)]
-            grid[0, 0].scatter([], [], color="0.3", marker=marker, s=16, label=condition)
-        handles, words = grid[0, 0].get_legend_handles_labels()
-        canvas.legend(handles, words, loc="outside lower center", ncols=len(words))
-        canvas.colorbar(grid[0, 0].collections[0], ax=grid, label="Speed, m/s", pad=0.01)
-        _title(canvas, study, f": {setup.label}; shaded: unstable", study.of(setup))
-    return target
-
-
-def _real_modes(found: list[Modes]) -> list[str]:
-    """Names of the modes with a root on the real axis in the window, in the order of the modes."""
-    names = dict.fromkeys(
-        name for path in found for name, values in path.branches.items()
-        if ((values.imag == 0) & (values.real > 2 * REAL_RANGE[0])).any()
-    )  # fmt: skip
-    return sorted(names, key=lambda name: name.count("+"))
-
-
-def _seen(root: Any, top: float) -> Any:
-    """Mask of the oscillations inside the window, which ends at ``top``, rad/s."""
-    return (root.imag > 0) & (root.real > 2 * REAL_RANGE[0]) & (root.real < 2 * REAL_RANGE[1]) & (root.imag < top)
-
-
-def _draw_roots(plane: Any, real: Any, path: Modes, number: int, rows: list[str], study: Study, top: float) -> None:
-    speeds, count = study.settings.speeds, len(study.conditions)
-    style = {"s": 9, "cmap": "viridis", "linewidths": 0, "vmin": speeds[0], "vmax": speeds[-1], "zorder": 3,
-             "marker": PRESSURE_MARKERS[number % len(PRESSURE_MARKERS)]}  # fmt: skip
-    beside = 0.54 * (number / max(count - 1, 1) - 0.5)  # pressures from the middle of a row of real roots
-    roots = np.concatenate([branch for values in path.branches.values() for branch in values.T])
-    at = np.tile(path.speeds, len(roots) // len(path.speeds))
-    on_axis = (roots.imag == 0) & (roots.real > 2 * REAL_RANGE[0]) & (roots.real < 2 * REAL_RANGE[1])
-    there = on_axis | _seen(roots, top)
-    plane.scatter(roots.real[there], roots.imag[there], c=at[there], **style)
-    names = np.concatenate([np.repeat(mode, values.size) for mode, values in path.branches.items()])
-    for row, mode in enumerate(rows):
-        mine = on_axis & (names == mode)
-        real.scatter(roots.real[mine], np.full(int(mine.sum()), row + beside), c=at[mine], **style)
-
-
-def _name_paths(plane: Any, found: list[Modes], top: float) -> None:
-    """Write names beside the fastest point of each stretch, pushed down if they overlap; the title names the unseen."""
-    places: dict[str, list[tuple[str, float, float]]] = {}
-    moving, shown = set(), set()
-    for path in found:
-        mine: dict[str, list[tuple[str, float, float]]] = {}
-        for mode, values in path.branches.items():
-            moving |= {mode} if (values.imag > 0).any() else set()
-            shown |= {mode} if _seen(values, top).any() else set()
-            root, seen = values[:, 0], _seen(values[:, 0], top)
-            for k in np.flatnonzero(seen & ~np.append(seen[1:], False)):
-                start = int(np.flatnonzero(~seen[:k]).max(initial=-1)) + 1
-                if root[start : k + 1].imag.max() > 0.05 * top:
-                    mine.setdefault(mode, []).append((mode, float(root[k].real), float(root[k].imag)))
-        places = mine | places
-    (low, high), (bottom, _) = plane.get_xlim(), plane.get_ylim()
-    taken: list[tuple[float, float, float]] = []
-    for mode, x, y in sorted((one for every in places.values() for one in every), key=lambda place: -place[2]):
-        size, at = 0.027 * len(mode_words(mode)), (x - low) / (high - low)  # of the panel: a letter takes 0.027
-        left = at + 0.03 if at + 0.03 + size < 1 else max(at - 0.03 - size, 0.02)
-        height = min((y - bottom) / (top - bottom), 0.96)
-        while any(left < end and start < left + size and abs(height - other) < 0.055 for start, end, other in taken):
-            height -= 0.055 / 4  # a line takes 0.055
-        taken.append((left, left + size, height))
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
-        plane.text(left, height, mode_words(mode), transform=plane.transAxes, zorder=5, bbox=box, **SMALL)
-    if moving - shown:
-        words = "beyond the window:\n" + ",\n".join(map(mode_words, sorted(moving - shown)))
-        plane.set_title(words, loc="right", fontsize=7, fontweight="normal", color="0.3")

@@ -1,26 +1,27 @@
 """Audit of Dell'Orto et al.: every quantitative claim of the text against the values of its own tables."""
 
+from csv import DictReader
 from pathlib import Path
 from typing import Any
 
-from studies.paper_audit.claims import CLAIMS
+from studies.paper_audit.claims import TESTS
 from studies.paper_audit.verdict import Tables, load_tables
 from studies.reporting.markdown_text import render_file
 from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.files import data_root, write_text
 from tyre.table import write_csv
 
 
 def audit(tables: Tables | None = None) -> list[dict[str, Any]]:
     """Test every claim on the packaged tables, or on others; a record each, sorted by section."""
-    tables, found = tables or load_tables(), []
-    for one in sorted(CLAIMS, key=lambda one: (one.section[0].isdigit(), one.section)):
-        outcome = one.test(tables)
-        found.append({
-            "section": one.section, "claim": one.statement, "text": one.text, "computed": outcome.computed,
-            "verdict": outcome.verdict, "remark": outcome.remark, "name": one.name, "values": outcome.values,
-        })  # fmt: skip
-    return found
+    tables = tables or load_tables()
+    claims = DictReader(data_root().joinpath("published", "paper_claims.csv").read_text(encoding="utf-8").splitlines())
+    return [
+        {key: one[key] for key in ("section", "claim", "text")}
+        | vars(TESTS[one["name"]](tables))
+        | {"name": one["name"]}
+        for one in sorted(claims, key=lambda one: (one["section"][0].isdigit(), one["section"]))
+    ]
 
 
 def as_markdown(records: list[dict[str, Any]]) -> str:
@@ -39,7 +40,7 @@ def write(records: list[dict[str, Any]], path: Path) -> list[Path]:
     for file in files:
         file.parent.mkdir(parents=True, exist_ok=True)
         if file.suffix == ".csv":
-            write_csv(file, pd.DataFrame(records).drop(columns=["name", "values"]))
+            write_csv(file, pd.DataFrame(records)[["section", "claim", "text", "computed", "verdict", "remark"]])
         else:
             write_text(file, as_markdown(records))
     return files

@@ -82,17 +82,6 @@ class Outcome:
 Test = Callable[[Tables], Outcome]
 
 
-@dataclass(frozen=True)
-class Claim:
-    """A claim of the paper: its section, what it says (paraphrased), the number it gives, and its test."""
-
-    name: str
-    section: str
-    statement: str
-    text: str
-    test: Test
-
-
 def judge_number(computed: float, claimed: float) -> Verdict:
     """Compare a number with a whole number ``claimed`` in the text by the rule of this module."""
     tolerance = 2.5 if claimed % 5 == 0 else 1.0
@@ -112,6 +101,21 @@ def judge_all(true: ArrayLike) -> Verdict:
 def counted(true: ArrayLike) -> str:
     """Count the conditions that are ``true``: ``8 of 9``."""
     return f"{int(np.sum(true))} of {np.size(true)}"
+
+
+def holds(true: ArrayLike, computed: str, remark: str = "", **values: float) -> Outcome:
+    """Judge that something is ``true`` everywhere, by its numbers as ``computed``."""
+    return Outcome(computed, judge_all(true), values, remark)
+
+
+def near(value: float, claimed: float, computed: str, remark: str = "", **values: float) -> Outcome:
+    """Judge a ``value`` against the number ``claimed`` in the text."""
+    return Outcome(computed, judge_number(value, claimed), values, remark)
+
+
+def each(true: ArrayLike, what: str, remark: str = "", **values: float) -> Outcome:
+    """Judge a statement about several conditions, and count them."""
+    return holds(true, f"{counted(true)} {what}", remark, **values)
 
 
 def percent_above(one: Array, other: Array) -> Array:

@@ -3,11 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-PLACES = {
-    "figures": ("save_figures", "stiffness_over_load"),
-    "recordings": ("prepared",),
-    "report": ("report_text", "write_campaign"),
-}
+PLACES = {"figures": ("save_figures", "stiffness_over_load"), "report": ("report_text", "write_campaign")}
 
 
 def __getattr__(name: str) -> Any:

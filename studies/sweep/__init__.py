@@ -6,8 +6,7 @@ from typing import Any
 FILES = {
     "draw": ("draw_result", "figures_folder"),
     "engines": (
-        "Engine", "NoWorkers", "Piece", "chosen_items", "here", "in_loop", "in_processes", "in_threads",
-        "measured_items", "on_cluster", "usual_items",
+        "Engine", "Piece", "here", "in_loop", "in_processes", "in_threads", "on_cluster", "usual_items",
     ),
     "file": ("build_sweep", "read_sweep"),
     "result": ("Parts", "impossible_draws", "open_parts"),
@@ -15,7 +14,7 @@ FILES = {
     "sampler": ("TYRE_DRAWS", "Points", "Sampler", "stiffness_warnings"),
     "specification": ("ImpossibleItem", "Normal", "Sweep", "source_digests"),
     "stored": ("Stored", "read_result"),
-    "varied": ("Share", "Varied", "correlated", "sampled_parameters", "shares", "stated_correlations"),
+    "varied": ("Varied", "correlated", "sampled_parameters", "shares", "stated_correlations"),
     "worker": ("Worker", "compute"),
 }  # fmt: skip
 """Names of the room by the file that holds them; each is imported when it is first used."""

@@ -1,9 +1,8 @@
 """Every figure of the result of a sweep, each as PNG and SVG with its numbers as CSV."""
 
 import contextlib
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,15 +16,14 @@ from studies.sweep.figures import (
     draw_each,
     draw_modes_along_speed,
     draw_stability,
+    wrapped,
 )
 from studies.sweep.specification import SPEED
-from studies.sweep.stored import CRITICAL, Stored, any_limit, read_result, wrapped
+from studies.sweep.stored import CRITICAL, Stored, read_result
 from studies.sweep.varied import (
     LEAST,
     LEAST_OF_A_GRID,
-    Share,
     Stability,
-    Target,
     Varied,
     correlated,
     grid_parameters,
@@ -37,6 +35,9 @@ from studies.sweep.varied import (
 )
 from tyre.arrays import Array
 from tyre.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_POINTS, MOST_COLUMNS, MOST_LINES = 4000, 6, 5
 STABLE, UNSTABLE, PLAIN = "#5f9ed1", "#c8462f", "#123a6b"
@@ -57,14 +58,12 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
         raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
     asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
     drawn.folder.mkdir(parents=True, exist_ok=True)
-    if stored.holds(CRITICAL):
+    if CRITICAL in stored.sweep.outputs:
         _critical(stored, drawn)
     for along, more, draw in (
         ("stability", "eigenvalues", draw_stability), ("modes", "modes", draw_modes_along_speed),
     ):  # fmt: skip
-        held = sorted(
-            one.name for one in OUTPUTS.values() if (one.along == along or one.name == more) and stored.holds(one.name)
-        )
+        held = sorted(name for name in stored.sweep.outputs if OUTPUTS[name].along == along or name == more)
         if held and len(stored.speeds) > 1:
             draw(drawn, f"{along}_along_speed")
         elif held and SPEED in stored.data.dims:
@@ -81,17 +80,16 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
             f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for largest_growth_rate, "
             "damping_ratios or modes at several speeds"
         )
-    every = stored.sweep.items if stored.reduced else stored.bicycles
-    if not stored.reduced and not stored.possible.all():
-        drawn.remarks.append(f"{(~stored.possible).sum()} of {every} bicycles are impossible and in no figure")
+    if not stored.possible.all():
+        drawn.remarks.append(f"{(~stored.possible).sum()} of {stored.number} bicycles are impossible and in no figure")
     if stored.extrapolated:
-        out = stored.extrapolated
-        drawn.remarks.append(f"{out} of {every} bicycles have a tyre outside its measured loads and pressures")
+        out = f"{stored.extrapolated} of {stored.number} bicycles"
+        drawn.remarks.append(f"{out} have a tyre outside its measured loads and pressures")
     return drawn
 
 
 def _critical(stored: Stored, drawn: Drawn) -> None:
-    if not any_limit(stored):
+    if not np.nansum(stored.rows(f"{CRITICAL}_count" if stored.reduced else CRITICAL)):
         top = stored.sweep.max_speed
         drawn.remarks.append(f"no bicycle has a critical speed up to {top:g} m/s, so none are drawn")
         return
@@ -106,14 +104,14 @@ def _critical(stored: Stored, drawn: Drawn) -> None:
 
 def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
     sampled, remark = sampled_parameters(stored)
-    drawn.remarks.extend([remark] if remark else [])
+    drawn.remarks.extend([remark] * bool(remark))
     varied = [*grid_parameters(stored), *sampled]
     if not varied:
         if not remark:
             drawn.remarks.append("nothing but the speed is varied, so nothing is drawn against parameters")
         return
     stable = asked or stability(stored, None)
-    outputs = list(targets(stored, stable))
+    outputs = targets(stored, stable)
     if stable is None:
         drawn.remarks.append(
             "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and there is no "
@@ -130,9 +128,8 @@ def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
             f"no shares of the variance: no output that varies is had by {LEAST} bicycles of a sample, or by "
             f"{LEAST_OF_A_GRID} of a grid"
         )
-    rank = {one.name: max((s.first for every in found.values() for s in every if s.name == one.name), default=0.0)
-            for one in varied}  # fmt: skip
-    ordered = sorted(varied, key=lambda one: -rank[one.name]) if found else varied
+    rank = np.max([every["first_order"] for every in found.values()], axis=0) if found else np.zeros(len(varied))
+    ordered = [varied[k] for k in np.argsort(-rank, kind="stable")]
     _draw_pairs(drawn, ordered, outputs, stable, ranked=bool(found))
     if found and len(varied) > 1:
         _draw_shares(drawn, found, remarks)
@@ -140,18 +137,17 @@ def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
 
 
 def _shares(
-    stored: Stored, varied: list[Varied], outputs: list[Target], *, whole: bool
-) -> tuple[dict[str, list[Share]], dict[str, str], dict[str, None]]:
+    stored: Stored, varied: list[Varied], outputs: dict[str, Array], *, whole: bool
+) -> tuple[dict[str, "pd.DataFrame"], dict[str, str], dict[str, None]]:
     """Shares by label of the output, remarks on them, and among these the different ones on correlations."""
-    found: dict[str, list[Share]] = {}
-    remarks, overlaps = dict[str, str](), dict[str, None]()
+    found, remarks, overlaps = dict[str, "pd.DataFrame"](), dict[str, str](), dict[str, None]()
     stated = stated_correlations(stored.sweep.normals)
     told = {pair[:2] for pair in stated}
     possible = int(stored.possible.sum())
-    for output in outputs:
-        y = np.where(stored.possible, output.values, np.nan)
+    for label, values in outputs.items():
+        y = np.where(stored.possible, values, np.nan)
         every = shares(y, varied)
-        if not every:
+        if every.empty:
             continue
         has = np.isfinite(y)
         parts = [f"of the {has.sum()} of {possible} bicycles that have it"] if has.sum() < possible else []
@@ -161,21 +157,21 @@ def _shares(
             words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
             parts.append(f"correlated: {words}; their shares overlap and have no unique split")
             overlaps[parts[-1]] = None
-        found[output.label], remarks[output.label] = every, "; ".join(parts)
+        found[label], remarks[label] = every, "; ".join(parts)
     return found, remarks, overlaps
 
 
 def _draw_pairs(
-    drawn: Drawn, varied: Sequence[Varied], outputs: Sequence[Target], stable: Stability | None, *, ranked: bool
+    drawn: Drawn, varied: list[Varied], outputs: dict[str, Array], stable: Stability | None, *, ranked: bool
 ) -> None:
     """Draw a panel for each output (rows) and parameter (columns), a point a bicycle; the numbers go to ``.csv``."""
     stored = drawn.stored
-    shown, rows = list(varied)[:MOST_COLUMNS], list(outputs)[:MOST_LINES]
+    shown, rows = varied[:MOST_COLUMNS], list(outputs.items())[:MOST_LINES]
     shape, possible = stored.possible.shape, int(stored.possible.sum())
     places = np.flatnonzero(stored.possible)
     if len(places) > MOST_POINTS:
         places = np.sort(np.random.default_rng(0).choice(places, MOST_POINTS, replace=False))
-    unstable = None if stable is None else np.broadcast_to(stable.unstable, shape).ravel()[places]
+    unstable = None if stable is None else np.broadcast_to(stable.growth > 0, shape).ravel()[places]
     columns: dict[str, Any] = {}
     width = max(1.5 + 1.9 * len(shown), 6.5)
     with drawing(drawn.folder / "pairs", width=width, height=1.2 + 1.75 * len(rows)) as canvas:
@@ -183,19 +179,17 @@ def _draw_pairs(
         for column, one in enumerate(shown):
             columns[one.label] = np.broadcast_to(one.values, shape).ravel()[places]
             x, ticks = _numbers(one, columns[one.label])
-            for line, output in enumerate(rows):
-                y = columns[output.label] = output.values.ravel()[places]
-                _points(grid[line, column], x, y, unstable)
-                if column == 0:
-                    grid[line, column].set_ylabel(wrapped(output.label, 22), fontsize=8)
+            for axes, (label, values) in zip(grid[:, column], rows, strict=True):
+                y = columns[label] = values.ravel()[places]
+                _points(axes, x, y, unstable)
             if ticks:
                 grid[-1, column].set_xticks(range(len(ticks)), ticks, rotation=90 if len(ticks) > 3 else 20, fontsize=7)
             grid[-1, column].set_xlabel(wrapped(one.label, 24), fontsize=8)
-        for line, output in enumerate(rows):
-            lost = int((~np.isfinite(output.values[stored.possible])).sum())
-            if lost:
-                words = f"{lost} of {possible} have none (crosses at the foot)"
-                grid[line, 0].annotate(words, (0, 1.02), xycoords="axes fraction", fontsize=7, color="0.35")
+        for axes, (label, values) in zip(grid[:, 0], rows, strict=True):
+            axes.set_ylabel(wrapped(label, 22), fontsize=8)
+            lost = int((~np.isfinite(values[stored.possible])).sum())
+            words = f"{lost} of {possible} have none (crosses at the foot)" * bool(lost)
+            axes.annotate(words, (0, 1.02), xycoords="axes fraction", fontsize=7, color="0.35")
         if stable is not None:
             canvas.legend(handles=_legend(grid[0, 0], stable), loc="outside lower center", ncols=2)
         title = [f"Outputs over the varied parameters, {stored.whose}"]
@@ -239,7 +233,7 @@ def _points(axes: Any, x: Array, y: Array, unstable: Any) -> None:
 
 
 def _legend(axes: Any, stable: Stability) -> list[Any]:
-    share = 100 * float(np.mean(stable.unstable[np.isfinite(stable.growth)]))
+    share = 100 * float(np.mean(stable.growth[np.isfinite(stable.growth)] > 0))
     anew = ", computed anew" if stable.anew else ""
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 5}
     labels = {
@@ -249,13 +243,13 @@ def _legend(axes: Any, stable: Stability) -> list[Any]:
     return [axes.plot([], [], color=colour, label=label, **style)[0] for colour, label in labels.items()]
 
 
-def _draw_shares(drawn: Drawn, found: Mapping[str, Sequence[Share]], remarks: Mapping[str, str]) -> None:
+def _draw_shares(drawn: Drawn, found: dict[str, "pd.DataFrame"], remarks: dict[str, str]) -> None:
     """Draw bars of the first-order indices by label of the output, a mark for the total one; numbers in ``.csv``."""
     name, whose = "variance_shares", drawn.stored.whose
     shown = dict(list(found.items())[: 2 * MOST_LINES])
     columns = 1 if len(shown) == 1 else 2
-    lines, most = -(-len(shown) // columns), max(len(one) for one in shown.values())
-    rings = any(np.isfinite(share.total) for one in shown.values() for share in one)
+    lines, most = -(-len(shown) // columns), max(map(len, shown.values()))
+    rings = any(one["total"].notna().any() for one in shown.values())
     how = "lines: 95 % interval (bootstrap)" if drawn.stored.samples > 1 else "each combination counting the same"
     title = f"Which parameter matters, {whose}\nbars: first-order share of the variance, {how}"
     title += ", rings: total share" if rings else ""
@@ -269,32 +263,27 @@ def _draw_shares(drawn: Drawn, found: Mapping[str, Sequence[Share]], remarks: Ma
         for axes, (label, every) in zip(grid.flat, shown.items(), strict=False):
             _share_bars(axes, every)
             note = f" (note {numbers[remarks[label]]})" if remarks[label] else ""
-            axes.set_title(f"{label}\nsum of the bars {sum(one.first for one in every):.2f}{note}", fontsize=8.5)
+            axes.set_title(f"{label}\nsum of the bars {every['first_order'].sum():.2f}{note}", fontsize=8.5)
         drawn.title(canvas, name, title, 5.2 * columns + 0.2)
         drawn.figures[name] = f"Shares of the variance of {len(found)} outputs, {whose}"
         if notes:
             canvas.supxlabel(notes, x=0.01, ha="left", fontsize=8)
-    rows = [
-        {"output": label, "parameter": one.name, "first_order": one.first, "half_width_95": one.half_width,
-         "total": one.total, "sum_first_order": sum(other.first for other in every), "remark": remarks[label]}
-        for label, every in found.items() for one in every
-    ]  # fmt: skip
-    drawn.table(name, rows)
+    tables = [
+        every.assign(output=label, sum_first_order=every["first_order"].sum(), remark=remarks[label])
+        for label, every in found.items()
+    ]
+    order = ["output", "parameter", "first_order", "half_width_95", "total", "sum_first_order", "remark"]
+    drawn.table(name, [one[order] for one in tables])
 
 
-def _share_bars(axes: Any, every: Sequence[Share]) -> None:
-    ordered = sorted(every, key=lambda one: one.first)
-    place = np.arange(len(ordered))
-    width = [max(one.first, 0.0) for one in ordered]
+def _share_bars(axes: Any, every: "pd.DataFrame") -> None:
+    ordered, place = every.sort_values("first_order", kind="stable"), np.arange(len(every))
+    width, spread, totals = ordered["first_order"].clip(lower=0), ordered["half_width_95"], ordered["total"]
     axes.barh(place, width, color=STABLE, height=0.65)
-    spread = [one.half_width for one in ordered]
-    if any(spread):
-        axes.errorbar([one.first for one in ordered], place, xerr=spread, fmt="none", ecolor="0.2", elinewidth=1)
-    totals = [one.total for one in ordered]
-    if np.isfinite(totals).any():
-        axes.plot(totals, place, "o", markerfacecolor="none", color=UNSTABLE)
+    if spread.any():
+        axes.errorbar(ordered["first_order"], place, xerr=spread, fmt="none", ecolor="0.2", elinewidth=1)
+    axes.plot(totals, place, "o", markerfacecolor="none", color=UNSTABLE)
     axes.axvline(0, color="0.2", linewidth=0.8)
-    axes.set_yticks(place, [one.name for one in ordered], fontsize=7.5)
-    largest = max([a + b for a, b in zip(width, spread, strict=True)] + [t for t in totals if np.isfinite(t)])
-    axes.set_xlim(-0.1, max(1.02, 1.05 * largest))
+    axes.set_yticks(place, ordered["parameter"], fontsize=7.5)
+    axes.set_xlim(-0.1, max(1.02, 1.05 * np.nanmax([*(width + spread), *totals])))
     axes.set_xlabel("Share of the variance", fontsize=8)

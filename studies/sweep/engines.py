@@ -1,19 +1,14 @@
-"""Loop, threads, processes or dask cluster that compute the parts of a sweep, and the size of a part.
-
-A part costs some milliseconds whatever is in it. So where bicycles take long a part holds a thousandth of the sweep,
-but not less than a fifth of a second of work nor more than ten seconds, which a kill may cost.
-"""
+"""Loop, threads, processes or dask cluster that compute the parts of a sweep, and the size of a part."""
 
 import ctypes
 import math
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ThreadPoolExecutor, wait
 from typing import Any
 
 from studies.sweep.specification import Sweep
-from studies.sweep.worker import SLOW_ITEMS, block_items, compute, slow
+from studies.sweep.worker import SLOW_ITEMS, block_items, slow
 from tyre.errors import InputError
 from tyre.workers import one_blas_thread, worker_pool
 
@@ -22,11 +17,7 @@ Work = Callable[[int, int], Any]
 Results = Iterator[tuple[Piece, Any]]
 Engine = Callable[[Work, Iterable[Piece]], Results]
 PATIENCE = 30  # seconds to reach a scheduler, and without a worker
-LEAST_SECONDS, MOST_SECONDS = 0.2, 10.0  # of work in a part
-
-
-class NoWorkers(Exception):
-    """Nobody is left to work."""
+MOST_SLOW = 4096  # bicycles in a part if each is worked on by itself: some seconds of work, which a kill may cost
 
 
 def in_loop() -> Engine:
@@ -76,12 +67,9 @@ def on_cluster(address: str) -> Engine:
             if not workers:
                 raise InputError(f"the scheduler at {address} has no workers; start some with 'dask worker {address}'")
             client.run(_keep_freed_memory)
+            lost = f"all workers of {address} are lost; start new ones with 'dask worker {address}'"
             try:
-                yield from _spread(client.get_executor(pure=False), work, pieces, workers, alive=client.nthreads)
-            except NoWorkers as error:
-                raise InputError(
-                    f"all workers of {address} are lost; start new ones with 'dask worker {address}'"
-                ) from error
+                yield from _spread(client.get_executor(pure=False), work, pieces, workers, client.nthreads, lost)
             except KilledWorker as error:
                 raise InputError(f"workers of {address} died while they worked on the same points") from error
             except (CancelledError, OSError) as error:
@@ -105,8 +93,9 @@ def _keep_freed_memory() -> None:
 
 
 def _spread(
-    pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int, alive: Callable[[], Any] = lambda: True
-) -> Results:
+    pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int,
+    alive: Callable[[], Any] = lambda: True, lost: str = "",
+) -> Results:  # fmt: skip
     """Results as they finish; each worker has two pieces ahead, so that memory stays flat."""
     rest = iter(pieces)
     running: dict[Any, Piece] = {}
@@ -118,7 +107,7 @@ def _spread(
                 return
             done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
             if not done and not alive():
-                raise NoWorkers
+                raise InputError(lost)
             for future in done:
                 yield running.pop(future), future.result()
     finally:
@@ -127,40 +116,8 @@ def _spread(
 
 
 def usual_items(sweep: Sweep) -> int:
-    """Bicycles in a part if no time is measured: whole blocks, so that nothing is computed twice."""
-    return _whole_blocks(sweep, min(_most_items(sweep), SLOW_ITEMS) if slow(sweep) else _most_items(sweep))
-
-
-def measured_items(sweep: Sweep) -> int:
-    """Bicycles in a part, from the time that the first ones of the sweep take here."""
-    block, most = block_items(sweep), _most_items(sweep)
-    if not slow(sweep) or sweep.items < 8 * block:
-        return usual_items(sweep)
-    try:
-        _seconds(sweep, 1)  # derivation
-        count = block
-        while (taken := _seconds(sweep, count)) < LEAST_SECONDS and 2 * count <= min(most, sweep.items):
-            count *= 2
-    except InputError:
-        return usual_items(sweep)  # which will be said where it belongs
-    return _whole_blocks(sweep, chosen_items(count / taken, sweep.items, most))
-
-
-def chosen_items(items_per_second: float, items: int, most: int) -> int:
-    """Bicycles in a part, of all the items and at most ``most``."""
-    wanted = max(items_per_second * LEAST_SECONDS, min(items_per_second * MOST_SECONDS, items / 1000))
-    return max(1, min(math.ceil(wanted), most))
-
-
-def _most_items(sweep: Sweep) -> int:
-    return max(1, sweep.points_per_part // sweep.points_per_item)
-
-
-def _whole_blocks(sweep: Sweep, count: int) -> int:
-    return math.ceil(count / block_items(sweep)) * block_items(sweep)
-
-
-def _seconds(sweep: Sweep, count: int) -> float:
-    start = time.perf_counter()
-    compute(sweep, 0, count)
-    return max(time.perf_counter() - start, 1e-9)
+    """Bicycles in a part: whole blocks, and a thousandth of the sweep if each bicycle is worked on by itself."""
+    block, most = block_items(sweep), max(1, sweep.points_per_part // sweep.points_per_item)
+    if slow(sweep):
+        most = min(most, max(SLOW_ITEMS, min(sweep.items // 1000, MOST_SLOW)))
+    return math.ceil(most / block) * block

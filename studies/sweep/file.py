@@ -77,9 +77,9 @@ def _model_of(given: Any) -> Any:
 
 def _each_once(given: Any) -> tuple[float, ...]:
     quantiles = list_of(number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(given)
-    for share in quantiles:
-        if not 0 <= share <= 1:
-            raise remarked(f"holds {share:g}; give numbers from 0 to 1")
+    beyond = [share for share in quantiles if not 0 <= share <= 1]
+    if beyond:
+        raise remarked(f"holds {beyond[0]:g}; give numbers from 0 to 1")
     if len(set(quantiles)) < len(quantiles):
         raise remarked("holds a value twice; give each once")
     return tuple(quantiles)
@@ -162,10 +162,9 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     normals, uniforms = _Sampled(allowed, nominal, tyre or {}).read(sampled, [axis.name for axis in axes])
     axes = (*([GridAxis(BICYCLE, tuple(one.name for one in bicycles))] if bicycles else []), *axes)
     if not allows_unusual(model):
-        numbers = [(axis.name, axis.values) for axis in axes] + [(u.name, (u.low, u.high)) for u in uniforms]
-        numbers += [(name, (mean,)) for normal in normals for name, mean in zip(normal.names, normal.mean, strict=True)]
-        for name, values in numbers:
-            refuse_absurd_values(nominal, {name: values})
+        numbers = {axis.name: axis.values for axis in axes} | {u.name: (u.low, u.high) for u in uniforms}
+        numbers |= {name: (mean,) for one in normals for name, mean in zip(one.names, one.mean, strict=True)}
+        refuse_absurd_values(nominal, numbers)
     covariance, relative = options["tyre_covariance"], options["relative_cornering_stiffness_sd"]
     if covariance and tyre is None:
         raise InputError("sampled.tyre_covariance needs a measured tyre: give tyre and pressure_bar in the model file")
@@ -318,8 +317,8 @@ class _Sampled:
         joint = [self._joint(entry) for entry in options["joint"]]
         if options["bicycle_sd"]:
             own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
-            single, together = self._bicycle_sd(own)
-            normals, joint = normals + single, joint + together
+            single, together = self._stated(own)
+            normals, joint = normals + single, joint + [self._joint(entry) for entry in together]
         return (*normals, *joint), tuple(uniforms)
 
     def _one(self, name: str, value: Any) -> Normal | Uniform:
@@ -340,8 +339,8 @@ class _Sampled:
         possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds)
         return Normal((name,), (mean,), ((numbers["sd"],),))
 
-    def _bicycle_sd(self, own: set[str]) -> tuple[list[Normal], list[Normal]]:
-        """Deviations that the bicycle's file states one by one, and those that the model's file states together."""
+    def _stated(self, own: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
+        """Deviations that the bicycle's file states one by one, and what the model's file states together."""
         model = self.model
         stated = model.covariance if model.covariance.origin == MODEL_FILE else ParameterCovariance()
         sd = {
@@ -354,11 +353,8 @@ class _Sampled:
                 "file ([sd]), in [covariance] of the model file, or of single parameters here, such as c = {sd = 0.003}"
             )
         single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
-        both_wheels = {key: str(ParameterKey.parse(key).whole) for key in stated.sd}
-        together = [key for key, value in stated.sd.items() if value > 0 and not own & {key, both_wheels[key]}]
-        if not together:
-            return single, []
-        return single, [self._joint({"parameters": together, "covariance": stated.among(together).tolist()})]
+        names = [k for k, value in stated.sd.items() if value > 0 and not own & {k, str(ParameterKey.parse(k).whole)}]
+        return single, [{"parameters": names, "covariance": stated.among(names).tolist()}] * bool(names)
 
     def _joint(self, entry: Mapping[str, Any]) -> Normal:
         given = read(JOINT, entry, section="sampled.joint", dotted=True)
@@ -373,11 +369,9 @@ class _Sampled:
             covariance = checked_covariance(names, rows)
         except InputError as error:
             raise InputError(f"sampled.joint: {error}") from error
-        if "mean" in given:
-            one_each = list_of(FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False)
-            means = read(one_each, given["mean"], where=where, section="mean", dotted=True)
-        else:
-            means = [self._nominal(name) for name in names]
+        one_each = list_of(FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False)
+        means = given.get("mean") or [self._nominal(name) for name in names]
+        means = read(one_each, means, where=where, section="mean", dotted=True)
         for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
             sd = float(np.sqrt(max(variance, 0.0)))
             possible_moments(f"sampled.joint: {name}", value, sd, bounds_of(self.model, name))
@@ -389,10 +383,9 @@ class _Sampled:
             raise InputError(f"sampled {name}: a name cannot be sampled; list names in [grid]")
 
     def _nominal(self, name: str) -> float:
-        values: dict[str, Any] = dict(self.model.parameters)
-        pressure = self.tyre.get("pressure_bar")
+        pressure = self.tyre.get("pressure_bar", {})
         per_wheel = pressure if isinstance(pressure, Mapping) else dict.fromkeys(WHEELS, pressure)
-        values |= {f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items() if value is not None}
+        values = {**self.model.parameters, **{f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items()}}
         found = {values[key] for key in entries_of(name, values)}
         if len(found) == len(WHEELS):
             rear, front = (values[f"{name}.{wheel}"] for wheel in WHEELS)

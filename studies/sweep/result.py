@@ -2,16 +2,15 @@
 
 import contextlib
 import errno
-import hashlib
-import io
 import json
 import math
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,6 @@ from tyre.files import write_text
 
 Piece = tuple[int, int]
 Labels = dict[str, Sequence[Any]]
-DIGEST = 32  # bytes of SHA-256
 CHUNK_BYTES = 4_000_000
 
 
@@ -38,80 +36,60 @@ class Parts:
     """Folder of the finished pieces of one sweep, with the number of bicycles in a part; made by :func:`open_parts`."""
 
     folder: Path
-    fingerprint: str
     items: int
 
     def file(self, piece: Piece) -> Path:
-        """File with the results of items ``piece``: a SHA-256 of them, their place and the sweep, then an npz."""
+        """File (npz, with the check sums of its format) with the results of items ``piece``."""
         return self.folder / f"{piece[0]:012d}-{piece[1]:012d}.part"
 
     def has(self, piece: Piece) -> bool:
         """True if the piece is finished; a file that a crash of the machine left damaged does not count."""
-        return self._content(piece) is not None
+        with contextlib.suppress(InputError):
+            return bool(self.read(piece))
+        return False
 
     def read(self, piece: Piece) -> Arrays:
         """Results of a finished piece; InputError if it is missing or damaged."""
-        content = self._content(piece)
-        if content is None:
-            raise InputError(f"{self.file(piece).as_posix()} is missing or damaged")
-        with np.load(io.BytesIO(content), allow_pickle=False) as found:
-            return dict(found)
+        try:
+            with self.file(piece).open("rb") as stream, np.load(stream, allow_pickle=False) as found:
+                return dict(found)
+        except (OSError, EOFError, ValueError, BadZipFile) as error:
+            raise InputError(f"{self.file(piece).as_posix()} is missing or damaged") from error
 
     def groups(self, pieces: Iterable[Piece]) -> Iterator[tuple[int, Arrays]]:
         """Finished pieces joined along their items, some chunks at a time: first item and arrays."""
-        start, held, size = 0, list[Arrays](), 0
-        for piece in pieces:
-            start = piece[0] if not held else start
-            held.append(self.read(piece))
-            size += sum(array.nbytes for array in held[-1].values())
-            if size >= 16 * CHUNK_BYTES:
-                yield start, {name: np.concatenate([one[name] for one in held]) for name in held[0]}
-                held, size = [], 0
-        if held:
-            yield start, {name: np.concatenate([one[name] for one in held]) for name in held[0]}
+        held, size = dict[int, Arrays](), 0
+        for piece in [*pieces, None]:
+            if held and (piece is None or size >= 16 * CHUNK_BYTES):
+                parts = list(held.values())
+                yield next(iter(held)), {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
+                held, size = {}, 0
+            if piece is not None:
+                held[piece[0]] = self.read(piece)
+                size += sum(array.nbytes for array in held[piece[0]].values())
 
     def write(self, piece: Piece, arrays: Arrays) -> None:
         """Write arrays under another name, make sure they are on the disk, then rename: a kill leaves no half file."""
-        temporary, buffer = self.file(piece).with_suffix(".tmp"), io.BytesIO()
-        np.savez(buffer, **arrays)  # type: ignore[arg-type]
-        content = buffer.getbuffer()
+        temporary = self.file(piece).with_suffix(".tmp")
         try:
             with temporary.open("wb") as stream:
-                stream.write(self._digest(piece, content))
-                stream.write(content)
+                np.savez(stream, **arrays)  # type: ignore[arg-type]
                 stream.flush()
                 os.fsync(stream.fileno())
             temporary.replace(self.file(piece))
-        except BaseException:
+        finally:
             temporary.unlink(missing_ok=True)
-            raise
-
-    def _content(self, piece: Piece) -> bytes | None:
-        try:
-            found = self.file(piece).read_bytes()
-        except OSError:
-            return None
-        return found[DIGEST:] if self._digest(piece, found[DIGEST:]) == found[:DIGEST] else None
-
-    def _digest(self, piece: Piece, content: bytes | memoryview) -> bytes:
-        """Digest of a part and its place: one of another place or another sweep is as good as damaged."""
-        digest = hashlib.sha256(json.dumps([self.fingerprint, *piece]).encode())
-        digest.update(content)
-        return digest.digest()
 
 
-def open_parts(out: Path, sweep: Sweep, items: Callable[[Sweep], int] = usual_items) -> Parts:
+def open_parts(out: Path, sweep: Sweep) -> Parts:
     """The folder of parts beside ``out``, new or of an interrupted run of the same sweep."""
     folder = out.with_name(out.name + ".parts")
-    mark = folder / "sweep.json"
-    found: Any = None
-    if mark.exists():
-        with contextlib.suppress(ValueError):
-            found = json.loads(mark.read_text(encoding="utf-8"))
-    found = found if isinstance(found, dict) else {}
+    mark, found = folder / "sweep.json", dict[str, Any]()
+    with contextlib.suppress(OSError, ValueError):
+        found = dict(json.loads(mark.read_text(encoding="utf-8")))
     same = found.get("fingerprint") == sweep.fingerprint
     if same and isinstance(found.get("items"), int) and found["items"] > 0:
-        return Parts(folder, sweep.fingerprint, found["items"])
+        return Parts(folder, found["items"])
     if any(folder.glob("*.part")):
         changed = differences(None if same else found.get("made_of"), sweep.made_of)
         raise InputError(
@@ -119,10 +97,10 @@ def open_parts(out: Path, sweep: Sweep, items: Callable[[Sweep], int] = usual_it
             "To start anew, remove that folder or choose another --out"
         )
     folder.mkdir(parents=True, exist_ok=True)
-    count = items(sweep)
+    count = usual_items(sweep)
     wanted = {"fingerprint": sweep.fingerprint, "items": count, "made_of": sweep.made_of}
     write_text(mark, json.dumps(wanted, indent=1))
-    return Parts(folder, sweep.fingerprint, count)
+    return Parts(folder, count)
 
 
 def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[Piece], store: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.sampling import left_out
-from studies.sweep.engines import Engine, in_loop, measured_items, usual_items
+from studies.sweep.engines import Engine, in_loop, usual_items
 from studies.sweep.result import Parts, Piece, assemble, open_data, open_parts, remove, to_netcdf
 from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
@@ -34,7 +34,7 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     for remark in _check_items(sweep):
         if progress:
             print(f"warning: {remark}", file=sys.stderr)
-    parts = open_parts(out, sweep, measured_items)
+    parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     try:
         _compute(sweep, parts, todo, engine or in_loop(), progress=progress)

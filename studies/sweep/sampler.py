@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -45,13 +46,10 @@ class TyreTable:
     """Tyres by name and surface, kept in memory."""
 
     def __init__(self, relative_cornering_stiffness_sd: float) -> None:
-        self.relative_sd = relative_cornering_stiffness_sd
-        self.map = cache(self._load)
+        self.map = cache(
+            lambda tyre, surface: read_tyre(tyre, surface=surface).assuming(relative_cornering_stiffness_sd)
+        )
         self.factor = lru_cache(4096)(self._factor)  # a sampled pressure makes one for each item
-
-    def _load(self, tyre: str, surface: str) -> TyreSource:
-        found: TyreSource = read_tyre(tyre, surface=surface).assuming(self.relative_sd)
-        return found
 
     def values(
         self, wheels: Sequence[Choice], wanted: Sequence[Sequence[str]], z: Array | None, nominal_loads: Sequence[Any],
@@ -62,29 +60,28 @@ class TyreTable:
         found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *MEASURED_BESIDE)} for _ in wheels]
         outside = np.zeros(count, bool)
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
-        for k, wheel in enumerate(wheels):
-            for rows in _alike(wheel["tyre"], wheel["surface"]):
-                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
-                _mark(tyre, *conditions[k], rows, refused)
-        for (load, pressure), wheel, values, names in zip(conditions, wheels, found, wanted, strict=True):
-            for rows in _alike(wheel["tyre"], wheel["surface"]):
-                tyre = self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]]))
-                bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
-                n, p = (np.where(bad, x[rows] if not len(one) else one[0], x[rows])
-                        for one, x in zip(usual, (load, pressure), strict=True))  # fmt: skip
-                held = tyre.linear(load=n, pressure=p)
-                for name in values:
-                    if name in held:
-                        values[name][rows] = held[name]
-                    elif name in names:
-                        values[name][rows] = one_by_one(tyre, name, n, p)
-                for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
-                    outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
+        groups = [
+            (k, rows, self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]])))
+            for k, wheel in enumerate(wheels) for rows in _alike(wheel["tyre"], wheel["surface"])
+        ]  # fmt: skip
+        for k, rows, tyre in groups:
+            _mark(tyre, *conditions[k], rows, refused)
+        for k, rows, tyre in groups:
+            bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
+            n, p = (np.where(bad, x[rows] if not len(one) else one[0], x[rows])
+                    for one, x in zip(usual, conditions[k], strict=True))  # fmt: skip
+            held = tyre.linear(load=n, pressure=p)
+            for name, values in found[k].items():
+                if name in held:
+                    values[rows] = held[name]
+                elif name in wanted[k]:
+                    values[rows] = one_by_one(tyre, name, n, p)
+            for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
+                outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
         if z is not None:
             away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
-            for k, values in enumerate(found):
-                for column, name in enumerate(STIFFNESSES):
-                    values[name] *= 1 + share * away[:, 2 * k + column]
+            for column, (values, name) in enumerate(product(found, STIFFNESSES)):
+                values[name] *= 1 + share * away[:, column]
         for values, (load, _) in zip(found, conditions, strict=True):
             values["relaxation_length"] = values["cornering_stiffness"] / values["lateral_stiffness"]
             values |= parameters_of_effects(values, load=load)
@@ -106,10 +103,8 @@ class TyreTable:
             try:
                 joint = self.factor(*pair) if used.size else []
             except InputError as error:  # at the loads of the unvaried bicycle
-                mask = np.zeros_like(refused.mask)
-                mask[used] = True
-                refused.add(NO_TYRE, mask, str(error))
-                continue
+                joint = []
+                refused.add(NO_TYRE, np.isin(np.arange(len(z)), used), str(error))
             for block, draws in joint:
                 drawn = np.ascontiguousarray(z[np.ix_(used, block)].T)
                 result[np.ix_(used, block)] = (draws.linear(drawn) if linear else draws(drawn)).T - 1
@@ -141,29 +136,28 @@ def _positive(root: Array) -> BoundedDraws:
     return BoundedDraws(np.ones(len(root)), root, [(0.0, math.inf)] * len(root))
 
 
-def _mark(found: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
+def _mark(tyre: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp], refused: Refused) -> None:
     """Mark the items whose load (N) or pressure (Pa) the tyre refuses, with its own message for the first."""
-    rows = rows[~refused.mask[rows]]
-    if not rows.size or not _message(found, load[rows], pressure[rows]):
-        return
-    bad, said = np.zeros_like(refused.mask), ""
-    for row in rows:
-        message = _message(found, load[row : row + 1], pressure[row : row + 1])
-        bad[row], said = bool(message), said or message
-    refused.add(NO_TYRE, bad, said)
+    bad, words = np.zeros_like(refused.mask), ""
+    pieces = [rows[~refused.mask[rows]]] if (~refused.mask[rows]).any() else []
+    while pieces:  # where a corner of the conditions of some is refused, each is asked by itself
+        some = pieces.pop()
+        try:
+            _check_corners(tyre, load[some], pressure[some])
+        except InputError as error:
+            if len(some) > 1:
+                pieces += list(some[::-1, None])
+            else:
+                bad[some], words = True, words or str(error)
+    refused.add(NO_TYRE, bad, words)
 
 
-def _message(found: TyreSource, load: Array, pressure: Array) -> str:
-    """Message of the tyre against a corner of these conditions; empty if all are possible."""
+def _check_corners(tyre: TyreSource, load: Array, pressure: Array) -> None:
     if pressure.max() > MOST_BAR * PASCAL_PER_BAR:
         bar = pressure.max() / PASCAL_PER_BAR
-        return f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar"
+        raise InputError(f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar")
     for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
-        try:
-            found.at(load=corner[0], pressure=corner[1])
-        except InputError as error:
-            return str(error)
-    return ""
+        tyre.at(load=corner[0], pressure=corner[1])
 
 
 def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
@@ -198,7 +192,7 @@ class Points:
 
     def value(self, key: str, item: int) -> float:
         """The parameter ``key`` (SI) of the item with index ``item``."""
-        return number(self.values[key], item)
+        return float(np.broadcast_to(self.values[key], len(self.refused.mask))[item])
 
     @property
     def harmless(self) -> "Points":
@@ -216,6 +210,8 @@ class Sampler:
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
+        self._bicycles = _Bicycles(sweep.bicycles, sweep.bicycle_sd)
+        self._tyres = TyreTable(sweep.relative_cornering_stiffness_sd)
         self.model = sweep.nominal
         self.family = ModelFamily(self.model)
         self.nominal = self.model.parameters
@@ -244,7 +240,7 @@ class Sampler:
             axis.name: np.array(axis.values)[index] for axis, index in zip(sweep.axes, cell, strict=True)
         }
         first, last = int(sample.min()), int(sample.max()) + 1
-        for group, joint in zip(sweep.normals, self._joint, strict=True):
+        for group, joint in zip(sweep.normals, self.joint, strict=True):
             z = self._standard(group.names, sample, draws)
             with np.errstate(over="ignore", invalid="ignore"):  # marked below
                 drawn = joint.linear(z) if linear else joint(z)
@@ -295,23 +291,16 @@ class Sampler:
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on what cannot be drawn as stated."""
-        groups = zip(self.sweep.normals, self._joint, strict=True)
+        groups = zip(self.sweep.normals, self.joint, strict=True)
         return tuple(dict.fromkeys(note for group, joint in groups for note in joint.notes(group.names)))
 
     @cached_property
-    def _joint(self) -> tuple[BoundedDraws, ...]:
+    def joint(self) -> tuple[BoundedDraws, ...]:
+        """Draws of each group of jointly normal parameters."""
         return tuple(
             BoundedDraws(group.mean, group.factor, [bounds_of(self.model, name) for name in group.names])
             for group in self.sweep.normals
         )
-
-    @cached_property
-    def _bicycles(self) -> "_Bicycles":
-        return _Bicycles(self.sweep.bicycles, self.sweep.bicycle_sd)
-
-    @cached_property
-    def _tyres(self) -> TyreTable:
-        return TyreTable(self.sweep.relative_cornering_stiffness_sd)
 
     def variant(self, points: Points, item: int) -> Model:
         """The model of the item with index ``item``, checked like any other."""
@@ -367,7 +356,7 @@ class Sampler:
                 continue
             bad, message = np.zeros(len(refused.mask), bool), ""
             for item in np.flatnonzero(~refused.mask):
-                changes = {key: number(value, int(item)) for key, value in values.items()}
+                changes = {key: points.value(key, int(item)) for key in values}
                 try:
                     self.family.effect_with(effect, changes).check(changes)
                 except InputError as error:
@@ -391,8 +380,7 @@ class Sampler:
         """Refuse item number ``item`` after number ``start``, with the reason; ``where`` is added to its place."""
         *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
         names = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
-        names += [f"sample {sample}"] if self.sweep.samples > 1 else []
-        names += [where] if where else []
+        names += [f"sample {sample}"] * (self.sweep.samples > 1) + [where] * bool(where)
         raise ImpossibleItem(", ".join(names) or "its only point", why)
 
 
@@ -428,9 +416,3 @@ class _Bicycles:
 def _each(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
     different, place = np.unique(names, return_inverse=True)
     return np.array([value[str(one)] for one in different], dtype=np.float64)[place]
-
-
-def number(value: Any, item: int) -> float:
-    """Number ``item`` of a ``value`` that is a number or an array (m,)."""
-    found = np.asarray(value)
-    return float(found[item] if found.ndim else found)

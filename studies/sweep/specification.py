@@ -128,7 +128,10 @@ class Sweep:
         bicycles = {key: content.pop(key) for key in ("bicycles", "bicycle_sd")}
         found = {"the model": _digest(content.pop("model")), "the sweep": _digest(content)}
         found |= {"the table of bicycles": _digest(bicycles)} if self.bicycles else {}
-        found |= {f"the tyre {name}": tyre_digest(name) for name in self._tyres}
+        tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
+        named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre]) if name]
+        named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
+        found |= {f"the tyre {name}": tyre_digest(name) for name in sorted(set(named))}
         found |= {f"the effect {origin.name}": origin.digest for origin in self.outside_effects}
         for name in self.outside_outputs:
             found[f"the output {name}"] = _digest(inspect.getsource(OUTPUTS[name].function))
@@ -145,14 +148,6 @@ class Sweep:
         """Modules that declare outputs of one's own, by output; they go along to the workers."""
         homes = {name: OUTPUTS[name].function.__module__ for name in self.outputs}
         return {name: home for name, home in homes.items() if home.split(".")[0] not in ("bicycle", "studies")}
-
-    @property
-    def _tyres(self) -> list[str]:
-        """Names and files of the measured tyres."""
-        tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
-        named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre])]
-        named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
-        return sorted({name for name in named if isinstance(name, str)})
 
 
 class ImpossibleItem(InputError):
@@ -188,32 +183,28 @@ def source_digests() -> Mapping[str, str]:
 def _below(folder: Traversable, above: str = "") -> Iterator[tuple[str, Traversable]]:
     for item in folder.iterdir():
         place = f"{above}/{item.name}"
-        if item.is_dir():
-            if item.name != "data":  # an installed package has the data inside, a checkout beside it
-                yield from _below(item, place)
+        if item.is_dir() and item.name != "data":  # an installed package has the data inside, a checkout beside it
+            yield from _below(item, place)
         elif item.name.endswith(".py"):
             yield place, item
 
 
 def tyre_digest(tyre: str) -> str:
     """SHA-256 of the files that hold a tyre: its own, or a packaged one's tables of every surface."""
-    digest, files = hashlib.sha256(), list[Any]()
+    digest, folder = hashlib.sha256(), list[Traversable]((data_root() / "tyres").iterdir())
     if is_file_name(tyre):
         own = Path(tyre)
         read_tyre(own)  # complains of a file that is missing or bad
-        both = {own.with_suffix(suffix) for suffix in (".csv", ".toml")}  # of a table
-        files = sorted({own, *(one for one in both if one.is_file())})
-    for file in files or _packaged_files(tyre):
+        both = {own, *(own.with_suffix(suffix) for suffix in (".csv", ".toml"))}  # of a table
+        files: list[Any] = sorted(one for one in both if one.is_file())
+    else:
+        sidecars = [file for file in folder if file.name.endswith(".toml")]
+        own_ones = [one for one in sidecars if tomllib.loads(one.read_text(encoding="utf-8")).get("tyre") == tyre]
+        stems = {one.name.removesuffix(".toml") for one in own_ones}
+        files = sorted((one for one in folder if one.name.rpartition(".")[0] in stems), key=lambda one: one.name)
+    for file in files:
         digest.update(f"{file.name}\0".encode() + file.read_bytes() + b"\0")
     return digest.hexdigest()
-
-
-def _packaged_files(name: str) -> list[Traversable]:
-    files = sorted((data_root() / "tyres").iterdir(), key=lambda item: item.name)
-    sidecars = [file for file in files if file.name.endswith(".toml")]
-    told = [file for file in sidecars if tomllib.loads(file.read_text(encoding="utf-8")).get("tyre") == name]
-    stems = {file.name.removesuffix(".toml") for file in told}
-    return [file for file in files if file.name.rpartition(".")[0] in stems]
 
 
 def differences(before: object, now: Mapping[str, str]) -> str:

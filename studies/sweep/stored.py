@@ -2,18 +2,13 @@
 
 import itertools
 import json
-import re
-import textwrap
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import cached_property
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.effect_registry import effect_class
 from bicycle.naming import known_modes
@@ -30,58 +25,43 @@ MOST_BICYCLES = 200_000
 SAMPLE, CRITICAL = "sample", "critical_speeds"
 
 
-@dataclass(frozen=True, eq=False)
 class Stored:
-    """A finished sweep: its data set, opened and not read, the sweep as it was computed, and what made it then."""
+    """A finished sweep: its data set, the sweep as it was computed, what made it then, and what is looked at of it.
 
-    path: Path
-    data: Any
-    sweep: Sweep
-    made_of: Mapping[str, str]
-    fingerprint: str
-    samples: int
+    ``possible`` (cells, samples) marks possible bicycles; of a reduced result, which has one sample, it is not known.
+    ``speeds`` are m/s, empty if outputs are not given along them; ``whose`` names the bicycles in a title.
+    """
 
-    @property
-    def reduced(self) -> bool:
-        """True if the samples were reduced to quantiles."""
-        return self.sweep.quantiles is not None
-
-    @property
-    def cells(self) -> int:
-        """Number of cells of the grid, without the speed."""
-        return self.sweep.items // self.sweep.samples
-
-    @property
-    def bicycles(self) -> int:
-        """Number of bicycles looked at."""
-        return self.cells * self.samples
-
-    @property
-    def speeds(self) -> Array:
-        """Speeds along which outputs are given, m/s; empty if there is none."""
-        return np.asarray(self.sweep.speeds, float) if SPEED in self.data.dims else np.empty(0)
-
-    @cached_property
-    def possible(self) -> NDArray[np.bool_]:
-        """Possible bicycles, (cells, samples); of a reduced result not known."""
-        if "impossible" not in self.data:
-            return np.ones((self.cells, self.samples), bool)
-        return self.rows("impossible") == 0
-
-    @cached_property
-    def extrapolated(self) -> int:
-        """Number of bicycles with a tyre outside its measured loads and pressures."""
+    def __init__(self, path: Path, data: Any, sweep: Sweep) -> None:
+        self.path, self.data, self.sweep = path, data, sweep
+        self.fingerprint, self.made_of = str(data.attrs.get("fingerprint", "")), dict[str, str]()
+        with suppress(KeyError, ValueError):
+            self.made_of = json.loads(data.attrs["made_of"])
+        self.reduced = sweep.quantiles is not None
+        self.cells = sweep.items // sweep.samples
+        self.samples = 1 if self.reduced else min(sweep.samples, max(MOST_BICYCLES // self.cells, 1))
+        self.bicycles = self.cells * self.samples
+        self.number = sweep.items if self.reduced else self.bicycles
+        self.speeds = np.asarray(sweep.speeds, float) if SPEED in data.dims else np.empty(0)
+        self.possible = np.ones((self.cells, self.samples), bool)
+        if "impossible" in data:
+            self.possible = self.rows("impossible") == 0
+        beyond = "tyre_extrapolated_above_zero" if self.reduced else "tyre_extrapolated"
+        self.extrapolated = int(np.nansum(self.rows(beyond))) if beyond in data else 0
+        alone = "the samples" if sweep.samples > 1 else "the bicycle"
+        levels = [[_level(axis, value) for value in axis.values] for axis in sweep.axes]
+        self.cell_names = [", ".join(words) or alone for words in itertools.product(*levels)]
+        self.whose = f"{self.bicycles} bicycles" if self.bicycles > 1 else "one bicycle"
         if self.reduced:
-            name = "tyre_extrapolated_above_zero"
-            return int(self.reduced_rows(name).sum()) if name in self.data else 0
-        return int(np.nansum(self.rows("tyre_extrapolated"))) if "tyre_extrapolated" in self.data else 0
-
-    def holds(self, output: str) -> bool:
-        """True if an output, or its quantiles, stand in the result."""
-        return output in self.data or f"{output}_quantiles" in self.data
+            self.whose = f"{sweep.samples} bicycles in each of {self.cells} combinations"
+        elif self.bicycles < sweep.items:
+            first = f"the first {self.samples} samples of each combination"
+            self.whose = f"{self.bicycles} of {sweep.items} bicycles ({first})"
+        if sweep.random and self.cells > 1 and not self.reduced:
+            self.whose += f", {self.cells} combinations of {', '.join(axis.name for axis in sweep.axes)}"
 
     def rows(self, name: str, **place: Any) -> Array:
-        """A variable (cells, samples, ...) at labels along further dimensions."""
+        """A variable (cells, samples, ...) at labels along further dimensions; of a reduced result (cells, 1, ...)."""
         with _undamaged(self.path):
             found = self.data[name].sel(**place)
             if SAMPLE in found.dims:
@@ -89,12 +69,6 @@ class Stored:
             values = np.asarray(found.values)
             outer = len(self.sweep.axes) + (SAMPLE in found.dims)
             return values.reshape(self.cells, self.samples, *values.shape[outer:])
-
-    def reduced_rows(self, name: str, **place: Any) -> Array:
-        """A variable (cells, ...) of a reduced result at labels along further dimensions."""
-        with _undamaged(self.path):
-            values = np.asarray(self.data[name].sel(**place).values)
-            return values.reshape(self.cells, *values.shape[len(self.sweep.axes) :])
 
     def scalar(self, output: Output) -> Array | None:
         """Values (cells, samples, speeds) of an output of one number; None if the result does not tell."""
@@ -110,9 +84,7 @@ class Stored:
         """Values (cells, samples, speeds) of an output of a named mode; None if the result does not tell."""
         if output.name in self.data:
             return self.rows(output.name, mode=mode)
-        if "modes" not in self.data:
-            return None
-        return np.asarray(output.of_root(self.rows("modes", mode=mode)))
+        return np.asarray(output.of_root(self.rows("modes", mode=mode))) if "modes" in self.data else None
 
     def modes(self, dimension: str) -> list[str]:
         """Names along a dimension of modes, main modes first."""
@@ -121,42 +93,8 @@ class Stored:
 
     def unit(self, name: str) -> str:
         """The unit of a parameter that can be varied; empty for a ratio or a name."""
-        unit = unit_of(name.removesuffix(".rear").removesuffix(".front"))
+        unit = unit_of(name)
         return "" if unit == "1" else unit
-
-    @property
-    def cell_names(self) -> list[str]:
-        """Words that distinguish each cell; the names of bicycles and tyres alone speak for themselves."""
-        alone = "the samples" if self.sweep.samples > 1 else "the bicycle"
-        levels = [[_level(axis, value) for value in axis.values] for axis in self.sweep.axes]
-        return [", ".join(words) or alone for words in itertools.product(*levels)]
-
-    @property
-    def whose(self) -> str:
-        """The bicycles that are looked at, for a title."""
-        if self.reduced:
-            return f"{self.sweep.samples} bicycles in each of {self.cells} combinations"
-        found = f"{self.bicycles} bicycles" if self.bicycles > 1 else "one bicycle"
-        if self.bicycles < self.sweep.items:
-            every, first = self.sweep.items, self.samples
-            found = f"{self.bicycles} of {every} bicycles (the first {first} samples of each combination)"
-        if self.sweep.random and self.cells > 1:
-            found += f", {self.cells} combinations of {', '.join(axis.name for axis in self.sweep.axes)}"
-        return found
-
-    def title(self, text: str, width: float) -> str:
-        """Words above a figure in lines of ``width`` inches, with what is true of all figures of the result."""
-        if self.extrapolated:
-            every = self.sweep.items if self.reduced else self.bicycles
-            text += f"\nTyre values extrapolated: {self.extrapolated} of {every}"
-        return "\n".join(wrapped(line, int(width / 0.083)) for line in text.splitlines())
-
-
-def wrapped(text: str, width: int) -> str:
-    """Text in lines of at most ``width`` letters, names of parameters broken at their dots only."""
-    spaced = re.sub(r"\.(?=[a-z])", ".\t", text)  # a tab is where a name may be broken
-    lines = textwrap.wrap(spaced, width, break_long_words=False, expand_tabs=False, replace_whitespace=False)
-    return "\n".join(line.replace("\t", "") for line in lines)
 
 
 def _level(axis: GridAxis, value: Any) -> str:
@@ -188,13 +126,7 @@ def read_result(path: str | Path) -> Stored:
     for name in sweep.model.get("effects", {}):
         effect_class(name)  # one of the user's own may not be known: said before anything is drawn
     refuse_unknown("output", sweep.outputs, OUTPUTS, where=path.as_posix())
-    try:
-        made_of = json.loads(data.attrs["made_of"])
-    except (KeyError, ValueError):
-        made_of = {}
-    cells = sweep.items // sweep.samples
-    kept = 1 if sweep.quantiles is not None else min(sweep.samples, max(MOST_BICYCLES // cells, 1))
-    return Stored(path, data, sweep, made_of, str(data.attrs.get("fingerprint", "")), kept)
+    return Stored(path, data, sweep)
 
 
 @contextmanager
@@ -213,36 +145,26 @@ def _undamaged(path: Path) -> Iterator[None]:
 
 
 def _sweep(content: Mapping[str, Any]) -> Sweep:
-    given = dict(content)
-    given["axes"] = tuple(GridAxis(one["name"], tuple(one["values"])) for one in given["axes"])
-    given["normals"] = tuple(
-        Normal(tuple(one["names"]), tuple(one["mean"]), tuple(map(tuple, one["factor"]))) for one in given["normals"]
-    )
-    given["uniforms"] = tuple(Uniform(**one) for one in given["uniforms"])
-    for name in ("speeds", "outputs"):
-        given[name] = tuple(given[name])
-    given["quantiles"] = None if given["quantiles"] is None else tuple(given["quantiles"])
+    def tuples(value: Any) -> Any:
+        return tuple(map(tuples, value)) if isinstance(value, list) else value
+
+    given = {**content, **{name: tuples(content[name]) for name in ("speeds", "outputs", "quantiles")}}
+    for name, kind in (("axes", GridAxis), ("normals", Normal), ("uniforms", Uniform)):
+        given[name] = tuple(kind(**{key: tuples(value) for key, value in one.items()}) for one in content[name])
     return Sweep(**given, points_per_part=65536)
 
 
-@dataclass(frozen=True, eq=False)
-class Limits:
-    """Critical speeds (cells, samples, occurrences) of one mode in one direction, m/s, ascending, NaN for none."""
+class Limits(NamedTuple):
+    """Critical speeds (cells, samples, occurrences) of one mode in one direction, m/s, ascending, NaN for none.
+
+    ``held`` are those of the possible bicycles that have them, by occurrence; ``words`` say what happens there.
+    """
 
     mode: str
     change: str
     speeds: Array
-    possible: NDArray[np.bool_]
-
-    @property
-    def held(self) -> list[Array]:
-        """Critical speeds of the possible bicycles that have them, by occurrence, m/s."""
-        return [one[np.isfinite(one)] for one in self.speeds[self.possible].T if np.isfinite(one).any()]
-
-    @property
-    def words(self) -> str:
-        """The mode and what happens to it as speed grows."""
-        return limit_words(self.mode, self.change)
+    held: list[Array]
+    words: str
 
 
 def limit_words(mode: str, change: str) -> str:
@@ -253,30 +175,15 @@ def limit_words(mode: str, change: str) -> str:
 
 def limits(stored: Stored) -> Iterator[Limits]:
     """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
-    for mode in stored.modes("crossing_mode"):
-        for change in CHANGES:
-            speeds = stored.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
-            if np.isfinite(speeds).any():
-                yield Limits(mode, change, speeds, stored.possible)
+    for mode, change in itertools.product(stored.modes("crossing_mode"), CHANGES):
+        speeds = stored.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
+        held = [one[np.isfinite(one)] for one in speeds[stored.possible].T if np.isfinite(one).any()]
+        if np.isfinite(speeds).any():
+            yield Limits(mode, change, speeds, held, limit_words(mode, change))
 
 
-def any_limit(stored: Stored) -> bool:
-    """True if any bicycle has a critical speed."""
-    if stored.reduced:
-        return bool((stored.reduced_rows(f"{CRITICAL}_count") > 0).any())
-    return any(True for _ in limits(stored))
-
-
-@dataclass(frozen=True, eq=False)
-class ModeRows:
-    """One mode along the speed: values (cells, samples, speeds) by name of the output."""
-
-    mode: str
-    values: Mapping[str, Array]
-
-
-def mode_rows(stored: Stored) -> Iterator[ModeRows]:
-    """The named modes that some bicycle has, main modes first."""
+def mode_rows(stored: Stored) -> Iterator[tuple[str, dict[str, Array]]]:
+    """The named modes that some bicycle has, main modes first: values (cells, samples, speeds) by output."""
     if not stored.speeds.size or "mode" not in stored.data:
         return
     shown = [one for one in OUTPUTS.values() if one.along == "modes"]
@@ -284,4 +191,4 @@ def mode_rows(stored: Stored) -> Iterator[ModeRows]:
         held = {one.name: stored.of_mode(one, mode) for one in shown}
         values = {name: value for name, value in held.items() if value is not None}
         if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
-            yield ModeRows(mode, values)
+            yield mode, values

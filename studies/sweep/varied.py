@@ -1,22 +1,25 @@
 """Parameters that were varied and outputs that depend on them, bicycle by bicycle, as figures compare them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from studies.axes import bounds_of
+from bicycle.parameter_covariance import WHEELS
 from studies.outputs import OUTPUTS, Output
-from studies.sampling import BoundedDraws, normal, uniform
+from studies.sampling import normal, uniform
 from studies.sweep.sampler import TYRE_DRAWS, Sampler
 from studies.sweep.specification import SPEED, Normal, differences
 from studies.sweep.stored import CRITICAL, Stored, limits, mode_rows
 from studies.sweep.worker import compute
 from tyre.arrays import Array
 from tyre.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LEAST_SHARE = 0.1  # of the bicycles: an output that fewer have is not drawn over parameters
 OCCURRENCE = ("", ", second", ", third", ", fourth")
@@ -49,70 +52,58 @@ class Varied:
 
 def grid_parameters(stored: Stored) -> list[Varied]:
     """Parameters on the grid with more than one value, in the order of the file."""
-    shape = stored.sweep.shape[:-1]
+    places = np.indices(stored.sweep.shape[:-1])
     return [
-        Varied(axis.name, stored.unit(axis.name), np.array(axis.values)[np.indices(shape)[k].ravel()][:, None])
-        for k, axis in enumerate(stored.sweep.axes)
+        Varied(axis.name, stored.unit(axis.name), np.array(axis.values)[place.ravel()][:, None])
+        for axis, place in zip(stored.sweep.axes, places, strict=True)
         if len(axis.values) > 1
     ]
 
 
 def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
-    """Parameters that were drawn, and a remark on those that cannot be told."""
+    """Parameters that were drawn, drawn again, and a remark if they cannot be."""
     sweep = stored.sweep
     if not sweep.random or stored.reduced:
         return [], ""
     try:
-        same = sweep.fingerprint == stored.fingerprint
-        changed = "" if same else differences(stored.made_of or None, sweep.made_of)
+        changed = "" if sweep.fingerprint == stored.fingerprint else differences(stored.made_of or None, sweep.made_of)
     except InputError as error:
-        same, changed = False, str(error)
-    if same:
-        return _drawn_again(stored), ""
-    if "parameters" in stored.data:
-        return _from_output(stored), ""
-    return [], (
-        f"the sampled parameters cannot be drawn again as in {stored.path.name}, since this has changed: {changed}; so "
-        "what hangs on them is not drawn. Compute the sweep anew, or ask for the output parameters"
-    )
-
-
-def _drawn_again(stored: Stored) -> list[Varied]:
-    sweep, count = stored.sweep, stored.samples
-    sampler = Sampler(sweep)
+        changed = str(error)
+    if changed:
+        return [], (
+            f"the sampled parameters cannot be drawn again as in {stored.path.name}, since this has changed: {changed}"
+            "; so what hangs on them is not drawn. Compute the sweep anew"
+        )
+    sampler, count, found = Sampler(sweep), stored.samples, list[Varied]()
 
     def standard(name: str) -> Array:
         return normal(seed=sweep.seed, name=name, start=0, stop=count)
 
-    found = []
-    for group in sweep.normals:
-        draws = BoundedDraws(group.mean, group.factor, [bounds_of(sampler.model, name) for name in group.names])
-        for name, values in zip(group.names, draws(np.array([standard(name) for name in group.names])), strict=True):
-            found.append(Varied(name, stored.unit(name), values[None]))
+    for group, joint in zip(sweep.normals, sampler.joint, strict=True):
+        draws = joint(np.array([standard(name) for name in group.names]))
+        found += [Varied(name, stored.unit(name), row[None]) for name, row in zip(group.names, draws, strict=True)]
     for one in sweep.uniforms:
         share = uniform(seed=sweep.seed, name=one.name, start=0, stop=count)
         found.append(Varied(one.name, stored.unit(one.name), (one.low + (one.high - one.low) * share)[None]))
     for key in {key: None for each in sweep.bicycle_sd.values() for key in each}:
         found.append(Varied(f"{key} / its sd", "", standard(key)[None]))
     if sweep.tyre_covariance:
-        found += _tyres(sampler, standard, count)
-    return [one for one in found if np.ptp(one.values) > 0]
+        found += _tyres(sampler, {name: standard(name) for names in sampler.draws.values() for name in names}, count)
+    return [one for one in found if np.ptp(one.values) > 0], ""
 
 
-def _tyres(sampler: Sampler, standard: Callable[[str], Array], count: int) -> list[Varied]:
+def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied]:
     """Ratios to the table of C and K of each wheel, drawn from the tyre's covariance, in the first cell of the grid."""
-    draws = {name: standard(name) for names in sampler.draws.values() for name in names}
     drawn = sampler.points(0, count, draws).values
     plain = sampler.points(0, count, draws | dict.fromkeys(TYRE_DRAWS, np.zeros(count))).values
     found = []
-    for wheel in ("rear", "front"):
+    for wheel in WHEELS:
         ratios = {}
         for name in ("cornering_stiffness", "relaxation_length"):
-            key = next((key for key in sampler.taken if key.endswith(f".{name}.{wheel}")), None)
-            if key:
+            for key in [key for key in sampler.taken if key.endswith(f".{name}.{wheel}")][:1]:
                 with np.errstate(invalid="ignore", divide="ignore"):
                     ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
-        if "cornering_stiffness" in ratios and "relaxation_length" in ratios:
+        if len(ratios) == 2:
             ratios["lateral_stiffness"] = ratios["cornering_stiffness"] / ratios.pop("relaxation_length")
         for name, ratio in ratios.items():
             words = name.replace("_", " ")
@@ -120,36 +111,13 @@ def _tyres(sampler: Sampler, standard: Callable[[str], Array], count: int) -> li
     return found
 
 
-def _from_output(stored: Stored) -> list[Varied]:
-    names = {name for one in stored.sweep.normals for name in one.names} | {one.name for one in stored.sweep.uniforms}
-    held = [str(name) for name in stored.data["parameter"].values]
-    keys = {name: [one for one in held if one == name or one.startswith(f"{name}.")] for name in sorted(names)}
-    return [
-        Varied(name, stored.unit(name), stored.rows("parameters", parameter=own[0])[0][None])
-        for name, own in keys.items() if own
-    ]  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """An output: label with its unit, values (cells, samples), NaN where a bicycle does not have it."""
-
-    label: str
-    values: Array
-
-
 @dataclass(frozen=True, eq=False)
 class Stability:
-    """Unstable bicycles (cells, samples) at a speed, and their largest growth rates, 1/s."""
+    """Largest growth rates (cells, samples), 1/s, of bicycles at a speed (m/s; None: each at its own)."""
 
     speed: float | None
     growth: Array
     anew: bool = False
-
-    @property
-    def unstable(self) -> NDArray[np.bool_]:
-        """Bicycles (cells, samples) with a root to the right of the axis."""
-        return np.asarray(self.growth > 0)
 
     @property
     def where(self) -> str:
@@ -158,16 +126,16 @@ class Stability:
 
 
 def stability(stored: Stored, at: float | None) -> Stability | None:
-    """Unstable bicycles at the speed ``at`` (m/s); None if nothing tells."""
-    growth, speeds, asked = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at is not None
+    """Growth rates at the speed ``at`` (m/s), else where most differ in stability; None if nothing tells."""
+    growth, speeds, asked = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at
     held: Stability | None = None
     if growth is not None and not speeds.size:
         return Stability(None, growth[..., 0])
     if growth is not None:
         share = (growth > 0).sum((0, 1)) / np.maximum(np.isfinite(growth).sum((0, 1)), 1)
-        k = int(np.abs(share - 0.5).argmin()) if at is None else int(np.abs(speeds - at).argmin())
+        k = int((np.abs(share - 0.5) if at is None else np.abs(speeds - at)).argmin())
         held = Stability(float(speeds[k]), growth[..., k])
-        if (at is None and 0 < share[k] < 1) or (at is not None and abs(speeds[k] - at) < 1e-9 * max(at, 1)):
+        if 0 < share[k] < 1 if at is None else abs(speeds[k] - at) < 1e-9 * max(at, 1):
             return held
     if at is None and CRITICAL in stored.data:
         found = [one.speeds[np.isfinite(one.speeds)] for one in limits(stored)]
@@ -177,12 +145,12 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
     anew = None if at is None else _growth_rates_at(stored, at)
     if at is not None and anew is not None:
         return Stability(at, anew, anew=True)
-    if asked:
-        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - (at or 0)))[:2]])
+    if asked is not None:
+        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - asked))[:2]])
         how = f"give one that it holds, the nearest are {near} m/s" if near else "leave --at out"
         raise InputError(
-            f"--at {at:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so it "
-            f"cannot be computed anew; {how}"
+            f"--at {asked:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so "
+            f"it cannot be computed anew; {how}"
         )
     return held
 
@@ -196,41 +164,38 @@ def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
         fewer = replace(sweep, outputs=(GROWTH,), speeds=(speed,), quantiles=None)
         if stored.samples == sweep.samples:
             return np.asarray(compute(fewer, 0, sweep.items)[GROWTH]).reshape(stored.cells, stored.samples)
-        firsts = [cell * sweep.samples for cell in range(stored.cells)]
+        firsts = range(0, sweep.items, sweep.samples)
         return np.array([compute(fewer, first, first + stored.samples)[GROWTH][:, 0] for first in firsts])
     except InputError:
         return None
 
 
-def targets(stored: Stored, stable: Stability | None) -> Iterator[Target]:
-    """The outputs, the main ones first."""
-    if CRITICAL in stored.data:
-        for one in limits(stored):
-            for k in range(one.speeds.shape[-1]):
-                values = one.speeds[..., k]
-                if np.isfinite(values[one.possible]).mean() >= LEAST_SHARE:
-                    yield Target(f"{one.words}{OCCURRENCE[k]}, m/s", values)
+def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
+    """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
+    found: dict[str, Array] = {}
+    for one in limits(stored) if CRITICAL in stored.data else ():
+        for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]]):
+            if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE:
+                found[f"{one.words}{occurrence}, m/s"] = one.speeds[..., k]
     speeds = stored.speeds
     at = None if stable is None else stable.speed
     k = len(speeds) // 2 if at is None else int(np.abs(speeds - at).argmin()) if speeds.size else 0
     for output in OUTPUTS.values():
         label, unit = output.label[0].lower() + output.label[1:], _unit(output)
         if output.scalar and not output.by_speed and output.name in stored.data:
-            yield Target(f"{label}{unit}", stored.rows(output.name))
-        if stable is None or not output.scalar or not output.by_speed:
-            continue
-        found = stored.scalar(output) if output.name != GROWTH else None
-        if output.name == GROWTH:
-            yield Target(f"{label} {stable.where}{unit}", stable.growth)
-        elif found is not None and not stable.anew and stable.speed is not None:
-            yield Target(f"{label} {stable.where}{unit}", found[..., k])
-    for row in mode_rows(stored):
-        shown = [name for name in row.values if name != "frequencies" or "damping_ratios" not in row.values]
-        for name in shown:
-            here, output = row.values[name][..., k], OUTPUTS[name]
+            found[f"{label}{unit}"] = stored.rows(output.name)
+        elif stable is not None and output.name == GROWTH:
+            found[f"{label} {stable.where}{unit}"] = stable.growth
+        elif stable is not None and output.scalar and output.by_speed and not stable.anew and at is not None:
+            values = stored.scalar(output)
+            found |= {} if values is None else {f"{label} {stable.where}{unit}": values[..., k]}
+    for mode, held in mode_rows(stored):
+        for name in [name for name in held if name != "frequencies" or "damping_ratios" not in held]:
+            here, output = held[name][..., k], OUTPUTS[name]
             if np.isfinite(here).mean() >= LEAST_SHARE and np.nanmax(np.abs(here)) > 0:
-                mode = row.mode.replace("_", " ")
-                yield Target(f"{mode}: {output.label} at {speeds[k]:.4g} m/s{_unit(output)}", here)
+                label = f"{mode.replace('_', ' ')}: {output.label} at {speeds[k]:.4g} m/s{_unit(output)}"
+                found[label] = here
+    return found
 
 
 def _unit(output: Output) -> str:
@@ -240,35 +205,29 @@ def _unit(output: Output) -> str:
 LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles
 
 
-@dataclass(frozen=True)
-class Share:
-    """The part of a parameter in the variance of an output."""
+def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> "pd.DataFrame":
+    """Shares of parameters in the variance of an output (cells, samples), NaN where a bicycle does not have it.
 
-    name: str
-    first: float
-    total: float
-    half_width: float
+    A row a parameter with ``first_order``, ``half_width_95`` and ``total``; no row if the output tells of too few.
+    """
+    import pandas as pd
 
-
-def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> list[Share]:
-    """Shares of the variance of an output (cells, samples), NaN where a bicycle does not have it."""
+    columns = ["parameter", "first_order", "half_width_95", "total"]
     known = np.isfinite(y)
     enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
     if not enough or not _varies(y):
-        return []
-    first = _indices(y, varied)
+        return pd.DataFrame(columns=columns)
     spread = np.zeros(len(varied))
     if y.shape[1] > 1:
         rng = np.random.default_rng([seed, 16])
         found = []
-        for _ in range(resamples):
-            chosen = rng.integers(0, y.shape[1], y.shape[1])
-            again = y[:, chosen]
-            if _varies(again):
+        for chosen in (rng.integers(0, y.shape[1], y.shape[1]) for _ in range(resamples)):
+            if _varies(y[:, chosen]):
                 drawn = [replace(one, values=one.values[:, chosen]) if one.sampled else one for one in varied]
-                found.append(_indices(again, drawn))
+                found.append(_indices(y[:, chosen], drawn))
         spread = 1.96 * np.std(found, axis=0, ddof=1)
-    return [Share(one.name, float(first[k]), _total(y, one, varied), float(spread[k])) for k, one in enumerate(varied)]
+    names, totals = [one.name for one in varied], [_total(y, one, varied) for one in varied]
+    return pd.DataFrame(dict(zip(columns, (names, _indices(y, varied), spread, totals), strict=True)))
 
 
 def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
@@ -288,9 +247,9 @@ def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]
     """Pairs of parameters that the sweep draws with a correlation: two names and the correlation."""
     found = []
     for group in groups:
-        covariance = np.array(group.factor) @ np.array(group.factor).T
-        size = np.outer(np.sqrt(np.diag(covariance)), np.sqrt(np.diag(covariance)))
-        r = np.where(size > 0, covariance, 0.0) / np.where(size > 0, size, 1.0)
+        factor = np.array(group.factor)
+        unit = factor / np.maximum(np.hypot.reduce(factor, axis=1), 1e-300)[:, None]
+        r = unit @ unit.T
         pairs = [(i, j) for i in range(len(r)) for j in range(i) if abs(r[i, j]) > 0.02]
         found += [(group.names[j], group.names[i], float(r[i, j])) for i, j in pairs]
     return found
@@ -319,8 +278,7 @@ def _indices(y: Array, varied: Sequence[Varied]) -> Array:
 
 def _between_levels(y: Array, values: NDArray[np.generic]) -> float:
     """Variance of the means at each value."""
-    _, place = np.unique(values, return_inverse=True)
-    count = np.bincount(place)
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
     return float(np.sum(count * ((np.bincount(place, y) / count) - y.mean()) ** 2) / len(y))
 
 
@@ -329,14 +287,11 @@ def _between_classes(y: Array, values: Array) -> float:
     n = len(y)
     classes = int(np.clip(round(2 * n ** (1 / 3)), 4, 64))
     edges = np.unique(np.quantile(values, np.linspace(0, 1, classes + 1)[1:-1]))
-    place = np.searchsorted(edges, values, side="right")
-    count = np.bincount(place, minlength=len(edges) + 1)
-    used = count > 0
-    k = int(used.sum())
+    _, place, count = np.unique(np.searchsorted(edges, values, side="right"), return_inverse=True, return_counts=True)
+    k = len(count)
     if k < 2 or n <= k:
         return 0.0
-    mean = np.bincount(place, y, minlength=len(edges) + 1)[used] / count[used]
-    between = float(np.sum(count[used] * (mean - y.mean()) ** 2))
+    between = float(np.sum(count * (np.bincount(place, y) / count - y.mean()) ** 2))
     return (between - (k - 1) * (float(np.sum((y - y.mean()) ** 2)) - between) / (n - k)) / n
 
 

@@ -2,7 +2,6 @@
 
 import json
 import platform
-from collections import OrderedDict
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -54,7 +53,6 @@ class Worker:
         self.sampler = Sampler(sweep)
         self.linear = self.sampler.model.linear_model()
         self.modes = mode_names(self.linear)
-        self.alone = 0  # bicycles of which a batch was not sure, so far
 
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
@@ -104,7 +102,6 @@ class Worker:
         has, sure = np.zeros((count, len(self.modes)), bool), np.zeros(count, bool)
         if not self.sampler.family.evaluate.symbolic.switches:  # those are left to one by one
             pairs, has, sure = self._at_once(points, speeds)
-        self.alone += int((~sure).sum())
         for item in np.flatnonzero(~sure).tolist():
             try:
                 named = modes(self.sampler.variant(points, item).linear_model(), speeds[item])
@@ -166,14 +163,12 @@ def slow(sweep: Sweep) -> bool:
     return bool(sweep.wanted(MODE, MODEL))
 
 
-_workers: OrderedDict[str, Worker] = OrderedDict()
+_workers: dict[str, Worker] = {}  # of this process, the latest few
 
 
 def _worker(sweep: Sweep) -> Worker:
-    """The worker of this sweep in this process; threads may build it twice, which changes nothing."""
-    worker = _workers.get(sweep.fingerprint)
-    if worker is None:
-        worker = _workers[sweep.fingerprint] = Worker(sweep)
-        while len(_workers) > 4:
-            _workers.popitem(last=False)
-    return worker
+    if sweep.fingerprint not in _workers:  # threads may build it twice, which changes nothing
+        while len(_workers) > 3:
+            _workers.pop(next(iter(_workers)), None)
+        _workers[sweep.fingerprint] = Worker(sweep)
+    return _workers[sweep.fingerprint]

@@ -5,18 +5,18 @@ from studies.uncertainty.propagation import (
     Uncertainty,
     assumed,
     by_group,
-    by_origin,
     counted_as_exact,
     differs,
     group_of,
     known_exactly,
     remarks,
     stands_alone,
+    stated,
     total_effects,
 )
 from studies.uncertainty.uncertain_model import UncertainModel
 
 __all__ = [
-    "Quantity", "UncertainModel", "Uncertainty", "assumed", "by_group", "by_origin", "counted_as_exact", "differs",
-    "group_of", "known_exactly", "remarks", "stands_alone", "total_effects",
+    "Quantity", "UncertainModel", "Uncertainty", "assumed", "by_group", "counted_as_exact", "differs",
+    "group_of", "known_exactly", "remarks", "stands_alone", "stated", "total_effects",
 ]  # fmt: skip

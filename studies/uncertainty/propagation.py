@@ -12,10 +12,11 @@ from bicycle.default_sd import ASSUMED, EXACT, GIVEN
 from bicycle.eigen import eigenvalues, oscillating
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
-from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
+from bicycle.parameter_covariance import ParameterKey
 from bicycle.parameters import UNITS
 from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
 from studies.outputs import MODE, OUTPUTS, ROOTS, Output
+from studies.reporting.markdown_text import render_file
 from studies.sweep.sampler import Points
 from studies.uncertainty.uncertain_model import STEP, UncertainModel, matched_roots
 from tyre.arrays import Array
@@ -72,13 +73,6 @@ class Quantity:
 
 class Uncertainty(UncertainModel):
     """An uncertain model and the quantities that follow from it."""
-
-    @property
-    def given_anew(self) -> tuple[list[str], ParameterCovariance]:
-        """Parameters whose stated covariance does not hold, as their sd is given; and that covariance."""
-        stated = self._stated.covariance
-        origin = {key: deviation.origin for key, deviation in self._own.items()}
-        return [name for name in stated.names if self._stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
 
     def quantities(
         self, speeds: Array, *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0,
@@ -260,17 +254,8 @@ def group_of(measurement: str) -> str:
     return "masses and inertias" if UNITS[key] in ("kg", "kg m^2") else "bicycle geometry"
 
 
-def by_group(shares: Mapping[str, float]) -> dict[str, float]:
+def by_group(shares: Mapping[str, float], group: Callable[[str], str] = group_of) -> dict[str, float]:
     """Shares of the linear variance by group, from ``shares`` by measurement."""
-    return _summed(shares, group_of)
-
-
-def by_origin(model: UncertainModel, shares: Mapping[str, float]) -> dict[str, float]:
-    """Shares of the linear variance by where standard deviations come from, from ``shares`` by measurement."""
-    return _summed(shares, model.origin)
-
-
-def _summed(shares: Mapping[str, float], group: Callable[[str], str]) -> dict[str, float]:
     found: dict[str, float] = {}
     for measurement, share in shares.items():
         found[group(measurement)] = found.get(group(measurement), 0.0) + share
@@ -300,55 +285,39 @@ def assumed(model: UncertainModel) -> dict[str, float]:
     return {key: d.sd for key, d in model.deviations.items() if d.origin == ASSUMED and key in entering}
 
 
-def exact_words(model: UncertainModel) -> str:
-    """Words on numbers that are counted as exact, by reason; empty if there are none."""
-    reasons: dict[str, list[str]] = {}
-    for key, why in counted_as_exact(model).items():
-        reasons.setdefault(why, []).append(key)
-    words = "; ".join(f"{', '.join(keys)} ({why})" for why, keys in reasons.items())
-    return f"counted as exact: {words}" if words else ""
-
-
-def assumed_words(model: UncertainModel) -> str:
-    """Words on deviations that are assumed, with two digits, never as a power of ten; empty if there are none."""
-    values = model.nominal.parameters
-    sds = [
-        f"{key} {values[key]:.4g} ± {np.format_float_positional(sd, precision=2, fractional=False, trim='-')}"
-        for key, sd in assumed(model).items()
-    ]
-    stated = "assumed, as no source states it (one standard deviation, SI)"
-    return f"{stated}: {', '.join(sds)}" if sds else ""
-
-
 def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
     """Remarks on what some samples do not have, and where linear propagation fails."""
-    said = []
-    for q in found:
-        if q.lost:
-            why = f"do not have it up to {max_speed:g} m/s"
-            why = why if q.unit == "m/s" else "have no such oscillation, or one like another"
-            rest = "sd Monte Carlo and band are of the others" if len(q.kept) else "so there is no band"
-            said.append(f"{q.name}: {q.lost} of {samples} bicycles {why}, which the linear sd does not show; {rest}")
-        elif differs(q):
-            sds = f"{q.sampled_sd:.3g} {q.unit} by Monte Carlo against {q.linear_sd:.3g} linear"
-            said.append(f"{q.name}: not linear, sd {sds}")
-    if unlisted:
-        said.append(
-            f"at least {unlisted} of {samples} bicycles have further critical speeds up to {max_speed:g} m/s, which "
-            "the model at its mean values does not have; a sweep with the output critical_speeds lists them"
-        )
-    if samples < LEAST:
-        said.append(f"{samples} bicycles are too few for the bounds at 2.5 % and 97.5 %; draw {LEAST} or more")
-    return tuple(said)
+    content = {"found": found, "unlisted": unlisted, "samples": samples, "max_speed": max_speed, "least": LEAST}
+    return _rendered("remarks", content | {"differs": differs})
+
+
+def stated(model: UncertainModel) -> tuple[str, ...]:
+    """Lines on numbers that are counted as exact, by reason, and on deviations that are assumed."""
+    exact: dict[str, list[str]] = {}
+    for key, why in counted_as_exact(model).items():
+        exact.setdefault(why, []).append(key)
+    values = model.nominal.parameters
+    sds = [  # with two digits, never as a power of ten
+        (key, values[key], np.format_float_positional(sd, precision=2, fractional=False, trim="-"))
+        for key, sd in assumed(model).items()
+    ]
+    return _rendered("stated", {"exact": exact, "assumed": sds})
+
+
+def _rendered(name: str, content: Mapping[str, Any]) -> tuple[str, ...]:
+    return tuple(render_file("studies.uncertainty", f"{name}.txt.j2", content, escaped=False).splitlines())
 
 
 def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
     """Remarks on correlations that a model states of parameters whose sd is given anew."""
-    names, stated = uncertainty.given_anew
-    others = len(stated.names) - len(names)
+    own, covariance = uncertainty.own, uncertainty.stated.covariance
+    names = [
+        name for name in covariance.names if covariance.sd[name] and name in own and own[name].origin in (GIVEN, EXACT)
+    ]
+    others = len(covariance.names) - len(names)
     return tuple(
-        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({stated.origin}) is "
-        "dropped, which may make a result less sure than with it"
+        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({covariance.origin}) "
+        "is dropped, which may make a result less sure than with it"
         for name in names if others
     )  # fmt: skip
 

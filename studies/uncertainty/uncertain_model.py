@@ -57,35 +57,35 @@ class UncertainModel:
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
         given = content["model"]
-        self._stated = read_model(given) if isinstance(given, str) else build_model(given)
+        self.stated = read_model(given) if isinstance(given, str) else build_model(given)
         if bicycle_sd is not None:
-            self._stated = replace(self._stated, bicycle=replace(self._stated.bicycle, sd=bicycle_sd))
+            self.stated = replace(self.stated, bicycle=replace(self.stated.bicycle, sd=bicycle_sd))
         relative = relative_cornering_stiffness_sd
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
-        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
-        self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
-        followers = set(self.follow(self._stated.parameters))
-        own = standard_deviations(self._stated, sd or {}, assume=defaults)
-        self._own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
+        laws = [e.identifier for e in self.stated.effects if e.slot == "contact law"]  # drawn as the tyre is
+        self._of_tyre = tuple(key for key in self.stated.sd if measured and ParameterKey.parse(key).effect in laws)
+        followers = set(self.follow(self.stated.parameters))
+        own = standard_deviations(self.stated, sd or {}, assume=defaults)
+        self.own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
         beside = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
-            key for key in self._stated.covariance.names
-            if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, MODEL_FILE)
+            key for key in self.stated.covariance.names
+            if key not in self._of_tyre and key in self.own and self.own[key].origin in (TABLE, MODEL_FILE)
         ]  # fmt: skip
-        for key, deviation in self._own.items():
+        for key, deviation in self.own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
             if not shared and key not in self._of_tyre and key not in beside:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
         if beside:
-            spread = self._stated.covariance.among(beside).tolist()
+            spread = self.stated.covariance.among(beside).tolist()
             content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
         if measured:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
         if not content["sampled"]:
             raise InputError(
-                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
+                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self.stated.bicycle.sd) or 'no sd'} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
         self.sampler = Sampler(build_sweep(content))
@@ -95,16 +95,16 @@ class UncertainModel:
     @property
     def unstated_stiffnesses(self) -> tuple[str, ...]:
         """Cornering stiffnesses whose source states no standard deviation, where none is assumed either."""
-        return () if self.relative else self._stated.assumed_sd
+        return () if self.relative else self.stated.assumed_sd
 
     @cached_property
     def deviations(self) -> dict[str, Deviation]:
         """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
-        found = dict(self._own)
+        found = dict(self.own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
         for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
-            if key in self._stated.assumed_sd and self.relative:
+            if key in self.stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
                 if ParameterKey.parse(key).name == "relaxation_length":
@@ -117,10 +117,10 @@ class UncertainModel:
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
             return next(
-                d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
+                d.origin for key, d in self.own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
             )
         unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
-        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
+        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self.stated.assumed_sd)):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED
 
@@ -169,7 +169,7 @@ class UncertainModel:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the model on its data, with what is assumed here of the cornering stiffness."""
-        warnings = self._stated.linear_model().warnings
+        warnings = self.stated.linear_model().warnings
         return (*stiffness_warnings(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:

@@ -3,12 +3,20 @@
 import numpy as np
 import pytest
 
-from bicycle import Model, critical_speeds, load_bicycle
+from bicycle import Model, critical_speeds, effect_class, load_bicycle
 from bicycle.sensitivity import sensitivities
 from studies.chart import Plane, stability_chart
-from tests.validation.sweep_scale import tyre_model
 
 COUNT = 4096
+TYRE = {"cornering_stiffness": 6302.5, "relaxation_length": 0.1}
+HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
+RIDER = {"mass": 30.0, "x": 0.3, "z": -1.0, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9}
+
+
+def tyre_model(order):
+    """The benchmark bicycle on tyres (8 states), or with flexible front and rider, too (12)."""
+    tables = {"relaxation_length": TYRE} | ({"front_compliance": HINGE, "rider_lean": RIDER} if order == 12 else {})
+    return Model(load_bicycle("benchmark"), tuple(effect_class(name)(**table) for name, table in tables.items()))
 
 
 @pytest.mark.parametrize("order", [8, 12])

@@ -137,7 +137,7 @@ def test_a_mistake_in_apply_is_one_line_with_file_and_line(tmp_path, right, wron
     ("mode", "words"),
     [
         (Mode("weave"), "a mode is called 'weave': the names weave, wobble, capsize, castering and other_1"),
-        (Mode("rider", weight=1.0), "the mode 'rider' is declared differently by another effect"),
+        (Mode("rider", place=1), "the mode 'rider' is declared differently by another effect"),
         (Mode("sway", look=1), "look = 1 is that of front_compliance; leave it out"),
     ],
 )

@@ -5,8 +5,6 @@ from threading import get_ident
 import numpy as np
 import pytest
 from eigenvalue_sets import assert_same_eigenvalues
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigen import BATCH
@@ -107,40 +105,6 @@ def test_a_right_lean_pushes_the_tyre_right():
 
 def model_effects():
     return (effect_class("relaxation_length")(**RELAXATION),)
-
-
-@settings(max_examples=20)
-@given(
-    length=st.floats(0.1, 10.0), mass=st.floats(0.1, 10.0), time=st.floats(0.1, 10.0),
-    speed=st.floats(0.5, 20.0), damping=st.floats(0.0, 3.0),
-)  # fmt: skip
-def test_units_do_not_matter(length, mass, time, speed, damping):
-    factor = {
-        "m": length, "kg": mass, "kg m^2": mass * length**2, "rad": 1.0, "m/s^2": length / time**2,
-        "N/rad": mass * length / time**2, "N m s/rad": mass * length**2 / time, "1": 1.0,
-    }  # fmt: skip
-    from bicycle.parameters import UNITS, Bicycle
-
-    values = load_bicycle("benchmark").values
-    scaled = Bicycle("scaled", {key: values[key] * factor[UNITS[key]] for key in UNITS})
-
-    def build(bicycle, unit):
-        force, moment = factor["N/rad"] if unit else 1.0, factor["N m s/rad"] if unit else 1.0
-        return Model(
-            bicycle,
-            (
-                effect_class("relaxation_length")(
-                    cornering_stiffness=6000.0 * force, relaxation_length=0.1 * (length if unit else 1.0)
-                ),
-                effect_class("camber_thrust")(camber_stiffness=300.0 * force, lag_share=0.7),
-                effect_class("pneumatic_trail")(trail=min(0.02 * (length if unit else 1.0), 0.2)),
-                effect_class("steer_damper")(damping=damping * moment),
-            ),
-        ).linear_model()
-
-    plain = build(load_bicycle("benchmark"), False).eigenvalues(speed)
-    other = build(scaled, True).eigenvalues(speed * length / time) * time
-    assert_same_eigenvalues(other, plain, rtol=5e-8, atol=5e-8)
 
 
 def test_incompatible_effects_are_refused_by_name():

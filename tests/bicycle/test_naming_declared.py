@@ -9,7 +9,7 @@ import pytest
 from bicycle import Mode, Model, effect_class, load_bicycle
 from bicycle.critical import critical_speeds
 from bicycle.effect_registry import packaged_effects
-from bicycle.effects import FrontCompliance
+from bicycle.effects.front_compliance import FrontCompliance
 from bicycle.mode_figure import mode_look, mode_marker
 from bicycle.named_modes import modes
 from bicycle.naming import known_modes
@@ -43,7 +43,7 @@ class Fork(FrontCompliance):
     """The same hinge under another identifier, with a mode of its own."""
 
     identifier = "fork"
-    modes = (Mode("fork", marks=("front_compliance", "front"), weight=1.0),)
+    modes = (Mode("fork", marks=("front_compliance", "front")),)
 
 
 class Twin(FrontCompliance):

@@ -162,20 +162,6 @@ def test_odd_bicycles_on_tyres_have_every_root_once_and_the_wobble_of_the_damper
     assert "wobble" in found.names
 
 
-@pytest.mark.parametrize("effects", [TYRE, TYRE | {"front_compliance": HINGE, "rider_lean": RIDER}])
-def test_the_name_at_a_speed_hangs_on_no_other_speed(effects):
-    rng = np.random.default_rng(3)
-    for name in ("benchmark", "pista_rider"):
-        model = built(load_bicycle(name).replace(c=rng.uniform(0.04, 0.1)), effects)
-        speeds = np.linspace(0.3, 40.0, 60)
-        together = modes(model, speeds)
-        for k in rng.permutation(60)[:12]:
-            alone = modes(model, speeds[[k]])
-            for mode, rows in alone.branches.items():
-                here = together.branches[mode][k]
-                np.testing.assert_allclose(here[~np.isnan(here)], rows[0][~np.isnan(rows[0])], rtol=1e-9)
-
-
 def test_weave_is_the_slow_pair_and_capsize_the_slowest_real_root_of_an_ordinary_bicycle():
     """From 8 m/s on: weave is below 5 Hz, capsize slower than 5 1/s."""
     for bicycle, table in random_bicycles(30, 15):

@@ -147,15 +147,6 @@ def test_samples_that_are_joined_by_straight_lines_are_integrated_from_bend_to_b
         assert np.allclose(found.outputs[name], values, rtol=0, atol=1e-6 * np.abs(values).max())
 
 
-def test_a_standing_bicycle_has_springs_for_tyres():
-    # at v = 0 the relaxing tyre is the spring C / lambda (Dell'Orto et al., eq. 3)
-    system = magic_formula_model(build(LAGGED), speed=0.0)
-    slope = system.state_matrix[
-        system.states.index("rear_transient_slip"), system.states.index("rear_lateral_velocity")
-    ]
-    assert -slope * STIFFNESS["rear"] == pytest.approx(STIFFNESS["rear"] / 0.12)
-
-
 def test_refused_models_and_motions():
     with pytest.raises(
         InputError, match="need the effect side_slip or relaxation_length; this model rolls with 'no_slip'"

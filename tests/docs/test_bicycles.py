@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from page_files import page, write_files
+from pages import page, write_files
 
 from bicycle import load_bicycle
 from bicycle.bicycle_files import read_bicycles

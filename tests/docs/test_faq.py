@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from page_files import page
-from page_runs import run_page
+from pages import page, run_page
 
 import studies.velotyre as vt
 from bicycle.default_sd import DEFAULTS

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_files import page
+from pages import page
 from small_library import all_but
 
 from bicycle.default_sd import DEFAULTS

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from page_files import page
+from pages import page
 
 RESULTS = Path(__file__).parents[2] / "data" / "validation"
 PAGE = page("reliability")

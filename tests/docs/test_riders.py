@@ -1,15 +1,15 @@
 """The page about riders: its geometry file reads, its table is that of the packaged bicycles."""
 
 import re
-from pathlib import Path
 
 import pytest
+from pages import page
 
 from bicycle import critical_speeds, load_bicycle
 from bicycle.rider_posture import read_geometry
 from studies.main_study import Settings, model, tyre_cases
 
-PAGE = (Path(__file__).parents[2] / "docs" / "riders.md").read_text()
+PAGE = page("riders")
 
 
 def test_the_geometry_file_reads(tmp_path):

@@ -1,23 +1,19 @@
 """The page on the pipe from a simulated ride to a verdict runs as it stands, and tells of every key of a sensor."""
 
 import json
-import re
-import shlex
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from small_library import all_but
+from pages import few_hypotheses, page, run_page
 
-from studies.cli import main
-from studies.diagnosis import read_measurement
 from studies.synthetic_sensors import LIMITS, RECORDED, read_sensors
 
-PAGE = (Path(__file__).parents[2] / "docs" / "simulate_identify_diagnose.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"^```(\{code-block\} )?(\w+)\n(:caption: (?P<file>[^\n]+)\n)?(?P<text>.*?)^```", re.M | re.S)
+PAGE = page("simulate_identify_diagnose")
 HIDDEN = 2.0  # N m s/rad, which the page puts into ridden.toml
-TRIED = ("steer_damper", "rider_arms", "steer_spring", "pneumatic_trail", "steer_friction", "steer_scale")  # of kicks
+MODAL = ("steer_damper", "rider_arms", "steer_spring", "pneumatic_trail")
+TRIED = {"modes.toml": MODAL, "kicks.toml": (*MODAL, "steer_friction", "steer_scale")}
 
 
 def damping(file):
@@ -29,16 +25,10 @@ def damping(file):
     return effect["parameters"]["damping"].values()
 
 
-def test_the_page_runs_and_the_damper_is_found(tmp_path, monkeypatch, capsys):
+@pytest.mark.usefixtures("no_pictures")
+def test_the_page_runs_and_the_damper_is_found(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for block in BLOCK.finditer(PAGE):
-        if block["file"]:
-            Path(block["file"]).write_text(block["text"], encoding="utf-8")
-        else:
-            for line in block["text"].splitlines():
-                left_out = all_but(read_measurement("kicks.toml"), TRIED) if "kicks.toml" in line else ()
-                main([*shlex.split(line)[1:], *(f"--without={name}" for name in left_out)])
-    capsys.readouterr()
+    run_page(PAGE, few_hypotheses(TRIED))
     for file in ("modes.json", "kicks.json"):
         value, sd = damping(file)
         assert value == pytest.approx(HIDDEN, abs=1.96 * sd), file

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from page_files import page, write_files
+from pages import missing_options, page, write_files
 
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
@@ -54,13 +54,12 @@ def test_every_output_variable_and_option_stands_on_the_page(folder):
     reduced = xr.open_zarr(folder / "sample.zarr", consolidated=False)
     reducible = "^(largest_growth_rate|smallest_damping_ratio|tyre_extrapolated|impossible)"
     made = {re.sub(reducible, "NAME", str(name)) for name in reduced.data_vars}
-    names = made | set(OUTPUTS)
-    for name in ("sweep", "uncertainty"):
-        names |= {option for p in build().get_command(None, name).params for option in p.opts if option[:2] == "--"}
     text = PYTHON.sub("", PAGE)
-    assert [name for name in sorted(names) if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text)] == []
+    assert missing_options("sweep", text) + missing_options("uncertainty", text) == []
+    assert [name for name in sorted(made | set(OUTPUTS)) if not re.search(rf"\b{name}\b", text)] == []
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_every_figure_stands_on_the_page(folder, monkeypatch):
     monkeypatch.chdir(folder)
     found = {**draw_result("covariance.zarr").figures, **draw_result("grid.zarr").figures}

@@ -4,7 +4,7 @@ import json
 import tomllib
 
 import pytest
-from page_files import page, write_files
+from pages import page, write_files
 
 from bicycle.effect_registry import registry
 from bicycle.model_file import read_model

@@ -3,12 +3,10 @@
 import math
 import re
 import shlex
-from pathlib import Path
 
 import numpy as np
 import pytest
-from page_files import BLOCK, page
-from page_runs import run_page
+from pages import page, run_page, write_files
 
 import studies.velotyre as vt
 from studies.cli import main
@@ -53,8 +51,7 @@ def test_share_of_the_linear_force():
 
 def test_wavelengths_of_the_tutorials_bicycle(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for name, text in BLOCK.findall(page("tutorial")):
-        Path(name).write_text(text, encoding="utf-8")
+    write_files(page("tutorial"), tmp_path)
     (seated,) = re.findall(r"^velotyre (rider .*)$", page("tutorial"), flags=re.M)
     main(shlex.split(seated))
     capsys.readouterr()

@@ -4,8 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from page_files import page
-from page_runs import run_page
+from pages import page, run_page
 
 
 def test_the_page_runs_and_says_what_is_seen(tmp_path, monkeypatch):

@@ -17,8 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from studies.cli import main
 
@@ -130,12 +128,6 @@ def same(was: Any, now: Any, bound: list[float]) -> bool:
     return bool(was == now)
 
 
-def draw_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Write empty pictures: only numbers are compared, and drawing takes half of the time."""
-    monkeypatch.setattr(Figure, "savefig", lambda figure, target, **options: Path(target).write_text("<svg/>"))
-    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda engine, figure: None)
-
-
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.filterwarnings("default")
 def test_numbers_are_the_kept_ones(
@@ -145,7 +137,7 @@ def test_numbers_are_the_kept_ones(
     shutil.copytree(HERE / "inputs", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     if not CASES[name].get("figures"):
-        draw_nothing(monkeypatch)
+        request.getfixturevalue("no_pictures")
     found = results(CASES[name], capsys)
     file = HERE / "expected" / f"{name}.json"
     if request.config.getoption("--golden-update", default=False):

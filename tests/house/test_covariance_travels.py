@@ -3,11 +3,13 @@
 Expected values come from the campaign's own conditions, its calibration, and differences of models built by hand.
 """
 
+import json
 from itertools import product
 
 import numpy as np
 import pytest
 import tomli_w
+import xarray as xr
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical import critical_speeds
@@ -15,6 +17,7 @@ from bicycle.model_file import build_model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNITS
 from bicycle.propagation import critical_speed_estimates, critical_speed_sd, model_covariance
+from studies.cli import main
 from studies.main_study import given_case, settings_of
 from studies.uncertainty import Uncertainty
 from tyre.campaign import fit_campaign, measured_tables, write_tables
@@ -74,6 +77,12 @@ def wobble(c, k, **others):
     return next(x.speed for x in critical_speeds(linear) if x.mode == "wobble" and x.direction == "destabilising")
 
 
+def wobble_of(model):
+    """Onset of wobble of a ``model`` with its sd."""
+    (critical,) = [one for one in critical_speeds(model.linear_model()) if one.mode == "wobble"][:1]
+    return critical
+
+
 def on_the_bicycle(campaign):
     found = {(c.load, c.pressure): c for c in campaign.conditions}
     return [found[load, BAR * 1e5] for load in LOADS]
@@ -85,9 +94,7 @@ def by_hand(campaign):
     spread = np.zeros((4, 4))
     for at, one in ((0, rear), (1, front)):
         spread[np.ix_([at, at + 2], [at, at + 2])] = one.covariance[:2, :2]
-    c, k = (
-        [getattr(one, name).value for one in (rear, front)] for name in ("cornering_stiffness", "lateral_stiffness")
-    )
+    c, k = ([o.cornering_stiffness.value for o in (rear, front)], [o.lateral_stiffness.value for o in (rear, front)])
     force, slip, gauge = CALIBRATION.force**2, CALIBRATION.slip**2, CALIBRATION.displacement**2
     spread[0, 1] = spread[1, 0] = c[0] * c[1] * (force + slip)
     spread[2, 3] = spread[3, 2] = k[0] * k[1] * (force + gauge)
@@ -161,7 +168,7 @@ def test_the_critical_speed_knows_the_covariance(campaign, file):
     assert abs(expected / independent - 1) > 0.05  # else this test could not tell
 
     model = build_model(content(file))
-    (critical,) = [x for x in critical_speeds(model.linear_model()) if x.mode == "wobble"][:1]
+    critical = wobble_of(model)
     assert critical.speed == pytest.approx(wobble(c, k), rel=1e-9)
     (estimate,) = critical_speed_estimates(model, [critical])
     assert estimate.sd == pytest.approx(expected, rel=1e-5)
@@ -196,7 +203,7 @@ def test_the_critical_speed_knows_its_degrees_of_freedom(campaign, file):
     pooled = campaign.sweep_repeatability.dof, campaign.pull_repeatability.dof
     spent = scatter[:2].sum() ** 2 / pooled[0] + scatter[2:].sum() ** 2 / pooled[1]
     model = build_model(content(file))
-    (critical,) = [x for x in critical_speeds(model.linear_model()) if x.mode == "wobble"][:1]
+    critical = wobble_of(model)
     (estimate,) = critical_speed_estimates(model, [critical])
     assert estimate.dof == pytest.approx((slopes @ spread @ slopes) ** 2 / spent, rel=1e-4)
     (wider,) = critical_speed_estimates(model, [critical], assume=True)  # what is assumed counts as known well
@@ -240,6 +247,24 @@ def test_the_main_study_takes_the_measured_trail_into_every_world(campaign, file
     trail = settings_of(str(path)).further["pneumatic_trail"]["trail"]
     measured = [one.pneumatic_trail.value for one in on_the_bicycle(campaign)]
     assert [trail["rear"], trail["front"]] == pytest.approx(measured)
+
+
+def test_commands_take_the_fitted_table_and_say_that_it_is_synthetic(campaign, file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.toml").write_text(tomli_w.dumps(content(file)))
+    main(["critical", "model.toml", "--json", "critical.json"])
+    shown = capsys.readouterr()
+    assert "synthetic" in shown.out + shown.err
+    found = json.loads((tmp_path / "critical.json").read_text())["critical_speeds"]
+    assert {"weave", "capsize"} <= {one["mode"] for one in found}
+    (tmp_path / "s.toml").write_text(
+        'model = "model.toml"\noutputs = ["parameters"]\n[grid]\nload_N = [410.0, 460.0]\n'
+    )
+    main(["sweep", "s.toml", "--out", "r.zarr"])
+    with xr.open_zarr("r.zarr", consolidated=False) as opened:  # at loads that were measured the fit itself comes back
+        stiffness = opened.parameters.sel(parameter="relaxation_length.cornering_stiffness.front").values
+    fitted = [one.cornering_stiffness.value for one in on_the_bicycle(campaign)]
+    assert stiffness == pytest.approx(fitted[::-1], rel=1e-9)
 
 
 def test_covariances_of_parameters_are_put_together():

@@ -35,6 +35,15 @@ def folder(tmp_path):
     return tmp_path
 
 
+def assert_taken(bicycle, pressure, value):
+    """Every parameter of each wheel is that of the file at its load."""
+    source = parse_tir(TIR, source="x")
+    for wheel, load in zip(("rear", "front"), bicycle.static_loads, strict=True):
+        expected = source.at(load=load, pressure=pressure)
+        for key, name in TAKEN.items():
+            assert value(f"{key}.{wheel}") == pytest.approx(getattr(expected, name), rel=1e-12)
+
+
 def json_of(capsys, *words):
     main([str(word) for word in words])
     return json.loads(capsys.readouterr().out)
@@ -67,20 +76,8 @@ def test_a_missing_pressure_lists_those_of_the_file(folder, capsys):
 
 def test_simulate_and_sensitivity(folder, capsys):
     model = folder / "model.toml"
-    main(
-        [
-            "simulate",
-            str(model),
-            "--speed",
-            "6",
-            "--duration",
-            "0.5",
-            "--initial",
-            "lean=0.02",
-            "--out",
-            str(folder / "s"),
-        ]
-    )
+    out = folder / "s"
+    main(f"simulate {model} --speed 6 --duration 0.5 --initial lean=0.02 --out {out}".split())
     assert "steer" in next((folder / "s").glob("response_*.csv")).read_text().splitlines()[0]
     capsys.readouterr()
     rows = json_of(capsys, "sensitivity", model, "--mode", "weave", "--speed", "6", "--json", "-")["parameters"]
@@ -88,22 +85,18 @@ def test_simulate_and_sensitivity(folder, capsys):
 
 
 def test_uncertainty_tells_what_is_assumed(folder, capsys):
-    found = json_of(capsys, "uncertainty", folder / "model.toml", "--speeds", "6", "--samples", "20", "--json", "-")
-    text = json.dumps(found)
-    assert "assumed" in text
-    assert "tyre lateral stiffness" in text
+    main(["uncertainty", str(folder / "model.toml"), "--speeds", "6", "--samples", "20", "--json", "-"])
+    shown = capsys.readouterr().out
+    assert "assumed" in shown
+    assert "tyre lateral stiffness" in shown
 
 
 def test_a_root_locus_over_pressure_moves_every_value_of_the_tyre(folder):
     path = parameter_path(folder / "model.toml", "pressure_bar", speed=6.0)
     model, _ = path.at(4.0)
-    source = parse_tir(TIR, source="x")
-    for wheel, load in zip(("rear", "front"), model.bicycle.static_loads, strict=True):
-        expected = source.at(load=load, pressure=4e5)
-        for key, name in TAKEN.items():
-            assert model.parameters[f"{key}.{wheel}"] == pytest.approx(getattr(expected, name), rel=1e-12)
-    scale = model.linear_model()
-    np.testing.assert_allclose(path.matrices(np.array([4.0]))[0], scale.state_matrix(6.0), rtol=1e-9, atol=1e-9)
+    assert_taken(model.bicycle, 4e5, model.parameters.__getitem__)
+    found = path.matrices(np.array([4.0]))[0]
+    np.testing.assert_allclose(found, model.linear_model().state_matrix(6.0), rtol=1e-9, atol=1e-9)
     assert path.inside(np.array([6.9, 7.1])).tolist() == [True, False]
 
 
@@ -115,13 +108,9 @@ def test_a_sweep_over_pressure_and_mass_follows_the_tyre(folder):
     sampler = Sampler(sweep)
     points = sampler.points(0, 6)
     assert points.extrapolated.tolist() == [False] * 4 + [True] * 2
-    source = parse_tir(TIR, source="x")
     for item, bar in enumerate([4.0, 4.0, 6.5, 6.5, 8.0, 8.0]):
-        model = sampler.variant(points, item)
-        for wheel, load in zip(("rear", "front"), model.bicycle.static_loads, strict=True):
-            expected = source.at(load=load, pressure=bar * 1e5)
-            for key, name in TAKEN.items():
-                assert points.value(f"{key}.{wheel}", item) == pytest.approx(getattr(expected, name), rel=1e-12)
+        bicycle = sampler.variant(points, item).bicycle
+        assert_taken(bicycle, bar * 1e5, lambda key, item=item: points.value(key, item))
     before = sweep.fingerprint
     (folder / "my.tir").write_text(TIR.replace("PKY2 = 1.8", "PKY2 = 1.9"))
     assert replace(sweep).fingerprint != before

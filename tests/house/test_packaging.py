@@ -43,7 +43,7 @@ def numbers_of(text):
 def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
     lines = (ROOT / ".ci" / "oldest.txt").read_text().splitlines()
     pinned = dict(line.lower().split("==") for line in lines if "==" in line)
-    apart = ("docs", "benchmarks", "mutation")  # no test needs them
+    apart = ("docs", "benchmarks")  # no test needs them
     extras = [one for name, many in project()["optional-dependencies"].items() if name not in apart for one in many]
     stated = dict(one.lower().split(">=") for one in (*project()["dependencies"], *extras) if ">=" in one)
     libraries = {name for name in stated if not name.startswith("types-")} - NO_LIBRARIES - TOO_NEW - PAGE
@@ -59,16 +59,9 @@ def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
 def source(tmp_path_factory):
     """A copy, for setuptools leaves its build folder in the source and packs what it finds there."""
     folder = tmp_path_factory.mktemp("source")
-    for name in (
-        "pyproject.toml",
-        "MANIFEST.in",
-        "README.md",
-        "LICENSE",
-        "CHANGELOG.md",
-        "CITATION.cff",
-        "CONTRIBUTING.md",
-    ):
-        shutil.copy(ROOT / name, folder)
+    for file in ROOT.glob("[A-Zp]*.*"):  # README.md, pyproject.toml, ...
+        shutil.copy(file, folder)
+    shutil.copy(ROOT / "LICENSE", folder)
     for name in ("tyre", "bicycle", "studies", "data", "docs"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
@@ -180,74 +173,60 @@ def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(unpacked, t
 QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.files; " + (
     "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.files.__file__)"
 )
+DOOR = "import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
+MEASURED = "print([vt.read_measurement(name).name for name in ('kooijman2008', 'tyre1_drum')])"  # tables elsewhere
 
 
 def ask(path, question=QUESTION):
-    """Run in an isolated interpreter (-I: no editable install of this checkout is shadowed by the folder)."""
+    """Run with a ``path`` before all others: no editable install of this checkout is in its way."""
     code = f"import sys; sys.path.insert(0, {str(path)!r}); {question}"
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd="/").stdout
 
 
 def test_wheel_holds_every_data_file(wheel):
     inside = set(zipfile.ZipFile(wheel).namelist())
-    for path in (ROOT / "data").rglob("*"):
-        if path.suffix in (".csv", ".toml", ".md", ".json", ".txt"):
-            assert f"tyre/data/{path.relative_to(ROOT / 'data').as_posix()}" in inside
-    templates = [path.relative_to(ROOT).as_posix() for path in (ROOT / "studies").rglob("*.j2")]
+    kept = (".csv", ".toml", ".md", ".json", ".txt")
+    data = {f"tyre/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "data").rglob("*") if path.suffix in kept}
+    templates = {path.relative_to(ROOT).as_posix() for path in (ROOT / "studies").rglob("*.j2")}
     assert templates
-    assert set(templates) <= inside
+    assert data | templates <= inside
 
 
-DOOR = "import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
-MEASUREMENTS = ("kooijman2008", "tyre1_drum")  # the second names tables of another folder
-
-
-def test_data_door_and_measurements_by_name_work_from_an_unpacked_and_from_a_zipped_wheel(wheel, unpacked):
-    names = f"print([vt.read_measurement(name).name for name in {MEASUREMENTS}])"
-    for place in (unpacked, wheel):
-        data, door, measurements = ask(place, f"{QUESTION}; {DOOR}; {names}").splitlines()
-        assert data.startswith(f"1.02 Tyre1 {place}")
-        assert door.startswith(f"side_slip {place}")
-        assert measurements == str(list(MEASUREMENTS))
+@pytest.mark.parametrize("form", ["wheel", "unpacked"])
+def test_data_door_and_measurements_by_name_work_from_a_zipped_and_an_unpacked_wheel(request, form):
+    place = request.getfixturevalue(form)
+    data, door, *measured = ask(place, f"{QUESTION}; {DOOR}; {MEASURED if form == 'wheel' else ''}").splitlines()
+    assert data.startswith(f"1.02 Tyre1 {place}")
+    assert door.startswith(f"side_slip {place}")
+    assert measured == ["['kooijman2008', 'tyre1_drum']"] * (form == "wheel")
 
 
 def test_data_are_found_in_a_bare_checkout(tmp_path):
     for name in ("tyre", "bicycle", "studies", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
-    code = (
-        "import sys; sys.meta_path = [f for f in sys.meta_path if 'editable' not in type(f).__module__ + str(f)]; "
-        f"sys.path.insert(0, {str(tmp_path)!r}); {QUESTION}"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd="/").stdout
-    assert shown.startswith("1.02 Tyre1")
+    bare = "sys.meta_path = [f for f in sys.meta_path if 'editable' not in type(f).__module__ + str(f)]"
+    assert ask(tmp_path, f"{bare}; {QUESTION}").startswith("1.02 Tyre1")
 
 
-def test_the_door_imports_nothing_before_it_is_asked():
-    code = (
-        f"import sys; sys.path.insert(0, {str(ROOT)!r}); import studies.velotyre as vt; "
-        "print([name for name in ('numpy', 'sympy', 'bicycle', 'tyre') if name in sys.modules]); vt.load_bicycle; "
-        "print([name for name in ('matplotlib', 'pandas', 'control', 'xarray') if name in sys.modules])"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
-    assert shown.split() == ["[]", "[]"]
+STAGES = """
+def loaded(*names): print([name for name in names if name in sys.modules])
+import studies.velotyre as vt
+loaded("numpy", "sympy", "bicycle", "tyre")
+from studies.cli import main
+main(["--help"])
+loaded("matplotlib", "sympy", "scipy", "pandas")
+vt.load_bicycle
+loaded("matplotlib", "pandas", "control", "xarray")
+import bicycle
+loaded(*bicycle.LATER.values())
+import tyre
+loaded("matplotlib.pyplot", "control", "pandas", "xarray", "dask", "sphinx")
+"""
 
 
-def test_importing_stays_light():
-    heavy = ("matplotlib.pyplot", "control", "pandas", "xarray", "dask", "sphinx")
-    code = (
-        f"import sys; sys.path.insert(0, {str(ROOT)!r}); import tyre, bicycle, studies.cli; "
-        f"print([name for name in {heavy} if name in sys.modules])"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
-    assert shown.strip() == "[]"
-
-
-def test_help_lists_every_command_and_stays_light():
-    code = (
-        f"import sys; sys.path.insert(0, {str(ROOT)!r}); from studies.cli import main; main(['--help']); "
-        "print([name for name in ('matplotlib', 'sympy', 'scipy', 'pandas') if name in sys.modules])"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+def test_importing_stays_light_and_help_lists_every_command():
+    """One process imports more and more and says each time what it must not have loaded."""
+    shown = ask(ROOT, f"exec({STAGES!r})").splitlines()
+    assert [line for line in shown if line.startswith("[")] == ["[]"] * 5
     for module in (ROOT / "studies" / "commands").glob("[a-z]*.py"):
-        assert f"  {module.stem.replace('_', '-')} " in shown
-    assert shown.splitlines()[-1] == "[]"
+        assert any(line.startswith(f"  {module.stem.replace('_', '-')} ") for line in shown)

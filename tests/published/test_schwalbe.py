@@ -39,7 +39,8 @@ def older_side_force():
 
 @pytest.mark.parametrize("pressure", SLOPES)
 def test_slopes_of_the_sets_in_use(tyre, pressure):
-    found = tyre.cornering_stiffness(load=[300.0, 400.0, 500.0, 600.0], pressure=pressure)
+    found = tyre.linear(load=np.array([300.0, 400.0, 500.0, 600.0]), pressure=np.full(4, pressure))
+    found = found["cornering_stiffness"]
     np.testing.assert_allclose(found, SLOPES[pressure], rtol=0.0, atol=0.51)  # printed to the newton per radian
 
 
@@ -48,7 +49,7 @@ def test_the_aborted_fit_is_refused():
     with pytest.raises(InputError, match=r"cornering stiffness at 200 N is 2729 N/deg, a tyre has 6 to 200 N/deg"):
         check_coefficients(aborted)
     # its slope is in the thousands per degree and the sign of its side force flips over load: neither is a tyre
-    assert float(aborted.cornering_stiffness(load=450.0)) * np.pi / 180.0 == pytest.approx(6000.0, rel=0.05)
+    assert float(aborted.linear(load=450.0)["cornering_stiffness"]) * np.pi / 180.0 == pytest.approx(6000.0, rel=0.05)
     at_four = np.deg2rad(4.0)
     assert aborted.side_force(slip_angle=at_four, load=600.0) > 0.0
     assert aborted.side_force(slip_angle=at_four, load=800.0) < 0.0
@@ -57,7 +58,7 @@ def test_the_aborted_fit_is_refused():
 def test_older_fits_of_one_data_set_share_the_slope_and_nothing_else():
     _, fits = older_side_force()
     fits = [*fits, read_pacejka89("schwalbe_energizer_plus_28x1.75").sets[0]]
-    slopes = np.array([float(fit.cornering_stiffness(load=400.0)) for fit in fits])
+    slopes = np.array([float(fit.linear(load=400.0)["cornering_stiffness"]) for fit in fits])
     a = np.array([fit.side_force_coefficients for fit in fits])
     shape, peak, curvature = a[:, 0], a[:, 1] * 0.4**2 + a[:, 2] * 0.4, a[:, 6] * 0.4 + a[:, 7]
     assert len(fits) == 5
@@ -83,7 +84,7 @@ def test_an_older_set_in_radians_describes_the_same_tyre(tyre):
 def test_trails_fit_the_contact_patch(tyre):
     # brush model (Pacejka, Tire and Vehicle Dynamics, 3rd ed., section 3.2): t = a / 3, half-length a of 30 to 90 mm
     for pressure in SLOPES:
-        trail = tyre.pneumatic_trail(load=np.array([300.0, 400.0, 500.0]), pressure=pressure)
+        trail = tyre.linear(load=np.array([300.0, 400.0, 500.0]), pressure=np.full(3, pressure))["pneumatic_trail"]
         assert (trail > 0.010).all()
         assert (trail < 0.030).all()
 
@@ -91,5 +92,5 @@ def test_trails_fit_the_contact_patch(tyre):
 def test_camber_thrust_is_near_the_load(tyre):
     # a thin toroid in steady lean needs F / Fz = tan(camber) without slip: camber stiffness about the load per radian
     for load in (300.0, 400.0):
-        ratio = float(tyre.camber_stiffness(load=load, pressure=4e5)) / load
+        ratio = tyre.at(load=load, pressure=4e5).camber_stiffness / load
         assert 0.6 < ratio < 1.2

@@ -8,6 +8,8 @@ A room is a folder or a flat file directly under a package (``bicycle.effects``,
 
 import ast
 from collections.abc import Iterable, Mapping
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 PACKAGES = ("tyre", "bicycle", "studies")
@@ -26,26 +28,32 @@ def modules(root: Path, packages: Iterable[str] = PACKAGES) -> dict[str, Path]:
     return named
 
 
-def named_imports(module: str, file: Path, *, annotations: bool = True) -> set[str]:
+@cache
+def tree(file: Path) -> ast.Module:
+    """Syntax of a ``file``, read once."""
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+@cache
+def named_imports(module: str, file: Path, *, annotations: bool = True) -> frozenset[str]:
     """Every name that a module imports, as written but without relative dots: ``a.b`` for ``from a import b``.
 
     Without ``annotations`` imports under ``TYPE_CHECKING`` are left out.
     """
     names: set[str] = set()
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    checked = [node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)]
-    typing = set() if annotations else {inner for node in checked for inner in ast.walk(node)}
-    for node in ast.walk(tree):
-        if node in typing:
-            continue
+    ahead: list[ast.AST] = [tree(file)]
+    while ahead:
+        node = ahead.pop()
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             above = ".".join(package.split(".")[: len(package.split(".")) + 1 - node.level]) if node.level else ""
             origin = ".".join(part for part in (above, node.module) if part)
             names |= {f"{origin}.{alias.name}" for alias in node.names}
-    return names
+        elif annotations or not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
+            ahead += [child for child in ast.iter_child_nodes(node) if isinstance(child, ast.stmt)]
+    return frozenset(names)
 
 
 def imports(files: Mapping[str, Path], *, annotations: bool = True) -> Graph:
@@ -81,36 +89,10 @@ def of_rooms(graph: Graph, package: str) -> Graph:
     return rooms
 
 
-def circles(graph: Graph) -> list[list[str]]:
-    """Every set of nodes that import each other round (strongly connected, two or more), each sorted."""
-    found: list[list[str]] = []
-    left = {node: set(targets) & graph.keys() for node, targets in graph.items()}
-    while left:  # peel off what imports nothing, then what nobody imports: circles and what hangs between them remain
-        loose = {node for node, targets in left.items() if not targets} or (
-            left.keys() - {target for targets in left.values() for target in targets}
-        )
-        if not loose:
-            start = min(left)
-            circle = sorted((_reached(left, start) & _reached(_turned(left), start)) | {start})
-            found += [circle] if len(circle) > 1 else []
-            loose = set(circle)
-        left = {node: targets - loose for node, targets in left.items() if node not in loose}
-    return sorted(found)
-
-
-def _turned(graph: Graph) -> Graph:
-    turned: Graph = {node: set() for node in graph}
-    for node, targets in graph.items():
-        for target in targets:
-            turned[target].add(node)
-    return turned
-
-
-def _reached(graph: Graph, start: str) -> set[str]:
-    seen: set[str] = set()
-    ahead = [start]
-    while ahead:
-        new = graph[ahead.pop()] - seen
-        seen |= new
-        ahead += new
-    return seen
+def circle(graph: Graph) -> list[str]:
+    """Nodes that import each other round, the first one again at the end; empty without such a circle."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []

@@ -142,14 +142,6 @@ def test_refused_films(options, words, file, tmp_path, capsys):
     assert words in capsys.readouterr().err
 
 
-def test_mp4_without_ffmpeg(file, tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(SystemExit) as stop:
-        main(["animate", file, "--mode", "wobble", "--speed", "5", "--out", str(tmp_path / "w.mp4")])
-    assert stop.value.code == 2
-    assert "w.mp4: MP4 needs the program ffmpeg, which is not installed; write a .gif" in capsys.readouterr().err
-
-
 def test_a_mode_that_is_not_there_at_this_speed(tmp_path, capsys):
     (tmp_path / "w.toml").write_text('bicycle = "browser"')
     with pytest.raises(SystemExit) as stop:

@@ -88,12 +88,6 @@ def test_values_as_they_stand():
     assert np.isnan(ModelSpace(TYRED, ["pressure_bar", "speed"]).base).all()
 
 
-def test_where_tyres_are_extrapolated():
-    space = ModelSpace(TYRED, ["pressure_bar.front"])  # Tyre1 was measured from 3.5 to 7.5 bar
-    assert space.inside([[3.4], [3.5], [7.5], [7.6]]).tolist() == [False, True, True, False]
-    assert ModelSpace(PLAIN, ["c"]).inside([[0.05], [0.06]]).tolist() == [True, True]
-
-
 @pytest.mark.parametrize(
     ("content", "keys", "message"),
     [
@@ -141,35 +135,24 @@ def test_usual_ranges():
     assert axis_of(model, "pressure_bar.front").column == "pressure_bar_front_bar"
 
 
-def test_pairs():
-    assert numbers_by_name(["c=0.01", "w=0"], "--sd", "c=1") == {"c": 0.01, "w": 0.0}
-    assert ranges_by_name(["c=0.01:0.02"]) == {"c": (0.01, 0.02)}
-
-
 @pytest.mark.parametrize(
-    ("texts", "message"),
+    ("read", "texts", "told"),
     [
-        (["c"], "--sd c: give NAME=VALUE, for example --sd c=1 (SI units)"),
-        (["c=1", "c=2"], "--sd c is given twice; keep one"),
-        (["c=-1"], "--sd c=-1: the number must be finite and >= 0"),
-        (["c=inf"], "must be finite and >= 0"),
+        (numbers_by_name, ["c=0.01", "w=0"], {"c": 0.01, "w": 0.0}),
+        (numbers_by_name, ["c"], "--sd c: give NAME=VALUE, for example --sd c=1 (SI units)"),
+        (numbers_by_name, ["c=1", "c=2"], "--sd c is given twice; keep one"),
+        (numbers_by_name, ["c=-1"], "--sd c=-1: the number must be finite and >= 0"),
+        (numbers_by_name, ["c=inf"], "must be finite and >= 0"),
+        (ranges_by_name, ["c=0.01:0.02"], {"c": (0.01, 0.02)}),
+        (ranges_by_name, ["c=1"], "--limits c=1: give NAME=LOW:HIGH, for example --limits c=0.03:0.1"),
+        (ranges_by_name, ["c=2:1"], "--limits c=2:1: the range must be finite and rise"),
     ],
 )
-def test_pairs_that_are_none(texts, message):
+def test_pairs_on_the_command_line(read, texts, told):
+    more = ("--sd", "c=1") if read is numbers_by_name else ()
+    if isinstance(told, dict):
+        assert read(texts, *more) == told
+        return
     with pytest.raises(InputError) as error:
-        numbers_by_name(texts, "--sd", "c=1")
-    assert message in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("texts", "message"),
-    [
-        (["c=1"], "--limits c=1: give NAME=LOW:HIGH, for example --limits c=0.03:0.1"),
-        (["c=1:2", "c=1:3"], "--limits c is given twice; keep one"),
-        (["c=2:1"], "--limits c=2:1: the range must be finite and rise"),
-    ],
-)
-def test_ranges_that_are_none(texts, message):
-    with pytest.raises(InputError) as error:
-        ranges_by_name(texts)
-    assert message in str(error.value)
+        read(texts, *more)
+    assert told in str(error.value)

@@ -6,9 +6,8 @@ import math
 import pandas as pd
 import pytest
 
-from bicycle import Model, effect_class, load_bicycle
+from bicycle import Model, load_bicycle
 from studies.cli import main
-from studies.ranking import rank
 
 MODEL = """
 bicycle = "benchmark"
@@ -80,15 +79,6 @@ def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
             assert row["sd"] != pytest.approx(0.1 * row["value"], rel=1e-6)
     given = {row["parameter"]: row for row in json.loads(run(capsys, *where, "--sd", f"{key}=0.01"))["parameters"]}
     assert (given[key]["sd"], given[key]["sd_origin"]) == (0.01, "given")
-
-
-def test_what_is_switched_off_is_exact_and_comes_last():
-    model = Model(load_bicycle("benchmark"), (effect_class("steer_assist")(gain=5.0, lean_gain=0.0),))
-    ranking = rank(model, mode="weave", speed=8.0)
-    exact = [change for change in ranking.changes if change.origin == "exact"]
-    assert {change.parameter for change in exact} == {"g", "steer_assist.lean_gain"}
-    assert all((change.sd, change.growth) == (0.0, 0.0) for change in exact)
-    assert list(ranking.changes[-len(exact) :]) == exact
 
 
 @pytest.mark.parametrize(

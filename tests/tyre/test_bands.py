@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from formula_tyres import TIR
 
 from tyre import InputError
 from tyre.bands import BANDS, doubts, table_doubts
 from tyre.find_tyre import read_tyre
-from tyre.tir import parse_tir
 from tyre.tyre_map import TyreMap
 
 USUAL = {"cornering_stiffness_per_load": 15.0, "lateral_stiffness": 6e4, "relaxation_length": 0.12,
@@ -65,12 +63,6 @@ def test_a_slip_of_units_is_named(name, factor, words):
     assert BANDS[name].words in found.text
 
 
-def test_values_that_are_missing_are_passed_over():
-    assert (
-        doubts({**USUAL, "relaxation_length": math.nan, "pneumatic_trail": None, "lateral_stiffness": math.inf}) == ()
-    )
-
-
 def test_many_conditions_give_one_note_and_the_impossible_is_refused_with_its_place():
     load = np.array([300.0, 400.0, 500.0])
     (note,) = table_doubts(load, {"cornering_stiffness": 3.0 * load}, where="t")
@@ -103,13 +95,3 @@ def test_a_table_in_other_units_is_told_or_refused(tmp_path):
     assert any("(1/deg?)" in note for note in changed("cornering_stiffness_N_per_deg", math.pi / 180))
     with pytest.raises(InputError, match=r"own.csv, line 2: lateral stiffness at 340 N = .* is far outside"):
         changed("lateral_stiffness_N_per_mm", 1e3)
-
-
-def test_a_property_file_in_other_units_is_told():
-    assert not [note for note in parse_tir(TIR, source="a.tir").notes if "usual" in note]
-    soft = parse_tir(TIR.replace("PKY1 = -17", "PKY1 = -0.3"), source="a.tir").notes
-    assert any("cornering stiffness over load" in note and "(1/deg?)" in note for note in soft)
-    told = parse_tir(TIR.replace("STIFFNESS = 60000", "STIFFNESS = 6118"), source="a.tir").notes
-    assert any("lateral stiffness" in note and "(force in kg?)" in note for note in told)
-    with pytest.raises(InputError, match=r"a.tir\): lateral stiffness at .* = 4.* N/m is far .*; no tyre has that"):
-        _ = parse_tir(TIR.replace("STIFFNESS = 60000", "STIFFNESS = 60"), source="a.tir").notes

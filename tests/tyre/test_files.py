@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.files import left_by_a_killed_run, own_ends, read_toml, replacing, slugs, write_bytes, write_text
+from tyre.files import left_by_a_killed_run, own_ends, read_toml, slugs, write_bytes, write_text
 
 OLD, NEW = "the old one\n", "a new one\n" * 1000
 
@@ -50,11 +50,6 @@ def test_a_killed_process_leaves_the_old_file(tmp_path):
     assert [left_by_a_killed_run(name) for name in sorted(os.listdir(tmp_path))] == [True, False]
 
 
-@pytest.mark.parametrize("name", ["t.csv", ".hidden", "part1.csv", ".partial.csv", ".part12"])
-def test_files_of_others_are_not_taken_for_leftovers(name):
-    assert not left_by_a_killed_run(name)
-
-
 def test_a_link_stays_a_link_and_permissions_stay(tmp_path):
     (target := tmp_path / "t.csv").write_text(OLD)
     target.chmod(0o640)
@@ -68,17 +63,6 @@ def test_a_link_stays_a_link_and_permissions_stay(tmp_path):
 def test_a_device_is_written_and_not_replaced():
     write_text("/dev/null", NEW)
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
-
-
-def test_an_error_of_the_writer_leaves_nothing(tmp_path):
-    def write():
-        with replacing(tmp_path / "t.csv") as part:
-            part.write_text("half")
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        write()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_and_a_missing_folder_are_named(tmp_path):
@@ -95,13 +79,6 @@ def test_names_fit_for_files_are_never_alike():
     assert len({stem.casefold() for stem in stems.values()}) == len(stems)
     assert stems["a b"] == "a_b"
     assert stems["a_b"] == "a_b_2"
-
-
-def test_the_ending_is_kept_for_writers_that_go_by_it(tmp_path):
-    with replacing(tmp_path / "figure.svg") as part:
-        assert part.suffix == ".svg"
-        part.write_text("<svg/>")
-    assert (tmp_path / "figure.svg").read_text() == "<svg/>"
 
 
 def test_a_byte_order_mark_and_windows_lines_are_read(tmp_path):

@@ -71,13 +71,13 @@ def test_the_law_of_a_table_is_its_tir_file(tmp_path, tyre):
         lateral_stiffness=m.lateral_stiffness,
     )  # fmt: skip
     write_tir(model, tmp_path / "a.tir", tyre=tyre, surface="flat", unloaded_radius=0.336)
-    back = read_tir(tmp_path / "a.tir").file
+    back = read_tir(tmp_path / "a.tir").file.values
     trends = tyre_map.cornering_stiffness_trend, tyre_map.lateral_stiffness_trend
     law = trends[0].parameters | trends[1].parameters
-    assert {name: back.find(name) for name in NAMES} == {name: law[name] for name in NAMES}
-    assert back.find("PKY1") == -law["PKY1"]  # ISO signs
+    assert {name: back[name] for name in NAMES} == {name: law[name] for name in NAMES}
+    assert back["PKY1"] == -law["PKY1"]  # ISO signs
     # the coefficients that the file holds, in the equations of Besselink, Schmeitz & Pacejka (2010)
-    c = {name: float(back.find(name)) for name in ("PKY1", "PKY4", "PCFY2", *NAMES)}
+    c = {name: float(back[name]) for name in ("PKY1", "PKY4", "PCFY2", *NAMES)}
     for load, pressure in ((340.0, 3.5e5), (420.0, 6.1e5), (600.0, 2.9e5), (250.0, 8e5)):
         dfz, dpi = load / c["FNOMIN"] - 1, pressure / c["NOMPRES"] - 1
         angle = math.atan(load / (c["PKY2"] * (1 + c["PPY2"] * dpi) * c["FNOMIN"]))

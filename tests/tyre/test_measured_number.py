@@ -1,7 +1,6 @@
 """Numbers with their standard deviation and unit, in the notations in which measurements are written."""
 
 import math
-from decimal import Decimal
 
 import pytest
 from hypothesis import given
@@ -91,17 +90,6 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
 def test_what_is_written_is_read_to_the_last_bit(value, sd):
     found = read(written(value, sd))
     assert (found.value.hex(), found.sd) == (float(value).hex(), sd)
-
-
-@given(
-    digits=st.integers(-(10**8), 10**8), places=st.integers(0, 8), last=st.integers(0, 10**5), power=st.integers(-9, 9),
-    plus=st.sampled_from(["+/-", " ± ", "+-"]),
-)  # fmt: skip
-def test_brackets_and_plus_minus_say_the_same(digits, places, last, power, plus):
-    value, sd = Decimal(digits).scaleb(-places), Decimal(last).scaleb(-places)
-    brackets = read(f"{value:f}({last})e{power}")
-    assert brackets == read(f"({value:f}{plus}{sd:f})e{power}")
-    assert brackets == MeasuredNumber(float(value.scaleb(power)), float(sd.scaleb(power)))
 
 
 def test_both_separators_comments_and_standard_deviations(tmp_path):

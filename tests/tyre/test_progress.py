@@ -5,11 +5,10 @@ import json
 import signal
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-from tyre.progress import install_command, interrupts_arrive, optional_module, progress_bar, progress_told
+from tyre.progress import install_command, interrupts_arrive, optional_module, progress_bar
 
 FOLDER, WHEEL = "file:///home/me/velo%20tyre", "file:///home/me/velotyre-1.0.0-py3-none-any.whl"
 
@@ -45,9 +44,6 @@ def test_an_extra_comes_from_where_velotyre_came(monkeypatch, origins, command):
     assert str(missing.value).endswith(command)
 
 
-ROOT = Path(__file__).parents[2]
-
-
 def test_no_progress_bar_where_standard_error_is_no_terminal(monkeypatch):
     silent = io.StringIO()
     monkeypatch.setattr(sys, "stderr", silent)
@@ -63,21 +59,6 @@ def test_no_progress_bar_where_standard_error_is_no_terminal(monkeypatch):
         monkeypatch.setattr(sys, "stderr", screen)
         assert list(progress_bar(range(3), desc="work", show=show)) == [0, 1, 2]
         assert ("work" in screen.getvalue()) == show
-
-
-def test_a_progress_bar_tells_who_listens_in_place_of_a_terminal(monkeypatch):
-    screen, told = io.StringIO(), []
-    monkeypatch.setattr(sys, "stderr", screen)
-    with progress_told(told.append):
-        with progress_bar(desc="work", unit=" fits", mininterval=0) as bar:
-            bar.set_postfix_str("damper", refresh=False)
-            bar.update(3)
-        assert list(progress_bar(range(2), show=False)) == [0, 1]
-    assert [(one["prefix"], one["n"], one["unit"]) for one in told][-1] == ("work", 3, " fits")
-    assert told[-1]["postfix"] == "damper"
-    count = len(told)
-    assert list(progress_bar(range(2), desc="after")) == [0, 1]
-    assert (len(told), screen.getvalue()) == (count, "")
 
 
 class Swallows:
@@ -114,11 +95,3 @@ def test_an_interrupt_in_a_callback_arrives(capsys):
     assert time.monotonic() < began + 10
     assert sys.unraisablehook is before
     assert capsys.readouterr().err == ""
-
-
-def test_other_errors_of_callbacks_are_told_as_before(monkeypatch):
-    told = []
-    monkeypatch.setattr(sys, "unraisablehook", told.append)
-    with interrupts_arrive():
-        Swallows(ValueError("x"))
-    assert [found.exc_type for found in told] == [ValueError]

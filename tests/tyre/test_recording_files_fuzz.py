@@ -9,7 +9,7 @@ from tyre.errors import InputError
 from tyre.preflight import preflight
 from tyre.recording import Condition, PullTest, RigRun
 from tyre.recording_files import read_recording, write_csv, write_tydex
-from tyre.tir import MF52Lateral, MF61Lateral, parse_tir, write_tir
+from tyre.tir import fit_mf52, fit_mf61, parse_tir, write_tir
 
 FUZZ = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SNIPPETS = st.one_of(
@@ -97,12 +97,11 @@ def test_arbitrary_bytes(tmp_path, recordings, raw, suffix):
 @FUZZ
 @given(mutations=MUTATIONS)
 def test_mutated_tir(tmp_path, version, mutations):
-    load = (300.0, 500.0)
-    model = (
-        MF61Lateral(415.0, 5.5e5, -15.8, 1.25, 0.08, 0.3, 5.4e4, 0.17, 0.03, 0.6, load, (3e5, 7e5))
-        if version == 61
-        else MF52Lateral(415.0, 5.5e5, 0.33, -15.8, 1.25, 0.4, 1.5, load)
-    )
+    common = {"load": [300.0, 500.0], "cornering_stiffness": [5e3, 7e3], "lateral_stiffness": [5e4, 5.4e4]}
+    if version == 61:
+        model = fit_mf61(pressure=[3e5, 7e5], **common)
+    else:
+        model = fit_mf52(pressure=5.5e5, unloaded_radius=0.33, **common)
     path = tmp_path / "a.tir"
     write_tir(model, path, tyre="T", surface="flat", unloaded_radius=0.33)
     text = mutate(path.read_text(), mutations)

@@ -9,7 +9,6 @@ from scipy import stats
 from scipy.integrate import quad, solve_ivp
 
 from tyre import InputError
-from tyre.noise import draw_ar1
 from tyre.properties import Calibration, Estimate, combine_uncertainties
 from tyre.pull_test import dahl_friction
 from tyre.recording import Condition, RigRun
@@ -135,13 +134,6 @@ def test_ratio_and_covariance_against_monte_carlo():
     assert length.sd == pytest.approx(np.sqrt(drawn[2, 2]), rel=0.02)
 
 
-def test_a_shared_load_cell_cancels_in_the_ratio():
-    settings = {"cornering_stiffness": Estimate(C, 0.0), "lateral_stiffness": Estimate(K, 0.0)}
-    only_force = Calibration(force=0.02, slip=0.0, displacement=0.0)
-    shared, _ = relaxation_from_stiffness(**settings, calibration=only_force)
-    assert shared.sd == pytest.approx(0.0, abs=1e-12)
-
-
 @dataclass(frozen=True)
 class Gap:
     rate: float
@@ -232,13 +224,3 @@ def test_a_lag_solves_its_equation():
     assert first_order_lag(u, step=step, start=4.0)[0] == pytest.approx(4.0)
     later = first_order_lag(u, step=step, start=4.0) - found
     np.testing.assert_allclose(later, (4.0 - u[0]) * np.exp(-x), atol=1e-12)
-
-
-def test_ar1_noise_has_unit_variance_from_the_first_sample_and_its_memory():
-    """Stationary: variance 1 at both ends, correlation memory^k at distance k; 4000 draws of 30 samples."""
-    rng = np.random.default_rng(2)
-    drawn = np.array([draw_ar1(30, memory=0.8, rng=rng) for _ in range(4000)])
-    assert drawn[:, 0].var() == pytest.approx(1.0, abs=0.08)
-    assert drawn[:, -1].var() == pytest.approx(1.0, abs=0.08)
-    for k in (1, 4):
-        assert np.mean(drawn[:, k:] * drawn[:, :-k]) == pytest.approx(0.8**k, abs=0.03)

@@ -7,7 +7,6 @@ import pytest
 
 from tyre.errors import InputError
 from tyre.schema import (
-    anything,
     by_name,
     flag,
     known,
@@ -15,9 +14,7 @@ from tyre.schema import (
     maybe,
     needed,
     number,
-    path_key,
     read,
-    refused,
     table,
     text,
     whole,
@@ -112,20 +109,3 @@ def test_keys_may_be_named_with_their_table():
     ):
         with pytest.raises(InputError, match=f"^{words}"):
             read(TOP, GOOD | change, section="a", dotted=True)
-
-
-def test_a_path_and_a_check_of_ones_own():
-    def even(value):
-        if value % 2:
-            raise refused(value, "must be even")
-        return value
-
-    declared = table(path_key("file", "RUN.csv") | {maybe("n"): even, maybe("what"): anything})
-    assert read(declared, {"file": "a.csv", "n": 2, "what": None}) == {"file": "a.csv", "n": 2, "what": None}
-    for content, words in (
-        ({}, 'no file; write file = "RUN.csv"'),
-        ({"file": 1}, 'file = 1 must be a path in quotes; write file = "RUN.csv"'),
-        ({"file": "a", "n": 3}, "n = 3 must be even"),
-    ):
-        with pytest.raises(InputError, match=f"^{words}$"):
-            read(declared, content)

@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.validation.sensor_faults import TYRES, flattened, sweep, two_gains
+from tests.validation.sensor_faults import TYRES, sweep, two_gains
 from tyre.recording import Condition, RigRun
-from tyre.sensor_faults import find_fault
 from tyre.slip_sweep import fit_slip_sweep
-from tyre.sweep_curve import block_means, solve_sweep, sweep_model
 
 
 def clean(seed, kind="brush"):
@@ -59,19 +57,6 @@ def test_a_force_cell_that_flattens_is_named_and_its_samples_are_not_used():
     assert said in fit.notes
 
 
-def test_the_onset_is_found_among_the_tenths_of_the_largest_reading():
-    """Of the largest force a tenth is missing, and of smaller ones as the square of what is beyond the onset."""
-    run, onset, missing = quiet(noise=0.5), 0.8, 0.1
-    end = np.abs(run.side_force).max()
-    beyond = np.clip(np.abs(run.side_force) / end - onset * (1 - missing), 0.0, None) / (1 - onset * (1 - missing))
-    bent = replace(run, side_force=run.side_force - np.sign(run.side_force) * missing * end * beyond**2)
-    model = sweep_model(block_means(bent), lag_correction=True, relaxation_length=None, notes=[], where="t")
-    found = find_fault(model, solve_sweep(model))
-    assert found.channel == "side_force"
-    assert found.onset / found.largest == pytest.approx(onset)
-    assert found.share == pytest.approx(missing, rel=0.1)
-
-
 def test_a_slip_sensor_that_flattens_is_named():
     run = quiet()
     end = np.deg2rad(6.0)
@@ -94,10 +79,3 @@ def test_two_gains_are_told_with_their_difference():
 
 def test_a_fit_without_lag_correction_judges_no_sensor():
     assert fit_slip_sweep(quiet(flat=250.0), lag_correction=False).sensor_faults == ()
-
-
-def test_most_flattening_cells_are_found():
-    """A small fixed version of the validation of sensor faults."""
-    rng = np.random.default_rng(11)
-    found = [fit_slip_sweep(flattened(sweep(rng, TYRES["brush"]), "side_force", 0.7, 0.2)) for _ in range(3)]
-    assert sum("flattens" in "".join(fit.sensor_faults) for fit in found) >= 2

@@ -12,12 +12,8 @@ from tyre.recording import Condition, RigRun
 from tyre.rig import Dropouts, LoadCellDrift, Noise, PlySteer, Protocol, RigTyre, simulate_sweep
 from tyre.slip_sweep import fit_slip_sweep
 from tyre.sweep_curve import (
-    block_means,
-    lagged_magic_formula,
     slip_reversals,
     solve_least_squares,
-    solve_sweep,
-    sweep_model,
 )
 
 C, K, V = 6300.0, 60e3, 9.3 / 3.6
@@ -131,18 +127,6 @@ def test_spikes_and_dropouts_hardly_matter():
     spiky = fit_slip_sweep(sweep(Noise(), Dropouts(share=2e-3, spike=200.0), seed=4))
     assert spiky.cornering_stiffness.value == pytest.approx(clean.cornering_stiffness.value, abs=2 * clean.fit_sd)
     assert any("samples without side force left out" in note for note in spiky.notes)
-
-
-@pytest.mark.parametrize(("missing", "used"), [(0.4, True), (0.6, False)])
-def test_a_block_without_most_of_its_side_force_is_left_out(missing, used):
-    whole = block_means(sweep())
-    first, size = whole.first[40], whole.size[40]
-
-    def torn(force, _):
-        return np.where(np.isin(np.arange(force.size), first + np.arange(round(missing * size))), np.nan, force)
-
-    found = block_means(with_force(torn))
-    np.testing.assert_array_equal(found.first, whole.first if used else np.delete(whole.first, 40))
 
 
 def test_varying_speed_is_followed_by_distance():
@@ -272,37 +256,3 @@ def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(offset):
     assert fit.residual_sd == pytest.approx(noise, rel=0.05)
     assert any(note.startswith(f"R^2 = {fit.r_squared:.4f} is low") for note in fit.notes) == (fit.r_squared < 0.98)
     assert fit.r_squared < 0.98
-
-
-@pytest.mark.parametrize("share", [-1.03, -0.97, 0.97, 1.03])
-def test_a_hysteresis_is_found_up_to_its_bound_of_20_mrad_and_rests_on_it_beyond(share):
-    """Triangles of 8 deg at two rates, 400 sin(1.4 atan(B x)) N with 6000 N/rad, which hangs behind by the play."""
-    bound = 0.02
-    phase = np.concatenate([np.arange(0.0, 8.0, 0.0025), np.arange(8.0, 24.0, 0.01)])
-    slip = np.deg2rad(8.0) * (np.abs((phase + 3.0) % 4.0 - 2.0) - 1.0)
-    behind = slip - share * bound * np.where((phase + 1.0) % 4.0 < 2.0, 1.0, -1.0)
-    force = 400.0 * np.sin(1.4 * np.arctan(6000.0 / (1.4 * 400.0) * behind))
-    force = force + np.random.default_rng(4).normal(0.0, 0.5, slip.size)
-    run = RigRun(FLAT, "ISO", 0.02 * np.arange(slip.size), slip, force, np.full(slip.size, 400.0))
-    model = sweep_model(block_means(run), lag_correction=True, relaxation_length=None, notes=[], where="t")
-    found = solve_sweep(model)
-    assert found.values["hysteresis"] == pytest.approx(np.clip(share, -1, 1) * bound, rel=2e-3)
-    assert np.isnan(found.sd["hysteresis"]) == (abs(share) > 1)
-
-
-def test_derivatives_are_those_of_the_force():
-    """Of all seven parameters, by central differences; the slip runs straight up, so that its pace is exact."""
-    slip_time = np.linspace(0.0, 10.0, 101)
-    given = {
-        "time": np.linspace(3.0, 9.5, 8), "slip_time": slip_time, "slip": np.deg2rad(1.3) * (slip_time - 6.0),
-        "direction": np.ones(8),
-    }  # fmt: skip
-    at = {
-        "cornering_stiffness": 6000.0, "peak": 400.0, "shape": 1.4, "curvature": -0.4, "horizontal_shift": 0.003,
-        "lag": 0.3, "hysteresis": 0.002,
-    }  # fmt: skip
-    _, derivatives = lagged_magic_formula(**given, **at)
-    for (name, value), derivative in zip(at.items(), derivatives, strict=True):
-        step = 1e-5 * abs(value)
-        up, down = (lagged_magic_formula(**given, **at | {name: value + h})[0] for h in (step, -step))
-        np.testing.assert_allclose(derivative, (up - down) / (2 * step), rtol=1e-6, atol=1e-9, err_msg=name)

@@ -49,15 +49,6 @@ def test_numbers_are_spelt_in_plain_digits(file, cell):
         read_columns(file(f"load_N\n{cell}\n"), numbers={"load_N": number(above=0)}, needed=())
 
 
-def test_other_columns_may_be_allowed(file):
-    path = file("a,note\n1,hm\n")
-    assert read_columns(path, numbers=("a",), needed=("a",), others=True).numbers["a"] == [1.0]
-    with pytest.raises(InputError, match="the column b is missing; there are a, note"):
-        read_columns(path, numbers=("b",), needed=("b",), others=True)
-    with pytest.raises(InputError, match="unknown column 'note'; known: a; units are in the column names"):
-        read_columns(path, numbers=("a",), needed=("a",))
-
-
 def test_a_last_row_without_a_line_end_may_be_a_cut_number(file):
     for text in ("a,b\n1,12.3", "a,b\r\n1,12.3", "# made up\na,b\n1,2\n1,12.3"):
         with pytest.raises(InputError, match=r"t.csv, line \d: the last row ends with '1,12.3' and no line end"):
@@ -112,11 +103,6 @@ def test_text_that_is_a_formula_is_quoted(text):
     assert rows == [["tyre", "load_N"], [f"'{text}", "-400.0"], ["Tyre1", "400.0"]]
 
 
-@pytest.mark.parametrize("cell", ["-3.5", "+1e-3", "Tyre-1", "a=b", "", -3.5, None, "-inf"])
-def test_numbers_and_plain_text_stay(cell):
-    assert harmless(cell) is cell
-
-
 @pytest.mark.parametrize("gap", [0.5, np.nan])  # the second in the slower way
 def test_numbers_are_written_as_pandas_does(gap):
     values = np.random.default_rng(0).standard_normal((50, 2)) * 10.0 ** np.arange(-25, 25)[:, None]
@@ -124,3 +110,12 @@ def test_numbers_are_written_as_pandas_does(gap):
     for number_format in ("%.12g", "%.3f"):
         expected = table.to_csv(index=False, lineterminator="\n", float_format=number_format)
         assert csv_text(table, number_format=number_format) == expected
+
+
+def test_other_columns_may_be_allowed(file):
+    path = file("a,note\n1,hm\n")
+    assert read_columns(path, numbers=("a",), needed=("a",), others=True).numbers["a"] == [1.0]
+    with pytest.raises(InputError, match="the column b is missing; there are a, note"):
+        read_columns(path, numbers=("b",), needed=("b",), others=True)
+    with pytest.raises(InputError, match="unknown column 'note'; known: a; units are in the column names"):
+        read_columns(path, numbers=("a",), needed=("a",))

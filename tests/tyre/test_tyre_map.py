@@ -12,7 +12,6 @@ from scipy.optimize import curve_fit
 
 from tyre import InputError, MeasuredTable, TyreMap, available_tyres
 from tyre.magic_formula import cornering_stiffness as kya
-from tyre.magic_formula import cornering_stiffness_gradient, lateral_stiffness, lateral_stiffness_gradient
 
 LOADS = np.array([300.0, 400.0, 500.0])
 PRESSURES = np.array([3e5, 5e5, 7e5])
@@ -86,17 +85,6 @@ def test_own_folder_of_tables(tmp_path: Path) -> None:
         TyreMap.load("synthetic", folder=tmp_path)
 
 
-def test_magic_formula_by_hand_and_its_gradient() -> None:
-    """At NOMPRES and Fz = PKY2 FNOMIN it peaks at PKY1 FNOMIN; at half that load sin(2 atan 1/2) = 0.8."""
-    peak = kya(np.array([720.0, 360.0]), np.array([5e5, 5e5]), **MF)
-    np.testing.assert_allclose(peak, [6800.0, 0.8 * 6800.0], rtol=1e-14)
-    gradient = cornering_stiffness_gradient(LOAD, PRESSURE, **MF)
-    for column, name in enumerate(("PKY1", "PKY2", "PPY1", "PPY2")):
-        step = 1e-6
-        up, down = (kya(LOAD, PRESSURE, **(MF | {name: MF[name] + sign * step})) for sign in (1, -1))
-        np.testing.assert_allclose(gradient[:, column], (up - down) / (2 * step), rtol=1e-6, atol=1e-3)
-
-
 def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None:
     tyre_map = TyreMap(synthetic())
     for load, pressure in ((333.0, 4.1e5), (470.0, 6.6e5), (600.0, 8e5), (250.0, 2.5e5)):
@@ -130,10 +118,6 @@ def test_jumps_are_told_and_widen_the_interval_between_conditions_only() -> None
     assert any("no smooth law describes it" in note for note in middle.notes)
     assert not any("no smooth law" in note for note in node.notes)
     assert not any("no smooth law" in note for note in TyreMap(synthetic()).at(load=350, pressure=5e5).notes)
-    quality = tyre_map.fit_quality.set_index("quantity")
-    assert quality.loc["lateral stiffness", "smooth"] == False  # noqa: E712 (an object column)
-    assert quality.loc["lateral stiffness", "misfit"] == pytest.approx(misfit / 1e3)
-    assert quality.loc["cornering stiffness", "smooth"] is None
 
 
 def test_interpolation_error_covers_left_out_conditions() -> None:
@@ -179,16 +163,6 @@ def test_origin(load: float, pressure: float, origin: str) -> None:
     assert here.inside == (origin != "extrapolated")
     beyond = "extrapolated beyond the measured 340-490 N and 3.5-7.5 bar"
     assert any(beyond in note for note in here.notes) == (origin == "extrapolated")
-
-
-def test_continuous_across_the_edge_of_the_grid() -> None:
-    tyre_map = TyreMap.load("Tyre2")
-    for edge, step in (((340.0, 5e5), (1e-4, 0.0)), ((400.0, 7.5e5), (0.0, 0.1))):
-        inside, outside = (
-            tyre_map.at(load=edge[0] + sign * step[0], pressure=edge[1] + sign * step[1]) for sign in (1, -1)
-        )
-        assert inside.cornering_stiffness == pytest.approx(outside.cornering_stiffness, rel=1e-5)
-        assert inside.lateral_stiffness == pytest.approx(outside.lateral_stiffness, rel=1e-5)
 
 
 @settings(max_examples=60)
@@ -261,15 +235,6 @@ def test_assumed_cornering_stiffness_uncertainty_adds_to_the_relaxation_length()
     assert any("assumed is 2 %" in note for note in assumed.notes)
 
 
-def test_assumption_is_checked() -> None:
-    for value in (-0.1, float("nan")):
-        with pytest.raises(InputError, match="relative_cornering_stiffness_sd is .*; it must be finite and >= 0"):
-            TyreMap.load("Tyre1", relative_cornering_stiffness_sd=value)
-    stated = synthetic(cornering_stiffness_sd=np.full(9, 50.0))
-    with pytest.raises(InputError, match="states its own standard deviations; leave the assumption out"):
-        TyreMap(stated, relative_cornering_stiffness_sd=0.01)
-
-
 @pytest.mark.parametrize(
     ("load", "pressure", "message"),
     [
@@ -333,9 +298,20 @@ def test_far_outside_the_uncertainty_is_that_of_a_regression_forecast() -> None:
     assert here.lateral_stiffness_sd == pytest.approx(np.sqrt(variance), rel=1e-6)
 
 
-def test_gradient_of_the_lateral_law() -> None:
-    known = {"LATERAL_STIFFNESS": 5e4, "PCFY1": 0.3, "PCFY3": 0.5, "FNOMIN": 400.0, "NOMPRES": 5e5}
-    gradient = lateral_stiffness_gradient(LOAD, PRESSURE, **known)
-    for column, (name, step) in enumerate((("LATERAL_STIFFNESS", 1.0), ("PCFY1", 1e-5), ("PCFY3", 1e-5))):
-        up, down = (lateral_stiffness(LOAD, PRESSURE, **(known | {name: known[name] + s * step})) for s in (1, -1))
-        np.testing.assert_allclose(gradient[:, column], (up - down) / (2 * step), rtol=1e-8, atol=1e-4)
+def test_continuous_across_the_edge_of_the_grid() -> None:
+    tyre_map = TyreMap.load("Tyre2")
+    for edge, step in (((340.0, 5e5), (1e-4, 0.0)), ((400.0, 7.5e5), (0.0, 0.1))):
+        inside, outside = (
+            tyre_map.at(load=edge[0] + sign * step[0], pressure=edge[1] + sign * step[1]) for sign in (1, -1)
+        )
+        assert inside.cornering_stiffness == pytest.approx(outside.cornering_stiffness, rel=1e-5)
+        assert inside.lateral_stiffness == pytest.approx(outside.lateral_stiffness, rel=1e-5)
+
+
+def test_assumption_is_checked() -> None:
+    for value in (-0.1, float("nan")):
+        with pytest.raises(InputError, match="relative_cornering_stiffness_sd is .*; it must be finite and >= 0"):
+            TyreMap.load("Tyre1", relative_cornering_stiffness_sd=value)
+    stated = synthetic(cornering_stiffness_sd=np.full(9, 50.0))
+    with pytest.raises(InputError, match="states its own standard deviations; leave the assumption out"):
+        TyreMap(stated, relative_cornering_stiffness_sd=0.01)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tyre.workers import lone_process, worker_pool
+from tyre.workers import worker_pool
 
 ROOT = Path(__file__).parents[2]
 INTERRUPTED = """
@@ -56,15 +56,6 @@ if __name__ == "__main__":
         work = [pool.submit(%s, %s) for _ in range(2)]
         sys.stdin.read()  # wait for the kill
 """
-
-
-def test_an_interrupt_outside_of_a_piece_of_work_ends_a_worker_without_a_word(capfd):
-    heard = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # in the background a shell makes it deaf
-    worker = lone_process(exec, (f"import _thread, signal; {heard}; _thread.interrupt_main()",))
-    worker.start()
-    worker.join(60)
-    assert worker.exitcode == 128 + signal.SIGINT
-    assert capfd.readouterr().err == ""
 
 
 def alive(process: int) -> bool:

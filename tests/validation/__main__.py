@@ -1,4 +1,7 @@
-"""Runs a study against known truth: ``python -m tests.validation NAME --seed 1``; without a name lists them."""
+"""Runs a study against known truth: ``python -m tests.validation NAME --seed 1``; without a name lists them.
+
+A study is a module with a function ``run``: its arguments are the options, what it returns is the result.
+"""
 
 import importlib
 import inspect
@@ -35,18 +38,17 @@ class Studies(click.Group):
         if name not in studies():
             raise click.UsageError(unknown("study", cmd_name, studies()))
         module = importlib.import_module(f"tests.validation.{name.replace('-', '_')}")
-        options: list[click.Parameter] = [
-            click.Option(["--out"], type=click.Path(path_type=Path), default=Path("out/validation"), show_default=True)
-        ]
-        for parameter in inspect.signature(module.run).parameters.values():
-            if parameter.name != "out":
-                options.append(_option(parameter))
+        given = inspect.signature(module.run).parameters.values()
+        place = click.Option(["--out"], type=click.Path(path_type=Path), default=Path("out/validation"))
+        options: list[click.Parameter] = [place, *(_option(one) for one in given if one.name != "out")]
 
         def callback(out: Path, **settings: Any) -> None:
             out.mkdir(parents=True, exist_ok=True)
             path = out / f"{name.replace('-', '_')}.json"
+            words = " ".join(f"--{key.replace('_', '-')} {value}" for key, value in settings.items() if value != "")
             try:
-                result = module.run(out=out, **settings)
+                result = {"made_by": f"python -m tests.validation {name} {words}".strip(), "synthetic": True} | settings
+                result |= module.run(out=out, **settings)
             except InputError as error:
                 raise click.ClickException(str(error)) from error
             write_text(path, json.dumps(result, indent=1, allow_nan=False) + "\n")
@@ -59,10 +61,8 @@ def _option(parameter: inspect.Parameter) -> click.Option:
     flag, default = "--" + parameter.name.replace("_", "-"), parameter.default
     if default is inspect.Parameter.empty:
         return click.Option([flag], type=click.IntRange(min=0), required=True)
-    if isinstance(default, int):
-        kind: Any = click.IntRange(min=int(parameter.name in NEVER_NONE))
-    else:
-        kind = type(default)
+    least = int(parameter.name in NEVER_NONE)
+    kind: Any = click.IntRange(min=least) if isinstance(default, int) else type(default)
     return click.Option([flag], type=kind, default=default, show_default=True)
 
 

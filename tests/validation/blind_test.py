@@ -1,7 +1,6 @@
 """How often is the search for a missing effect right? SYNTHETIC cases whose truth it cannot see.
 
-Cases are kept in ``blind_test_cases.jsonl`` in the folder of the result, so an interrupted run goes on; tables
-(report.md) and the power curve are written beside it.
+Tables (report.md) are written beside the result.
 """
 
 from pathlib import Path
@@ -24,4 +23,4 @@ def run(*, out: Path, seed: int, cases: int = 20, cells: str = "", workers: int 
     blind_test(path, cases=cases, seed=seed, cells=wanted, workers=workers)
     found = summary(results_in(path).read())
     write_report(found, out)
-    return {"synthetic": True, "seed": seed, "cases": cases, "cells": found["cells"]}
+    return {"cells": found["cells"]}

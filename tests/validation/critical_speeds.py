@@ -27,8 +27,7 @@ def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
     from tyre.progress import progress_bar
 
     generator = np.random.default_rng(seed)
-    result: dict[str, Any] = {"seed": seed, "models": models, "speeds_each": SPEEDS, "crossings": 0}
-    result |= {"orders": {}, "unexplained": [], "off_axis": []}
+    result: dict[str, Any] = {"speeds_each": SPEEDS, "crossings": 0, "orders": {}, "unexplained": [], "off_axis": []}
     for number in progress_bar(range(models), desc="models"):
         decades = WILD if number % 2 else 0.0
         model = random_model(generator, contact_laws=LAWS, share=0.25, decades=decades).linear_model()

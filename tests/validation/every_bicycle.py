@@ -42,7 +42,7 @@ def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: 
                 "hands_on": {r.case.condition: band(r, settings) for r in study.of(on, study.names[0])},
             }
         )  # fmt: skip
-    return {"seed": seed, "fronts": fronts, "samples": samples, "workers": workers, "rows": rows}
+    return {"rows": rows}
 
 
 def band(result: Result, settings: Settings) -> dict[str, Any]:

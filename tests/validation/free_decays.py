@@ -46,10 +46,7 @@ def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str
             rows = list(progress_bar(pool.map(one_decay, tasks, chunksize=10), total=len(tasks), desc="decays"))
             driven = list(progress_bar(pool.map(driven_set, sets), total=len(sets), desc="sets"))
     return {
-        "synthetic": True,
-        "what": "stochastic linear systems, exactly discretised -> velotyre modal; coverage of 95 % intervals",
-        "seed": seed, "draws_per_cell": draws, "target_percent": list(TARGET),
-        "made_by": f"python -m tests.validation free-decays --seed {seed} --draws {draws}",
+        "target_percent": list(TARGET),
         "standard_error_percent": round(100 * math.sqrt(0.95 * 0.05 / draws), 2),
         "cells": {n: summary([r for t, r in zip(tasks, rows, strict=True) if t[0] == n]) for n in CELLS},
         "repeats": {

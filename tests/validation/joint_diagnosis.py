@@ -2,17 +2,18 @@
 
 Cases are synthetic and come from equations that share nothing with the search (:mod:`tests.validation.blind`).
 ``--cases`` measurements of two or three parts hide one effect; half as many again have a mistake planted in one part (a
-wrong scale of the steer sensor, a wrong speed). Results are appended to joint_cases.jsonl in ``out``; an
-interrupted run goes on from there.
+wrong scale of the steer sensor, a wrong speed).
 """
 
-import tempfile
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
+
+from tests.validation.cases import KeptCases, Row, attempted, share, share_of
 
 OF = "/"
 SAYS = ("named", "class", "partial", "tentative")
@@ -20,33 +21,28 @@ SAYS = ("named", "class", "partial", "tentative")
 
 def run(*, out: Path, seed: int, cases: int = 150, workers: int = 2) -> dict[str, Any]:
     """Make, diagnose and score the cases."""
-    from tests.validation.cases import KeptCases
-
     wanted = [(seed + k, "") for k in range(cases)]
     wanted += [(seed + k, ("scale", "speed")[k % 2]) for k in range(cases // 2)]
-    kept = KeptCases(out / "joint_cases.jsonl", ("seed", "planted"), also=("error",))
-    rows = kept.computed(wanted, one_case, workers=workers, what="joint diagnosis")
-    return {"seed": seed, "cases": cases, **scored(rows)}
+    kept = KeptCases(out / "joint_cases.jsonl", ("seed", "planted"))
+    return scored(kept.computed(wanted, one_case, workers=workers, what="joint diagnosis"))
 
 
-def one_case(seed: int, planted: str) -> dict[str, Any]:
-    """Make a case, diagnose it jointly and, where nothing is ``planted``, each part alone; what raises is a row too."""
+def one_case(seed: int, planted: str) -> Row:
+    """Make a case, diagnose it jointly and, if nothing is ``planted``, each part alone."""
+    return attempted({"seed": seed, "planted": planted}, partial(_diagnosed, seed, planted))
+
+
+def _diagnosed(seed: int, planted: str, folder: Path, row: Row) -> None:
     from tests.validation.blind.hidden import HIDDEN
     from tests.validation.blind.joint import PLANTED, joint_case
 
     generator = np.random.default_rng([seed, PLANTED.index(planted)])
-    hidden = (str(generator.choice(list(HIDDEN))),)
-    row: dict[str, Any] = {"seed": seed, "planted": planted, "hidden": hidden[0], "error": None}
-    try:
-        with tempfile.TemporaryDirectory() as name:
-            case = joint_case(Path(name), hidden=hidden, rng=generator, planted=planted, third=bool(seed % 2))
-            row |= {"part": case.planted, "mistake": dict(case.mistake), "parts": case.parts}
-            row["joint"] = answer(Path(name) / "MEASUREMENT.toml", case.truth.effects)
-            if not planted:
-                row["alone"] = {part: answer(Path(name) / f"{part}.toml", case.truth.effects) for part in case.parts}
-    except Exception as error:  # whatever it is: it is counted, and the others go on
-        row["error"] = f"{type(error).__name__}: {error}"
-    return row
+    row["hidden"] = str(generator.choice(list(HIDDEN)))
+    case = joint_case(folder, hidden=(row["hidden"],), rng=generator, planted=planted, third=bool(seed % 2))
+    row |= {"part": case.planted, "mistake": dict(case.mistake), "parts": case.parts}
+    row["joint"] = answer(folder / "MEASUREMENT.toml", case.truth.effects)
+    if not planted:
+        row["alone"] = {part: answer(folder / f"{part}.toml", case.truth.effects) for part in case.parts}
 
 
 def answer(file: Path, hidden: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,38 +71,30 @@ def answer(file: Path, hidden: Mapping[str, Any]) -> dict[str, Any]:
 
 def scored(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Shares with Wilson's 95 % intervals of ``rows`` of :func:`one_case`."""
-    from tests.validation.blind.score import wilson
-
-    def share(hits: Sequence[bool]) -> dict[str, Any]:
-        low, high = wilson(sum(hits), len(hits))
-        return {"hits": sum(hits), "of": len(hits), "share": sum(hits) / len(hits) if hits else None,
-                "low": low, "high": high}  # fmt: skip
-
     told = [row for row in rows if not row["error"]]
     plain, planted = ([row for row in told if bool(row["planted"]) == wrong] for wrong in (False, True))
-    best = {name: [row["alone"][name] for row in plain if name in row["alone"]] for name in _names(plain)}
+    joint = [row["joint"] for row in plain]
+    answers = {"joint": joint}
+    for row in plain:
+        for name in row["parts"]:
+            answers.setdefault(name, []).append(row["alone"][name])
     ratios = [ratio for row in plain for ratio in _narrower(row)]
+    found = {
+        kind: [_accuses(row["joint"], (row["part"],)) for row in planted if row["planted"] == kind]
+        for kind in ("scale", "speed")
+    }
     return {
-        "crashed": share([bool(row["error"]) for row in rows]),
-        "right": {"joint": share([row["joint"]["right"] for row in plain])}
-        | {name: share([one["right"] for one in some]) for name, some in best.items()},
-        "some_false_name": {"joint": share([row["joint"]["some_false"] for row in plain])}
-        | {name: share([one["some_false"] for one in some]) for name, some in best.items()},
-        "truth_inside_95_joint": _inside([row["joint"] for row in plain]),
+        "crashed": share_of(rows, "error"),
+        "right": {name: share_of(some, "right") for name, some in answers.items()},
+        "some_false_name": {name: share_of(some, "some_false") for name, some in answers.items()},
+        "truth_inside_95_joint": share(sum(a["covered"] for a in joint), sum(a["judged"] for a in joint)),
         "sd_joint_over_best_part": {"median": median(ratios) if ratios else None, "largest": max(ratios, default=None),
                                     "of": len(ratios)},
-        "false_contradiction": share([_accuses(row["joint"], row["parts"]) for row in plain]),
-        "planted_found": share([_accuses(row["joint"], (row["part"],)) for row in planted]),
-        "planted_found_by_mistake": {
-            kind: share([_accuses(r["joint"], (r["part"],)) for r in planted if r["planted"] == kind])
-            for kind in ("scale", "speed")
-        },
+        "false_contradiction": share_of([_accuses(row["joint"], row["parts"]) for row in plain]),
+        "planted_found": share_of([one for some in found.values() for one in some]),
+        "planted_found_by_mistake": {kind: share_of(some) for kind, some in found.items()},
         "errors": [{key: row[key] for key in ("seed", "planted", "error")} for row in rows if row["error"]],
     }  # fmt: skip
-
-
-def _names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    return list(dict.fromkeys(name for row in rows for name in row["parts"]))
 
 
 def _accuses(answer: Mapping[str, Any], parts: Sequence[str]) -> bool:
@@ -125,11 +113,3 @@ def _narrower(row: Mapping[str, Any]) -> list[float]:
         if key.startswith(row["hidden"]) and alone and min(alone) > 0:
             found.append(sd / min(alone))
     return found
-
-
-def _inside(answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    from tests.validation.blind.score import wilson
-
-    hits, of = (sum(answer[key] for answer in answers) for key in ("covered", "judged"))
-    low, high = wilson(hits, of)
-    return {"hits": hits, "of": of, "share": hits / of if of else None, "low": low, "high": high}

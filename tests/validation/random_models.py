@@ -12,13 +12,9 @@ from tyre.errors import InputError
 
 
 def random_model(
-    generator: np.random.Generator,
-    *,
-    contact_laws: tuple[str, ...],
-    share: float,
-    bicycles: tuple[str, ...] = (),
+    generator: np.random.Generator, *, contact_laws: tuple[str, ...], share: float, bicycles: tuple[str, ...] = (),
     decades: float = 0.0,
-) -> Model:
+) -> Model:  # fmt: skip
     """Draw a model that builds."""
     others = [effect for effect in registry().values() if effect.slot != "contact law"]
     while True:
@@ -27,27 +23,12 @@ def random_model(
         law = effect_class(str(generator.choice(contact_laws)))
         chosen = [law, *(effect for effect in others if generator.random() < share)]
         try:
-            model = Model(
-                base.replace(**changes), tuple(random_effect(effect, generator, decades) for effect in chosen)
-            )
+            effects = tuple(random_effect(effect, generator, decades) for effect in chosen)
+            model = Model(base.replace(**changes), effects)
             model.linear_model()
         except InputError:
             continue  # no physical bicycle, or effects that do not go together
         return model
-
-
-def relative(model: Model, generator: np.random.Generator, *, decades: float = 0.0) -> Model | None:
-    """Another bicycle with the effects of a ``model``, all numbers drawn anew as in :func:`random_model`."""
-    base = load_bicycle(str(generator.choice(available_bicycles())))
-    changes = {key: value * generator.uniform(0.85, 1.15) for key, value in base.values.items() if key != "g"}
-    try:
-        made = Model(
-            base.replace(**changes), tuple(random_effect(type(effect), generator, decades) for effect in model.effects)
-        )
-        made.linear_model()
-    except InputError:
-        return None
-    return made
 
 
 def random_effect(effect: type[Effect], generator: np.random.Generator, decades: float = 0.0) -> Effect:

@@ -30,15 +30,8 @@ def run(*, out: Path, seed: int, campaigns: int = 4000) -> dict[str, Any]:
         }
         for scatter in SCATTERS
     }
-    return {
-        "synthetic": True,
-        "what": "share of 95 % intervals of C_Fy that hold the truth, by scatter over the stated 1 % and pairs",
-        "seed": seed,
-        "campaigns": campaigns,
-        "made_by": f"python -m tests.validation repeats --seed {seed} --campaigns {campaigns}",
-        "standard_error_percent": round(100 * float(np.sqrt(0.95 * 0.05 / campaigns)), 2),
-        "share_percent": shares,
-    }
+    error = round(100 * float(np.sqrt(0.95 * 0.05 / campaigns)), 2)
+    return {"standard_error_percent": error, "share_percent": shares}
 
 
 def covered(rng: np.random.Generator, pairs: int, scatter: str | float) -> bool:
@@ -52,13 +45,10 @@ def covered(rng: np.random.Generator, pairs: int, scatter: str | float) -> bool:
     groups = [[_summary(_TRUTH * (1.0 + error), number) for number, error in enumerate(row)] for row in noise]
     floor = calibration.repeatability
     result = combine(
-        ("Synthetic", "flat", 400.0, 5e5),
-        groups[0],
-        borrowed=[],
+        ("Synthetic", "flat", 400.0, 5e5), groups[0], borrowed=[], calibration=calibration,
         sweep_repeatability=pooled_repeatability(groups, floor=floor),
         pull_repeatability=pooled_repeatability([], floor=floor),
-        calibration=calibration,
-    )
+    )  # fmt: skip
     assert result.cornering_stiffness is not None
     return result.cornering_stiffness.covers(_TRUTH)
 

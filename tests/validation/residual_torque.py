@@ -3,11 +3,11 @@
 Cells ``modal-outside`` and ``history-outside`` of the blind test hide something that the library does not hold, and
 keep further speeds back. Where the verdict leaves more than noise, the residual torque is fitted, and the corrected
 model is written as a file and read again. Counted is its gap sqrt(max(0, chi^2/n - 1)) on the speeds kept back, against
-that of the stated model and of the model with its parameters adjusted. Cases are kept in ``*_cases.jsonl``.
+that of the stated model and of the model with its parameters adjusted.
 """
 
-import tempfile
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -20,7 +20,7 @@ from studies.diagnosis import Diagnosis, Residual, diagnose, fit_residual, model
 from studies.inference import HeldOut
 from tests.validation.blind.cells import make
 from tests.validation.blind.generator import HELD_OUT
-from tests.validation.cases import KeptCases, what_was_raised
+from tests.validation.cases import KeptCases, Row, attempted
 from tyre.errors import InputError
 from tyre.files import write_text
 
@@ -33,33 +33,23 @@ def run(*, out: Path, seed: int, cases: int = 100, histories: int = 20, workers:
     """Make, diagnose and correct a number of modal ``cases`` and of ``histories``, and count."""
     wanted = [("modal-outside", FIRST * seed + k) for k in range(cases)]
     wanted += [("history-outside", FIRST * seed + k) for k in range(histories)]
-    kept = KeptCases(out / "residual_torque_cases.jsonl", ("cell", "seed"), also=("error",))
+    kept = KeptCases(out / "residual_torque_cases.jsonl", ("cell", "seed"))
     rows = kept.computed(wanted, one_case, workers=workers, what="residual torque")
-    return {
-        "synthetic": True,
-        "what": "residual torque of blind cases outside the library: prediction of speeds kept back",
-        "seed": seed,
-        "made_by": f"python -m tests.validation residual-torque --seed {seed} --cases {cases} --histories {histories}",
-        "targets": {"held_out_gap_left_median": 0.25},
-        "cells": {cell: summary([r for r in rows if r["cell"] == cell]) for cell in KEPT_BACK},
-    }
+    return {"cells": {cell: summary([r for r in rows if r["cell"] == cell]) for cell in KEPT_BACK}}
 
 
-def one_case(cell: str, seed: int) -> dict[str, Any]:
-    """Make, diagnose and correct a case of a ``cell`` with its ``seed``; what raises is kept as ``error``."""
-    row: dict[str, Any] = {"cell": cell, "seed": seed, "error": None}
-    try:
-        with tempfile.TemporaryDirectory() as name:
-            truth, without = make(cell, seed, Path(name), held_out=KEPT_BACK[cell])
-            row |= {"hidden": sorted(truth.effects), "noise": truth.noise}
-            found = diagnose(read_measurement(Path(name) / "MEASUREMENT.toml"), without=without)
-            row |= {"verdict": found.verdict.verdict, "named": found.final.name}
-            row["left_open"] = found.verdict.leaves_more
-            if row["left_open"]:
-                row |= corrected(found, Path(name))
-    except Exception as error:  # whatever it is: it is counted, and the run goes on
-        row["error"] = what_was_raised(error)
-    return row
+def one_case(cell: str, seed: int) -> Row:
+    """Make, diagnose and correct a case of a ``cell`` with its ``seed``."""
+    return attempted({"cell": cell, "seed": seed}, partial(_fitted, cell, seed))
+
+
+def _fitted(cell: str, seed: int, folder: Path, row: Row) -> None:
+    truth, without = make(cell, seed, folder, held_out=KEPT_BACK[cell])
+    row |= {"hidden": sorted(truth.effects), "noise": truth.noise}
+    found = diagnose(read_measurement(folder / "MEASUREMENT.toml"), without=without)
+    row |= {"verdict": found.verdict.verdict, "named": found.final.name, "left_open": found.verdict.leaves_more}
+    if row["left_open"]:
+        row |= corrected(found, folder)
 
 
 def corrected(found: Diagnosis, folder: Path) -> dict[str, Any]:

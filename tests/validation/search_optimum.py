@@ -4,14 +4,15 @@ Each case is of the cell ``loud-one`` of the blind test (synthetic: 8 free runs,
 growing, one effect hidden). The most probable hypothesis of the search and the one that was hidden are fitted again
 from random starts, nuisances by their prior and sizes anywhere from neutral to what seldom occurs, every other start by
 way of short pieces of the runs. The search has reached the optimum where none of these ends clearly lower.
-Cases are appended to search_optimum_cases.jsonl in ``out``; an interrupted run goes on from there.
 """
 
-import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from tests.validation.cases import KeptCases, Row, attempted
 
 CELL = "loud-one"
 SAME, RELATIVE = 0.1, 2e-5  # of the objective -2 ln(posterior density): 0.05 in ln evidence; what no fit resolves
@@ -19,44 +20,40 @@ SAME, RELATIVE = 0.1, 2e-5  # of the objective -2 ln(posterior density): 0.05 in
 
 def run(*, out: Path, seed: int, cases: int = 200, starts: int = 20, workers: int = 2) -> dict[str, Any]:
     """Compare; ``missed`` lists hypotheses of which a random start found a clearly lower objective."""
-    from tests.validation.cases import KeptCases
-
     wanted = [(seed + k, starts) for k in range(cases)]
-    kept = KeptCases(out / "search_optimum_cases.jsonl", ("seed", "starts"), also=("compared", "error"))
+    kept = KeptCases(out / "search_optimum_cases.jsonl", ("seed", "starts"))
     each = kept.computed(wanted, one_case, workers=workers, what="optimum")
     rows = [{"seed": case["seed"], **row} for case in each for row in case["compared"]]
     missed = [r for r in rows if not r["reached"]]
     broken = [{"seed": case["seed"], "error": case["error"]} for case in each if case["error"]]
     wrong = {r["seed"] for r in (*missed, *broken)}
     return {
-        "seed": seed, "cases": cases, "starts_each": starts, "fits_compared": len(rows),
-        "cases_with_every_optimum_reached": cases - len(wrong), "share": 1 - len(wrong) / cases,
-        "missed": missed, "errors": broken,
+        "fits_compared": len(rows), "cases_with_every_optimum_reached": cases - len(wrong),
+        "share": 1 - len(wrong) / cases, "missed": missed, "errors": broken,
         "random_starts_that_reached_it": float(np.mean([r["share_of_starts"] for r in rows])) if rows else None,
     }  # fmt: skip
 
 
-def one_case(seed: int, starts: int) -> dict[str, Any]:
+def one_case(seed: int, starts: int) -> Row:
     """One case: objectives of the search and of the best random start for its leader and for what was hidden."""
+    return attempted({"seed": seed, "starts": starts, "compared": []}, partial(_compared, seed, starts))
+
+
+def _compared(seed: int, starts: int, folder: Path, row: Row) -> None:
     from studies.diagnosis import read_measurement
     from studies.inference import judge
     from tests.validation.blind.cells import make
     from tyre.workers import one_blas_thread
 
-    row: dict[str, Any] = {"seed": seed, "starts": starts, "compared": [], "error": None}
-    try:
-        with tempfile.TemporaryDirectory() as name, one_blas_thread():
-            truth, without = make(CELL, seed, Path(name))
-            judgement = judge(read_measurement(Path(name) / "MEASUREMENT.toml").ready(without=without))
-            known = judgement.hypotheses
-            hidden = known.find(frozenset(truth.effects))
-            leader = max((known.null, *known.fits), key=known.log_posterior)
-            generator = np.random.default_rng([seed, starts])
-            chosen = {f.identifiers: f for f in (leader, hidden) if f is not None}
-            row["compared"] = [against_random(judgement.kind, f, generator, starts) for f in chosen.values()]
-    except Exception as error:  # whatever it is: it is counted, and the others go on
-        row["error"] = f"{type(error).__name__}: {error}"
-    return row
+    with one_blas_thread():
+        truth, without = make(CELL, seed, folder)
+        judgement = judge(read_measurement(folder / "MEASUREMENT.toml").ready(without=without))
+        known = judgement.hypotheses
+        hidden = known.find(frozenset(truth.effects))
+        leader = max((known.null, *known.fits), key=known.log_posterior)
+        generator = np.random.default_rng([seed, starts])
+        chosen = {f.identifiers: f for f in (leader, hidden) if f is not None}
+        row["compared"] = [against_random(judgement.kind, f, generator, starts) for f in chosen.values()]
 
 
 def against_random(kind: Any, found: Any, generator: np.random.Generator, starts: int) -> dict[str, Any]:

@@ -6,10 +6,9 @@ bicycles and effects are random (synthetic).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,12 +26,11 @@ ORDERS = range(8, 15)
 FAINT = 1e-6  # pairs whose share dz/dp p is below this part of |z| are not drawn: they test cancellation only
 
 
-@dataclass(frozen=True)
-class Comparison:
+class Comparison(NamedTuple):
     """One eigenvalue-parameter pair: derivative by eigenvectors and by differences (1/s per SI unit)."""
 
-    model: str
-    speed: float
+    effects: str
+    speed_m_s: float
     eigenvalue: complex
     parameter: str
     found: complex
@@ -51,21 +49,17 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
     from tyre.progress import progress_bar
 
     generator = np.random.default_rng(seed)
-    rows: list[dict[str, Any]] = []
-    for number in progress_bar(range(models), desc="models"):
-        for c in compare(draw_model(generator), generator):
-            rows.append(
-                {
-                    "model": number, "effects": c.model, "speed_m_s": c.speed,
-                    "eigenvalue_real_1_s": c.eigenvalue.real, "eigenvalue_imag_1_s": c.eigenvalue.imag,
-                    "parameter": c.parameter, "derivative_real": c.found.real, "derivative_imag": c.found.imag,
-                    "reference_real": c.reference.real, "reference_imag": c.reference.imag, "relative_error": c.error,
-                }
-            )  # fmt: skip
-    out.mkdir(parents=True, exist_ok=True)
-    write_csv(out / "sensitivity_mpmath.csv", pd.DataFrame(rows))
-    largest = max(float(row["relative_error"]) for row in rows)
-    return {"models": models, "pairs": len(rows), "largest_relative_error": largest, "target": TARGET}
+    found = [
+        {"model": number, **pair._asdict(), "relative_error": pair.error}
+        for number in progress_bar(range(models), desc="models")
+        for pair in compare(draw_model(generator), generator)
+    ]
+    write_csv(out / "sensitivity_mpmath.csv", pd.DataFrame(found))
+    return {
+        "pairs": len(found),
+        "largest_relative_error": max(row["relative_error"] for row in found),
+        "target": TARGET,
+    }
 
 
 def draw_model(generator: np.random.Generator) -> Model:

@@ -9,7 +9,6 @@ Counted: how often it is named.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -74,34 +73,30 @@ def run(*, out: Path, seed: int, clean: int = 100, faulty: int = 40) -> dict[str
         name: [told(sweep(rng, tyre)) for _ in progress_bar(range(clean), total=clean, desc=name)]
         for name, tyre in TYRES.items()
     }
-    every = [names for found in alarms.values() for names in found]
-    found: dict[str, Any] = {}
-    for channel in ("side_force", "slip_angle"):
-        for onset in ONSETS:
-            for missing in MISSING:
-                names = _faulty(rng, faulty, partial(flattened, channel=channel, onset=onset, missing=missing))
-                found.setdefault(f"{channel} flattens from {onset:.0%} of its range on", {})[f"{missing:.0%}"] = {
-                    "named_percent": _percent(names, channel), "flattening_percent": _percent(names, "flattens"),
-                }  # fmt: skip
-    found["two gains of the force cell"] = {
-        f"{gain:.0%}": {
-            "named_percent": _percent(names, "gain"), "any_fault_percent": _percent(names, "")
-        }
-        for gain in GAINS
-        for names in [_faulty(rng, faulty, partial(two_gains, difference=gain))]
-    }  # fmt: skip
+    every = [names for some in alarms.values() for names in some]
+    kinds = (TYRES["magic formula"], TYRES["brush"])
+
+    def found(spoil: Callable[..., RigRun], *words: str, **fault: Any) -> dict[str, float]:
+        names = [told(spoil(sweep(rng, kinds[number % 2]), **fault)) for number in range(faulty)]
+        return {f"{word or 'any_fault'}_percent": _percent(names, word) for word in words}
+
     return {
-        "synthetic": True,
-        "what": "share of slip sweeps in which the fit names a fault of a sensor, sound and with a fault put in",
-        "seed": seed,
-        "made_by": f"python -m tests.validation sensor-faults --seed {seed} --clean {clean} --faulty {faulty}",
         "sound_sweeps": len(every),
         "false_alarms_percent": {
             "flattening": _percent(every, "flattens"), "gain": _percent(every, "gain"),
             **{name: _percent(names, "") for name, names in alarms.items()},
         },
-        "sweeps_with_each_fault": faulty,
-        "found": found,
+        "found": {
+            f"{channel} flattens from {onset:.0%} of its range on": {
+                f"{missing:.0%}": found(
+                    flattened, channel, "flattens", channel=channel, onset=onset, missing=missing
+                )
+                for missing in MISSING
+            }
+            for channel in ("side_force", "slip_angle") for onset in ONSETS
+        } | {"two gains of the force cell": {
+            f"{gain:.0%}": found(two_gains, "gain", "", difference=gain) for gain in GAINS
+        }},
     }  # fmt: skip
 
 
@@ -152,11 +147,6 @@ def two_gains(run: RigRun, difference: float) -> RigRun:
 def told(run: RigRun) -> tuple[str, ...]:
     """What the fit of ``run`` says of its sensors."""
     return fit_slip_sweep(run).sensor_faults
-
-
-def _faulty(rng: np.random.Generator, count: int, spoil: Callable[[RigRun], RigRun]) -> list[tuple[str, ...]]:
-    kinds = (TYRES["magic formula"], TYRES["brush"])
-    return [told(spoil(sweep(rng, kinds[number % 2]))) for number in range(count)]
 
 
 def _percent(names: list[tuple[str, ...]], word: str) -> float:

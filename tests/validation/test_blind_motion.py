@@ -42,17 +42,6 @@ def test_rolling_gives_the_published_eigenvalues(row):
     assert far(roots({}, row["speed_m_s"]), expected) < 1e-12
 
 
-@pytest.mark.parametrize("effects", [{}, {"side_slip": {"cornering_stiffness": 7000.0}}, TYRE])
-@pytest.mark.parametrize("extras", [Extras(), Extras(maxwell=(2.0, 0.1))])
-def test_every_row_of_a_space_is_over_all_of_its_states(effects, extras):
-    space = build(BENCHMARK, effects, extras).space(5.0)
-    states = len(space.matrix)
-    assert space.matrix.shape == (states, states)
-    assert space.inputs.shape == (states, 2)
-    assert {row.shape for row in space.outputs.values()} == {(states,)}
-    assert {rows.shape[1] for rows in (space.slip, space.camber, space.force)} == {states}
-
-
 def test_a_frame_is_symmetric_about_its_plane():
     """So the axis across it is a principal one, and the tensor is symmetric."""
     inertia = tensor(2.0, 3.0, 0.5)
@@ -60,13 +49,19 @@ def test_a_frame_is_symmetric_about_its_plane():
     np.testing.assert_array_equal(inertia @ [0, 1, 0], [0, inertia[1, 1], 0])
 
 
+def oscillators(rates, **rows):
+    """A machine of undamped-looking pairs of these angular frequencies (rad/s), damped by 10 %, and its outputs."""
+    size = 2 * len(rates)
+    matrix = np.zeros((size, size))
+    for k, rate in enumerate(rates):
+        matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = [[-0.2 * rate, -(rate**2)], [1.0, 0.0]]
+    outputs = {name: np.array([x for one in row for x in one]) for name, row in rows.items()}
+    return SimpleNamespace(space=lambda speed: SimpleNamespace(matrix=matrix, outputs=outputs))
+
+
 @pytest.mark.parametrize(("rate", "called"), [(5.0, {"weave"}), (30.0, {"weave"}), (40.0, set()), (90.0, set())])
 def test_an_oscillation_faster_than_5_hz_is_no_weave(rate, called):
-    """An oscillator of this angular frequency (rad/s), in which the steer moves half as much as the lean."""
-    matrix = np.array([[-0.2 * rate, -(rate**2)], [1.0, 0.0]])
-    rows = {"lean": np.array([0.0, 1.0]), "steer": np.array([0.0, 0.5]), "yaw_rate": np.array([0.3, 0.0])}
-    machine = SimpleNamespace(space=lambda speed: SimpleNamespace(matrix=matrix, outputs=rows))
-    found = shapes(machine, 5.0)
+    found = shapes(oscillators([rate], lean=[(0.0, 1.0)], steer=[(0.0, 0.5)], yaw_rate=[(0.3, 0.0)]), 5.0)
     assert set(found) == called
     for one in found.values():
         assert abs(one.root) == pytest.approx(rate)
@@ -76,13 +71,12 @@ def test_an_oscillation_faster_than_5_hz_is_no_weave(rate, called):
 @pytest.mark.parametrize(("weave", "rider"), [(5.0, 12.0), (12.0, 5.0)])
 def test_the_oscillation_of_the_rider_is_that_in_which_he_sways_most_over_the_lean(weave, rider):
     """Not that in which all that moves moves most: here he sways more in the weave, but the bicycle leans far more."""
-    blocks = [np.array([[-1.0, -(rate**2)], [1.0, 0.0]]) for rate in (weave, rider)]
-    none, angles = np.zeros((2, 2)), {"lean": (1.0, 0.1), "steer": (0.5, 0.05), "rider": (0.3, 0.2)}
-    rows = {name: np.array([0.0, one, 0.0, other]) for name, (one, other) in angles.items()}
-    rows["yaw_rate"] = np.array([0.1, 0.0, 0.1, 0.0])
-    space = SimpleNamespace(matrix=np.block([[blocks[0], none], [none, blocks[1]]]), outputs=rows)
-    found = shapes(SimpleNamespace(space=lambda speed: space), 5.0)
-    assert {name: abs(one.root) for name, one in found.items()} == pytest.approx({"weave": weave, "rider": rider})
+    machine = oscillators(
+        [weave, rider], lean=[(0, 1.0), (0, 0.1)], steer=[(0, 0.5), (0, 0.05)], rider=[(0, 0.3), (0, 0.2)],
+        yaw_rate=[(0.1, 0), (0.1, 0)],
+    )  # fmt: skip
+    found = {name: abs(one.root) for name, one in shapes(machine, 5.0).items()}
+    assert found == pytest.approx({"weave": weave, "rider": rider})
 
 
 @pytest.mark.parametrize("case", TYRES, ids=lambda case: case["name"])
@@ -94,14 +88,11 @@ def test_tyres_and_joints_give_the_reference_eigenvalues(case):
         assert far(found, [complex(*root) for root in expected]) < 1e-9
 
 
-def test_stiff_tyres_roll_without_slip():
+@pytest.mark.parametrize("law", [{"side_slip": {}}, {"relaxation_length": {"relaxation_length": 1e-3}}])
+def test_stiff_tyres_roll_without_slip(law):
     """Meijaard et al. (2007): -0.77534188 + 4.46486771 i at 5 m/s."""
-    for law in (
-        {"side_slip": {"cornering_stiffness": 1e9}},
-        {"relaxation_length": {"cornering_stiffness": 1e9, "relaxation_length": 1e-3}},
-    ):
-        found = roots(law, 5.0)
-        assert np.abs(found - (-0.77534188219585 + 4.46486771378823j)).min() < 1e-5
+    found = roots({name: table | {"cornering_stiffness": 1e9} for name, table in law.items()}, 5.0)
+    assert np.abs(found - (-0.77534188219585 + 4.46486771378823j)).min() < 1e-5
 
 
 @pytest.mark.parametrize("name", ["browser", "pista", "rigid_rider"])
@@ -173,14 +164,9 @@ def test_stiff_joints_that_no_library_knows_vanish():
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_what_is_outside_the_library_moves_the_weave_visibly(name):
     values = load_bicycle("benchmark").values
-    plain = shapes(build(values, {}), 6.0)["weave"]
-    moved = [
-        abs(
-            shapes(build(values, {}, OUTSIDE[name](np.random.default_rng(seed)).extras), 6.0)["weave"].root - plain.root
-        )
-        for seed in range(3)
-    ]
-    assert max(moved) > 0.05
+    extras = [Extras(), *(OUTSIDE[name](np.random.default_rng(seed)).extras for seed in range(3))]
+    plain, *moved = (shapes(build(values, {}, one), 6.0)["weave"].root for one in extras)
+    assert max(abs(root - plain) for root in moved) > 0.05
 
 
 # Time.

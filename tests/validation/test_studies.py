@@ -9,14 +9,13 @@ from tests.validation.__main__ import main, studies
 
 TINY = {
     "blind-test": "--seed 3 --cases 1 --cells modal-none --workers 1",
-    "corrected-models": "--seed 5 --cases 1 --histories 0",
+    "corrected-models": "--seed 4 --cases 1 --histories 0",
     "critical-speeds": "--seed 42 --models 4",
     "repeats": "--seed 5 --campaigns 20",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
-    "sensitivity-mpmath": "--seed 7 --models 1",
 }
 SLOW = {"damaged-inputs", "every-bicycle", "free-decays", "joint-diagnosis", "residual-torque", "search-optimum"}
-SLOW |= {"sensor-faults", "sweep-scale"}
+SLOW |= {"sensitivity-mpmath", "sensor-faults", "sweep-scale"}
 
 
 def test_all_studies_are_listed():

@@ -1,16 +1,12 @@
 """``velotyre tyre fit``: a folder of rig recordings to cornering stiffness, lateral stiffness and relaxation length."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from studies.channel_options import chosen_map, takes_channels
 from studies.reporting.command_context import example
 from tyre.errors import InputError
-
-if TYPE_CHECKING:
-    from tyre.campaign import Campaign
 
 
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
@@ -42,7 +38,7 @@ def command(
     folder: Path, out: Path, channels_file: Path | None, channel_texts: tuple[str, ...], json_file: Path | None, *,
     skip_bad: bool, jobs: int | None, force_calibration: float, slip_calibration: float, gauge_calibration: float,
     repeatability: float, load_tolerance: float, wheel_radius: float, every_residual: bool, no_lag_correction: bool,
-) -> "Campaign":  # fmt: skip
+) -> None:  # fmt: skip
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
@@ -50,11 +46,10 @@ def command(
     Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
     """
     import json
-    from dataclasses import replace
 
     from studies.reporting.manifest import results
-    from studies.rig_campaign import prepared, write_campaign
-    from tyre.campaign import fit_campaign
+    from studies.rig_campaign import write_campaign
+    from tyre.campaign import fit_campaign, passed_over
     from tyre.condition import FitSettings
     from tyre.files import write_text
     from tyre.properties import Calibration
@@ -68,15 +63,12 @@ def command(
     settings = FitSettings(
         calibration=calibration, lag_correction=not no_lag_correction, load_tolerance=load_tolerance / 100.0
     )
-    with prepared(folder, out, chosen_map(channels_file, channel_texts), skip_bad=skip_bad) as found:
-        for note in found.notes:
-            click.echo(f"note: {note}", err=True)
-        campaign = fit_campaign(
-            found.folder, settings=settings, cache_folder=out / "cache",
-            exclude=out if found.folder == folder else None, skip_bad=skip_bad, jobs=jobs, wheel_radius=wheel_radius,
-        )  # fmt: skip
-    skipped = {name: why.replace(str(found.folder), str(folder)) for name, why in campaign.skipped.items()}
-    campaign = replace(campaign, folder=folder, skipped=dict(sorted({**skipped, **found.skipped}.items())))
+    for path in passed_over(folder, exclude=out):
+        click.echo(f"note: {path.relative_to(folder)}: passed over, for it has no sidecar", err=True)
+    campaign = fit_campaign(
+        folder, settings=settings, cache_folder=out / "cache", exclude=out, skip_bad=skip_bad, jobs=jobs,
+        wheel_radius=wheel_radius, channel_map=chosen_map(channels_file, channel_texts),
+    )  # fmt: skip
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     with results(out):
@@ -95,4 +87,3 @@ def command(
     )
     for table in sorted((out / "maps").glob("*.csv")):
         click.echo(f'on a bicycle: tyre = "{table.as_posix()}" in a model file', err=to_stdout)
-    return campaign  # for the page of velotyre explore

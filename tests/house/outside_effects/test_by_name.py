@@ -6,10 +6,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 from small_library import all_but
 
+from bicycle import Model, effect_class, load_bicycle, modes, read_model
 from bicycle.effect_registry import outside_effects, registry
+from bicycle.mode_figure import LOOKS, mode_look
 from studies.cli import main
+from studies.diagnosis import read_measurement
+from studies.sweep import read_sweep
 
 PANNIER = str(Path(__file__).with_name("pannier.py"))
 MODEL = """bicycle = "benchmark"
@@ -20,6 +26,11 @@ relaxation_length = 0.12
 mass = 10.0
 stiffness = 100.0
 """
+
+
+def alone(stiffness, mass):
+    """Hz: at walking speed the box hangs as a pendulum on the slowly moving frame."""
+    return np.sqrt((stiffness + mass * 9.81 * 0.2) / (mass * 0.12**2 + mass * 0.2**2)) / (2 * np.pi)
 
 
 @pytest.fixture
@@ -35,19 +46,11 @@ def test_modes_and_their_figure(model, capsys):
     assert "pannier" not in registry()  # known while the command runs
     rows = pd.read_csv("modes.csv")
     mine = rows[(rows["mode"] == "pannier") & (rows["speed_m_s"] == 3)]
-    # at walking speed the box hangs as a pendulum on the slowly moving frame: f^2 = (k + m g h) / (I + m h^2) / 4 pi^2
-    alone = np.sqrt((100 + 10 * 9.81 * 0.2) / (10 * 0.12**2 + 10 * 0.2**2)) / (2 * np.pi)
-    assert mine["frequency_Hz"].item() == pytest.approx(alone, rel=0.1)
+    assert mine["frequency_Hz"].item() == pytest.approx(alone(100, 10), rel=0.1)
     assert not rows["mode"].str.startswith("other").any()
 
 
 def test_the_legend_of_a_figure(model):
-    from matplotlib.figure import Figure
-
-    from bicycle.mode_figure import LOOKS, mode_look
-    from bicycle.model_file import read_model
-    from bicycle.named_modes import modes
-
     with outside_effects([PANNIER]):
         found = modes(read_model(model), [3.0, 6.0])
         frequency, real = found.plot(Figure().subplots(2, 1))
@@ -69,8 +72,7 @@ def test_critical_speeds_before_the_command(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)["critical_speeds"]
     own = [c for c in found if c["mode"] == "pannier"]
     assert [c["direction"] for c in own] == ["stabilising", "destabilising"]
-    alone = np.sqrt((30 + 5 * 9.81 * 0.2) / (5 * 0.12**2 + 5 * 0.2**2)) / (2 * np.pi)
-    assert [c["frequency_Hz"] for c in own] == pytest.approx([alone, alone], rel=0.15)
+    assert [c["frequency_Hz"] for c in own] == pytest.approx([alone(30, 5)] * 2, rel=0.15)
     assert not any(c["mode"].startswith("other") for c in found)
 
 
@@ -98,8 +100,7 @@ def test_root_locus(model):
     (csv,) = Path("locus").glob("*.csv")
     rows = pd.read_csv(csv)
     mine = rows[rows["mode"] == "pannier"]["frequency_Hz"].to_numpy()
-    # of the box alone: sqrt of (k + m g h)
-    assert mine[2] / mine[0] == pytest.approx(np.sqrt((150 + 19.62) / (50 + 19.62)), rel=0.05)
+    assert mine[2] / mine[0] == pytest.approx(alone(150, 10) / alone(50, 10), rel=0.05)
     (figure,) = Path("locus").glob("*.svg")
     assert figure.stat().st_size > 1000
 
@@ -126,8 +127,6 @@ pannier.stiffness = [50.0, 100.0]
 
 
 def test_sweep_columns_in_other_processes(model, tmp_path):
-    import xarray as xr
-
     (tmp_path / "s.toml").write_text(SWEEP)
     main(["sweep", "s.toml", "--effects", PANNIER, "--processes", "1", "--out", "s.zarr"])
     with xr.open_zarr("s.zarr", consolidated=False) as found:
@@ -138,8 +137,6 @@ def test_sweep_columns_in_other_processes(model, tmp_path):
 
 
 def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
-    from studies.sweep import read_sweep
-
     (tmp_path / "s.toml").write_text(SWEEP)
     own = tmp_path / "pannier.py"
     prints = set()
@@ -152,25 +149,20 @@ def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
 
 def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     """Synthetic: weave and the mode of a box that the base model does not have."""
-    from bicycle import Model, effect_class, load_bicycle
-    from bicycle.named_modes import modes
-    from studies.diagnosis import read_measurement
-
     monkeypatch.chdir(tmp_path)
     speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)
+    known = {"x": 0.0, "z": -0.55, "gyration": 0.12, "joint_z": -0.75}
     with outside_effects([PANNIER]):
-        truth = effect_class("pannier")(mass=4.0, stiffness=40.0, damping=0.4)
+        truth = effect_class("pannier")(mass=4.0, stiffness=40.0, damping=0.4, **known)
         found = modes(Model(load_bicycle("kooijman2008"), truth), speeds)
     lines = ["speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s"]
     for mode in ("weave", "pannier"):
-        for speed, z in zip(
-            speeds, found.branch(mode)[:, 0] + 0.05 * (rng.normal(size=5) + 1j * rng.normal(size=5)), strict=True
-        ):
-            lines.append(f"{speed},{mode},{z.real:.5f},{z.imag:.5f},0.05,0.05")
-    (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
-    known = "".join(f"{key} = {getattr(truth, key)}\n" for key in ("mass", "x", "z", "gyration", "joint_z"))
-    (tmp_path / "measured.toml").write_text(
-        f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{known}[modal]\ntable = "t.csv"\n'
+        noisy = found.branch(mode)[:, 0] + 0.05 * (rng.normal(size=5) + 1j * rng.normal(size=5))
+        lines += [f"{v},{mode},{z.real:.5f},{z.imag:.5f},0.05,0.05" for v, z in zip(speeds, noisy, strict=True)]
+    Path("t.csv").write_text("\n".join(lines) + "\n")
+    stated = "".join(f"{key} = {value}\n" for key, value in {"mass": 4.0, **known}.items())
+    Path("measured.toml").write_text(
+        f'kind = "modal"\nbicycle = "kooijman2008"\n[candidates.pannier]\n{stated}[modal]\ntable = "t.csv"\n'
     )
     with outside_effects([PANNIER]):
         left_out = all_but(read_measurement("measured.toml"), ("pannier", "steer_damper", "steer_spring", "luggage"))

@@ -71,10 +71,9 @@ def test_a_body_that_an_effect_adds_weighs_on_the_wheels():
 def test_a_free_hinge_is_a_pendulum(pannier):
     """With the rest held, the row of the hinge alone: (I + m h^2) q'' + c q' + (k + m g h) q = 0."""
     height = BOX["z"] - BOX["joint_z"]
+    rigid = loaded(load_bicycle("benchmark"))
     for stiffness in (0.0, 60.0):
-        linear = Model(
-            loaded(load_bicycle("benchmark")), pannier(**BOX, stiffness=stiffness, damping=0.5)
-        ).linear_model()
+        linear = Model(rigid, pannier(**BOX, stiffness=stiffness, damping=0.5)).linear_model()
         rate, angle = linear.states.index("pannier_rate"), linear.states.index("pannier")
         matrices = linear.ranges[0].matrices
         inertia, dynamics = matrices.mass[rate, rate], matrices.dynamics[0][rate]

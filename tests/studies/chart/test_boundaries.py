@@ -104,11 +104,3 @@ def test_a_missing_boundary_is_found_by_the_count_and_else_said():
     x, y = np.meshgrid(check.grid, check.grid, indexing="ij")
     inside = np.hypot(x - 0.4, y - 0.6) < 0.2
     np.testing.assert_array_equal(check.told[check.apart], 2 * inside[check.apart])
-
-
-def test_nothing_crosses():
-    toy = Toy(lambda u: blocks(pair(-1 - u[:, 0], 4.0), single(-1 - u[:, 1])))
-    found, check = completed(toy, all_boundaries(toy, step=STEP), step=STEP)
-    assert found == []
-    assert check.apart.all()
-    assert (check.told == 0).all()

@@ -149,15 +149,6 @@ def test_what_is_uncertain_leaves_the_axes_out():
     np.testing.assert_allclose(two, 2 * one, rtol=1e-9)
 
 
-def test_marks_of_pressures_and_of_the_model():
-    found = marks(Plane.of(SOFT, "pressure_bar.front=3:8", "front_compliance.stiffness", speed=10.0))
-    assert {(m.x, m.y) for m in found if m.kind == "measured pressure"} == {(p, 3000.0) for p in (3.5, 5.5, 7.5)}
-    assert [(m.x, m.y) for m in found if m.kind == "model"] == [(5.5, 3000.0)]
-    along = marks(Plane.of(SOFT, "speed=2:25", "pressure_bar=4:8"))
-    assert [m.y for m in along if m.kind == "measured pressure"] == [5.5, 7.5]
-    assert all(np.isnan(m.x) for m in along)
-
-
 def test_marks_of_tyres_stand_where_the_tyre_is():
     keys = [f"relaxation_length.{name}.front" for name in ("cornering_stiffness", "relaxation_length")]
     found = [
@@ -170,18 +161,6 @@ def test_marks_of_tyres_stand_where_the_tyre_is():
     own = TyreMap.load("Tyre2").at(load=load, pressure=5.5e5)
     mark = next(m for m in found if m.label.startswith("Tyre2 5.5 bar"))
     assert (mark.x, mark.y) == (pytest.approx(own.cornering_stiffness), pytest.approx(own.relaxation_length))
-
-
-def test_equal_ratios_change_the_steps_and_not_the_boundary(soft):
-    y = "front_compliance.stiffness=1000:10000:log"
-    plain, log = soft.frame(), stability_chart(Plane.of(SOFT, "speed=2:25", y)).frame()
-    for table in (plain, log):
-        capsize = table[table["mode"] == "capsize"]
-        at = np.interp(3000.0, *capsize.sort_values("front_compliance_stiffness_N_m_rad")[
-            ["front_compliance_stiffness_N_m_rad", "speed_m_s"]].to_numpy().T)  # fmt: skip
-        assert at == pytest.approx(9.8, abs=0.1)
-    medians = [t[t["mode"] == "capsize"].front_compliance_stiffness_N_m_rad.median() for t in (plain, log)]
-    assert medians == [pytest.approx(5500, rel=0.05), pytest.approx(1000 * 10**0.5, rel=0.05)]
 
 
 def test_stable_or_unstable_everywhere():

@@ -73,21 +73,6 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
     assert "0.25 to 2" in said.out
 
 
-def test_of_a_torque_made_of_lines_the_lines_are_told_and_no_bias_is_claimed(tmp_path, capsys):
-    t = np.arange(0, 60, 0.02)
-    waves = np.exp(2j * np.pi * np.outer(t, [0.5, 1.1, 1.9]))
-    gain, noise = np.array([0.3 - 0.2j, 0.2 + 0.1j, 0.1j]), np.random.default_rng(1).normal(0, 1e-3, t.size)
-    table = np.column_stack([t, (waves @ gain).real + noise, 0 * t + noise[::-1], waves.real.sum(1)])
-    file = tmp_path / "sines.csv"
-    np.savetxt(file, table, delimiter=",", header=HEAD.rpartition(",")[0], comments="", fmt="%.7g")
-    main(["frequency-response", f"{file}@4.35", "--output", "roll_rate", "--out", str(tmp_path / "t.csv")])
-    said = capsys.readouterr().err
-    assert "4.35 m/s: steer torque is made of 3 lines" in said
-    assert "biases" not in said
-    re, im = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=1, usecols=(4, 5), unpack=True)
-    assert re + 1j * im == pytest.approx(gain, abs=1e-3)
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [

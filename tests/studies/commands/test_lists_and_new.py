@@ -6,7 +6,6 @@ import json
 import re
 import tomllib
 
-import matplotlib
 import numpy as np
 import pytest
 
@@ -160,15 +159,6 @@ def test_no_critical_speed_is_said_in_words(capsys):
         "no critical speed up to 4.2 m/s: no mode becomes stable or unstable; it is unstable at all of them (weave at "
         "2.1 m/s)\n"
     )
-
-
-@pytest.mark.parametrize("name", ["a$b_1$c", "a$b_{1$c"])
-def test_a_name_is_no_formula_in_a_picture(name, tmp_path):
-    main(["convert", "benchmark", "--to", str(tmp_path / f"{name}.txt")])
-    picture = tmp_path / "modes.svg"
-    with matplotlib.rc_context({"svg.fonttype": "none"}):
-        main(["modes", str(tmp_path / f"{name}.txt"), "--speeds", "5", "--plot", str(picture)])
-    assert f">{name}: no slip<" in picture.read_text()
 
 
 def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):

@@ -83,13 +83,6 @@ def test_a_bicycle_that_cannot_be_computed_is_named(table, capsys):
     assert "bicycle kooijman2008: rear wheel: " in said
 
 
-def test_what_is_said_of_all_bicycles_is_said_once(table, capsys):
-    main(["critical", table, "--tyre", "Tyre1", "--pressure", "5.5", "--extrapolate"])
-    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
-    assert len(lines) == len(set(lines))
-    assert {line.split(": ")[1] for line in lines} >= {"benchmark", "kooijman2008"}
-
-
 @pytest.mark.parametrize("command", [
     ["uncertainty"], ["sensitivity", "--mode", "weave", "--speed", "5"], ["bicycles"], ["convert", "--to", "OUT.txt"],
     ["simulate", "--speed", "5", "--initial", "lean=0.02", "--out", "OUT"],
@@ -108,17 +101,3 @@ def test_sd_of_a_table_reaches_uncertainty_and_text(table, tmp_path, capsys):
     assert "c 100%" in capsys.readouterr().out
     main(["convert", f"{table}#benchmark", "--to", str(tmp_path / "b.txt")])
     assert dict(load_bicycle(tmp_path / "b.txt").sd) == {"c": 0.005}
-
-
-@pytest.mark.parametrize(
-    "command", [["uncertainty", "--samples", "50"], ["sensitivity", "--mode", "weave", "--speed", "5"]]
-)
-def test_sd_of_a_text_file_is_the_one_of_the_bicycle_file(command, tmp_path, capsys):
-    main(["convert", "pista", "--to", str(tmp_path / "p.txt")])
-    capsys.readouterr()
-    shown = []
-    for bicycle in ("pista", str(tmp_path / "p.txt")):
-        main([command[0], bicycle, *command[1:]])
-        shown.append(capsys.readouterr().out)
-    assert shown[0] == shown[1]
-    assert "assumed, as no source" not in shown[1]

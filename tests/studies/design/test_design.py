@@ -13,7 +13,6 @@ from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model, read_model
 from studies.cli import main
 from studies.design import (
-    BY_COST,
     BY_SD,
     RELATIVE,
     Certainty,
@@ -170,20 +169,6 @@ def test_the_probability_is_that_of_the_distribution():
     assert found.certainty.unknown == 0
 
 
-def test_costs_decide_which_number_moves():
-    keys = ["steer_damper.damping", "front_compliance.stiffness"]
-    moved = []
-    for damper in (1.0, 100.0):
-        costs = {"steer_damper.damping": damper, "front_compliance.stiffness": 0.001}
-        found = designed(PLAIN, keys, WOBBLE, RANGE, nothing(costs=costs))
-        assert found.problem.cost.kind == BY_COST
-        change = found.after.x - found.problem.start
-        assert found.after.cost == pytest.approx(np.hypot(damper * change[0], 0.001 * change[1]))
-        moved.append(change)
-    assert moved[0][0] > moved[1][0]
-    assert moved[0][1] < moved[1][1]
-
-
 def test_a_model_that_keeps_it_already_is_left_alone():
     found = designed(PLAIN, ["c"], (Demand("weave"),), (8.0, 20.0), nothing())
     assert found.after.x.tolist() == found.problem.start.tolist()
@@ -226,18 +211,6 @@ def test_only_what_binds_asks_for_a_margin():
     assert near.back_off({one: 0.0, two: -5.0}, {}, 0.9)[one] == pytest.approx(0.8)
     low, high = near.interval
     assert low < near.probability < high
-
-
-def test_a_probability_that_cannot_be_reached_is_said():
-    sd = {"steer_damper.damping": 1.0}
-    limits = {"steer_damper.damping": (0.0, 1.7)}
-    found = designed(
-        PLAIN, ["steer_damper.damping"], WOBBLE, RANGE, nothing(sd=sd, limits=limits, probability=0.999, samples=200)
-    )
-    assert not found.after.kept
-    said = "\n".join(lines(found))
-    assert "wobble stable, with a probability of 0.999; the nearest" in said
-    assert "of 200 drawn bicycles keep it" in said
 
 
 def test_effects_that_are_not_there_yet_are_added_without_influence():

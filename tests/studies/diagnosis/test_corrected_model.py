@@ -12,35 +12,9 @@ from small_library import all_but
 from bicycle.model_file import read_model
 from studies.cli import main
 from studies.diagnosis import corrected_model, model_text, read_measurement
-from studies.inference import Hypotheses, fit
 from tyre.errors import InputError
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
-
-
-@pytest.fixture(scope="module")
-def modal():
-    """The weave of the documentation's examples: synthetic, made outside velotyre, with a damper hidden."""
-    return EXAMPLES / "modal"
-
-
-def begun(measurement, identifier="", *, verdict="none"):
-    """A diagnosis as far as doubts, traces and model need it: nothing but parameters, or one effect, fitted."""
-    forward = measurement.ready()
-    null = fit(forward)
-    candidates = tuple(c for c in forward.candidates if c.identifier == identifier)
-    final = fit(forward, candidates) if candidates else null
-    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    return SimpleNamespace(
-        kind=forward, final=final, nominal=nominal,
-        hypotheses=Hypotheses(null, (final,) if candidates else (), forward),
-        verdict=SimpleNamespace(verdict=verdict),
-    )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def damped(modal):
-    return begun(read_measurement(modal / "MEASUREMENT.toml"), "steer_damper", verdict="class")
 
 
 def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):
@@ -74,14 +48,14 @@ def test_the_corrected_model_is_known_as_well_as_the_data_tell(damped, modal, tm
         assert together == pytest.approx(posterior[-1, k], abs=1e-4 * np.sqrt(posterior[-1, -1] * posterior[k, k]))
 
 
-def test_what_the_measurement_states_to_be_exact_is_exact_in_the_corrected_model(modal):
+def test_what_the_measurement_states_to_be_exact_is_exact_in_the_corrected_model(modal, begun):
     measurement = dataclasses.replace(read_measurement(modal / "MEASUREMENT.toml"), uncertainty={"w": 0.0, "c": 0.002})
     model = corrected_model(begun(measurement, "steer_damper", verdict="named"))
     assert model.sd["w"] == 0.0
     assert 0 < model.sd["c"] <= 0.002
 
 
-def test_errors_of_the_measurement_are_not_in_the_model(modal):
+def test_errors_of_the_measurement_are_not_in_the_model(modal, begun):
     found = begun(read_measurement(modal / "MEASUREMENT.toml"), "speed_scale", verdict="named")
     assert [e.identifier for e in corrected_model(found).effects] == ["no_slip"]
 

@@ -11,16 +11,10 @@ import numpy as np
 import pytest
 
 from studies.diagnosis import FACTORS, doubts, draw_traces, known_factor, read_measurement
-from studies.inference import Hypotheses, Judgement, fit
+from studies.inference import Judgement, fit
 from tests.validation.blind.histories import history_case
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
-
-
-@pytest.fixture(scope="module")
-def modal():
-    """The weave of the documentation's examples: synthetic, made outside velotyre, with a damper hidden."""
-    return EXAMPLES / "modal"
 
 
 def times(source, target, factors):
@@ -35,25 +29,6 @@ def times(source, target, factors):
         writer.writerows(rows)
     (target / "MEASUREMENT.toml").write_text((source / "MEASUREMENT.toml").read_text())
     return read_measurement(target / "MEASUREMENT.toml")
-
-
-def begun(measurement, identifier="", *, verdict="none"):
-    """A diagnosis as far as doubts, traces and model need it: nothing but parameters, or one effect, fitted."""
-    forward = measurement.ready()
-    null = fit(forward)
-    candidates = tuple(c for c in forward.candidates if c.identifier == identifier)
-    final = fit(forward, candidates) if candidates else null
-    nominal, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
-    return SimpleNamespace(
-        kind=forward, final=final, nominal=nominal,
-        hypotheses=Hypotheses(null, (final,) if candidates else (), forward),
-        verdict=SimpleNamespace(verdict=verdict),
-    )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def damped(modal):
-    return begun(read_measurement(modal / "MEASUREMENT.toml"), "steer_damper", verdict="class")
 
 
 def test_no_doubt_where_physics_makes_the_gap(damped):
@@ -73,7 +48,7 @@ def test_no_doubt_where_physics_makes_the_gap(damped):
          "throughout; are they in degrees?"),
     ],
 )  # fmt: skip
-def test_a_column_in_another_unit_or_of_the_other_sign_is_asked_about(modal, tmp_path, factors, words):
+def test_a_column_in_another_unit_or_of_the_other_sign_is_asked_about(modal, begun, tmp_path, factors, words):
     found = " | ".join(doubts(begun(times(modal, tmp_path, factors))))
     assert words in found
     assert "weave (real part" not in found
@@ -89,7 +64,7 @@ def test_an_absurd_gap_asks_for_units(damped):
     assert doubts(absurd) == ()
 
 
-def test_another_bicycle_is_asked_about(modal, tmp_path):
+def test_another_bicycle_is_asked_about(modal, begun, tmp_path):
     """The data of one bicycle with the file of another: its parameters have to go far."""
     shutil.copytree(modal, tmp_path, dirs_exist_ok=True)
     file = tmp_path / "MEASUREMENT.toml"

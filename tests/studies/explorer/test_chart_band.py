@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies.chart import CLOSED, EDGE, Boundary, NamedBoundary
-from studies.explorer import BAND_NAME, DARK, LIGHT, bands, hidden
+from studies.explorer import BAND_NAME, LIGHT, bands, hidden
 
 RADIUS, SLOPE = 0.3, 4.0  # of a circle in the middle; of the real part across it, 1/s per whole axis
 
@@ -53,18 +53,6 @@ def test_a_band_ends_at_1_96_standard_deviations_on_both_sides(sd):
     turned = [np.sum(rim[:-1, 0] * rim[1:, 1] - rim[1:, 0] * rim[:-1, 1]) > 0 for rim in rims(trace)]
     assert sorted(turned) == [False, True]  # the inner rim is a hole
     assert (trace["fill"], trace["line"]["dash"], trace["name"]) == ("toself", "dot", BAND_NAME)
-
-
-def test_an_open_boundary_has_one_rim_around_it():
-    (trace,) = bands(chart(line(0.003)), DARK)
-    (rim,) = rims(trace)
-    assert (rim[:, 0].min(), rim[:, 0].max()) == pytest.approx((0.4 - 1.96 * 0.003, 0.4 + 1.96 * 0.003), abs=1e-4)
-    assert (rim[0] == rim[-1]).all()
-
-
-def test_the_legend_names_the_band_once():
-    found = bands(chart(line(0.02), circle(0.02)), LIGHT)
-    assert [trace["showlegend"] for trace in found] == [True, False]
 
 
 def test_what_is_too_narrow_too_wide_or_exact_has_none():

@@ -27,12 +27,6 @@ def test_without_dash_it_says_how_to_install_it(capsys, monkeypatch):
     assert "[explore]" in said
 
 
-def test_a_model_that_is_none_is_refused(capsys):
-    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-    assert "unknown bicycle 'pisto'; did you mean 'pista'?" in refused(capsys, "pisto")
-    assert "--port" in refused(capsys, "--port", "70000")
-
-
 def test_a_port_that_is_taken_is_refused(capsys):
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     with socket.create_server(("127.0.0.1", 0)) as taken:
@@ -67,11 +61,3 @@ def test_it_opens_the_browser_at_the_address_that_it_says_serves_there_and_ends_
             assert opened.read_text() == address
         finally:
             served.terminate()
-
-
-def test_the_browser_is_left_alone_if_so_asked(monkeypatch):
-    pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-    asked = []
-    monkeypatch.setattr("studies.explorer.server.serve", lambda initial, **options: asked.append((initial, options)))
-    main(["explore", "pista", "--no-browser", "--port", "0"])
-    assert asked == [("bicycle=pista", {"port": 0, "browser": False})]

@@ -92,15 +92,6 @@ def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
     assert asked["form.data"] == 1
 
 
-def test_the_page_asks_nothing_twice_when_it_opens(held):
-    go, asked, let = held
-    let()
-    page = go(DAMPED)
-    settled(page)
-    until(page, NOTHING_WAITS)
-    assert asked == dict.fromkeys(("along.data", "form.data", "damping.data", "sensitivity.data", "motion.data"), 1)
-
-
 def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_end_of_a_move(opened):
     """By its last value where it is faster than the page, and every figure with it."""
     page = opened(DAMPED)

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -84,11 +83,6 @@ def test_no_path_leads_to_a_file(client, path):
     assert 400 <= answer.status_code < 500
     assert b"root:" not in answer.data
     assert b"import " not in answer.data
-
-
-def test_only_the_icon_is_kept_by_the_browser_without_asking(client):
-    assert client.get("/_favicon.ico", headers=HOME).headers["Cache-Control"] == "max-age=3600"
-    assert "max-age" not in client.get("/", headers=HOME).headers.get("Cache-Control", "")
 
 
 @pytest.mark.parametrize("method", ["put", "delete", "patch", "post", "options"])
@@ -221,31 +215,3 @@ json_values = st.recursive(
 def test_any_content_is_answered_without_a_fault(client, value, key):
     answer = ask(client, question("bicycle=pista") | {key: value})
     assert answer.status_code in (200, 400)
-
-
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(state=json_values | st.text(alphabet="abict=&.#%0123456789-e", max_size=60), theme=json_values)
-def test_any_state_is_answered_without_a_fault(client, state, theme):
-    answer = ask(client, question(state, theme))
-    assert answer.status_code in (200, 204, 400)
-
-
-def test_two_hundred_at_once(address):
-    """The server that listens answers them all, and the next one; every tenth asks for a computation."""
-    import http.client
-
-    place = address.removeprefix("http://").rstrip("/")
-
-    def once(number):
-        line = http.client.HTTPConnection(place, timeout=60)
-        asked = "nonsense" if number % 10 else f"bicycle=benchmark&effects.steer_damper.damping={number % 30}"
-        body = json.dumps(question(asked))
-        line.request("POST", "/_dash-update-component", body, {"Content-Type": "application/json"})
-        answer = line.getresponse()
-        answer.read()
-        line.close()
-        return answer.status
-
-    with ThreadPoolExecutor(200) as crowd:
-        assert set(crowd.map(once, range(200))) == {200}
-    assert once(0) == 200

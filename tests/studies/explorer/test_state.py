@@ -24,15 +24,12 @@ from studies.explorer import (
     at_speed,
     bicycle_or_none,
     build,
-    colour_on,
     computed,
     controls,
     controls_html,
     damping_figure,
     figure_or_words,
-    halving,
     law_options,
-    load_notes,
     mode_motion,
     model_content,
     model_toml,
@@ -46,7 +43,6 @@ from studies.explorer import (
     with_file,
 )
 from studies.model_example import typical_values
-from tyre import read_tyre
 from tyre.errors import InputError
 
 TYRES = (
@@ -142,38 +138,6 @@ def test_pressure_and_load_are_marked_outside_what_was_measured():
     assert html.count("now outside") == 3
     with pytest.raises(InputError, match="front wheel: 19 bar is farther outside the 3.5-7.5 bar"):
         build(parse_state(TYRES.replace("front=4", "front=19")))
-
-
-def test_a_load_by_hand_takes_the_tyre_there():
-    """At the middle of its table Tyre1 has what ``read_tyre`` says at 400 N and 5.5 bar."""
-    state = parse_state(TYRES.replace("front=4", "front=5.5") + "&load.front=400&effects.steer_damper.damping=1")
-    expected = read_tyre("Tyre1").at(load=400.0, pressure=5.5e5)
-    values = build(state).parameters
-    assert values["relaxation_length.cornering_stiffness.front"] == pytest.approx(expected.cornering_stiffness)
-    assert values["relaxation_length.relaxation_length.front"] == pytest.approx(expected.relaxation_length)
-    rear = build(parse_state(TYRES)).parameters["relaxation_length.cornering_stiffness.rear"]
-    assert values["relaxation_length.cornering_stiffness.rear"] == pytest.approx(rear)  # its load is that at rest
-    assert load_notes(state)[0].startswith("loads by hand (front 400 N): the tyre is taken there, without its uncert")
-    assert load_notes(parse_state(TYRES)) == []
-    assert read_model_text(model_toml(state)) == build(state)
-    shown = controls(state)["wheels"][1]
-    assert (shown["own_load"], shown["load_bar"]["outside"]) == ("400", False)
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ("load.front=0", "load.front = 0 N must be above 0; leave it out for the load at rest"),
-        ("load.front=2000", "front wheel: 2000 N is farther outside the 340-490 N"),
-        ("load.side=400", "load: unknown wheel 'side'; known: front, rear"),
-    ],
-)
-def test_a_load_that_is_none_is_refused(more, words):
-    with pytest.raises(InputError) as error:
-        build(parse_state(f"{TYRES}&{more}"))
-    assert str(error.value).startswith(words)
-    with pytest.raises(InputError, match="load: a load by hand is for a measured tyre, and the model has none"):
-        build(parse_state("bicycle=benchmark&load.front=400"))
 
 
 def read_model_text(text):
@@ -311,14 +275,6 @@ def test_figures_at_one_speed():
     words = figure_or_words("damping", refused, LIGHT)["layout"]
     assert "&lt;b&gt;" in words["annotations"][0]["text"]
     assert words["meta"]["rows"] == [["no <b> here"]]
-
-
-def test_words_and_colours():
-    assert halving(np.log(2)) == "doubles in 1 s"
-    assert halving(-2 * np.log(2)) == "halves in 0.5 s"
-    assert halving(0.0) == "neither grows nor decays"
-    assert colour_on("#123a6b", LIGHT) == "#123a6b"
-    assert sum(bytes.fromhex(colour_on("#123a6b", DARK)[1:])) > sum(bytes.fromhex("123a6b"))
 
 
 def test_pointing_at_a_curve_tells_frequency_damping_and_time():

@@ -1,16 +1,13 @@
 """Tyre files that are dropped on the page: kept under their names, put on wheels, and nothing else is read."""
 
-import io
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bicycle.bicycle_files import load_bicycle, to_text, to_toml
-from bicycle.model_file import build_model, read_model
+from bicycle.model_file import read_model
 from studies.explorer import (
     LIGHT,
     TYRES,
@@ -101,14 +98,6 @@ def test_a_table_takes_its_sidecar_along():
     assert TYRES.find("t.csv") is None
 
 
-def test_other_kinds_of_files_are_told_apart():
-    numbers = [1, 0, 1000, 2000, 10, 0.01, -0.3, 0.1, 0, 0, 0, 0, 0, 0]
-    bicycle = to_text(load_bicycle("pista")).encode()
-    state, _ = with_files(State(), [("a.yaml", f"fy: {numbers}\npressure_bar: 5\n".encode()), ("b.txt", bicycle)])
-    assert state.name == "b"
-    assert [shown_name(name) for name in TYRES.names()] == ["a.yaml"]
-
-
 def test_two_contents_of_one_name_are_two_tyres():
     first, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
     second, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE.replace(b"100,60", b"120,60"))])
@@ -146,14 +135,6 @@ def test_what_cannot_be_taken_is_refused_in_words(dropped, words):
     assert words in str(refused.value)
     assert "velotyre_tyres" not in str(refused.value)
     assert not [name for name in TYRES.names() if shown_name(name).startswith("mine")]
-
-
-def test_too_many_tyres_are_refused(monkeypatch):
-    monkeypatch.setattr("studies.explorer.tyre_files.MOST_TYRES", 1)
-    with_files(State(), [("a.csv", TABLE)])
-    with pytest.raises(InputError, match=r"b\.csv: 1 tyre files are loaded; start velotyre explore again for more"):
-        with_files(State(), [("b.csv", TABLE)])
-    with_files(State(), [("a.csv", TABLE)])  # the same once more
 
 
 def test_an_address_with_a_tyre_that_is_not_here_says_what_to_drop():
@@ -219,18 +200,6 @@ def test_a_name_with_a_folder_is_not_written():
     assert TYRES.names() == []
 
 
-def test_a_matlab_file_that_reads_another_one_is_refused(tmp_path):
-    h5py = pytest.importorskip("h5py", reason="reads version 7.3 of .mat")
-    with h5py.File(tmp_path / "other.h5", "w") as other:
-        other["fy"] = np.arange(14.0)
-    packed = io.BytesIO()
-    with h5py.File(packed, "w") as file:
-        file["fy"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "fy")
-    with pytest.raises(InputError, match=r"mine\.mat: some of its data are in other files \(HDF5 links\)"):
-        with_files(State(), [("mine.mat", packed.getvalue())])
-    assert TYRES.names() == []
-
-
 @settings(max_examples=60)
 @given(
     st.lists(
@@ -250,10 +219,3 @@ def test_whatever_is_dropped_is_taken_or_refused(dropped):
         said = state.address
         assert parse_state(said) == state
     assert "velotyre_tyres" not in said
-
-
-def test_a_bicycle_beside_a_tyre_is_the_bicycle():
-    state, _ = with_files(State(), [("mine.csv", TABLE), ("my.toml", to_toml(load_bicycle("pista")).encode())])
-    assert build_model({"bicycle": state.content["bicycle"]}).bicycle.values == pytest.approx(
-        dict(load_bicycle("pista").values)
-    )

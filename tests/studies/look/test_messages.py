@@ -43,11 +43,6 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
     assert gyro["rate_hz"] == pytest.approx(120.0, rel=1e-4)
 
 
-def test_steps_none_of_which_is_near_their_median_still_have_a_rate(tmp_path):
-    found = look(table(tmp_path / "a.csv", "t [s]", [(0.0,), (0.0,), (1.0,)])).as_json()
-    assert found["channels"][0]["rate_hz"] == pytest.approx(2.0)
-
-
 def test_a_load_in_a_unit_of_mass_is_told_what_to_write(tmp_path, capsys):
     rows = [(k / 100, np.sin(k / 90), 50 * np.sin(k / 90), 40, 20) for k in range(600)]
     names = "t [s],slip angle [deg],lateral force [N],vertical load [kg],speed [km/h]"

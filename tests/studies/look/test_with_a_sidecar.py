@@ -47,7 +47,7 @@ def test_a_step_must_be_declared(tmp_path):
     uses = by_name(recording(tmp_path, STEP))
     assert not uses["step"].usable
     assert "slip range is" in uses["step"].reasons[0]
-    assert 'it is a step: write kind = "slip_step"' in uses["step"].remedies[0]
+    assert 'it is a step: write kind = "slip_step"' in uses["step"].reasons[0]
     uses = by_name(recording(tmp_path, STEP, 'kind = "slip_step"\n'))
     (event,) = uses["step"].events
     assert event.used == STEP.size

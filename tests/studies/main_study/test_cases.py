@@ -85,13 +85,6 @@ def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_p
     assert "it was measured at 550000 Pa only" in words
 
 
-def test_no_tyre_at_all_is_refused(monkeypatch, tmp_path):
-    own = own_table(tmp_path, pressures=(5.5,))
-    monkeypatch.setattr("studies.main_study.cases.available_tyres", dict)
-    with pytest.raises(InputError, match="no tyre can be studied: Mine flat at 4 bar: .*at 550000 Pa only"):
-        tyre_cases(small(tyres=(str(own),), pressures=(4.0,)))
-
-
 @pytest.mark.parametrize(
     ("tyre", "words"),
     [
@@ -151,16 +144,6 @@ def test_a_condition_that_a_model_file_repeats_is_studied_once():
     ]  # fmt: skip
     assert len(found) == 12
     assert all(case.packaged for case in found)  # Dell'Orto's stays Dell'Orto's
-
-
-def test_the_tyre_of_a_model_file_is_studied_at_the_pressures_asked_too(tmp_path):
-    own = own_table(tmp_path)
-    found = tyre_cases(small(contact={"tyre": str(own), "pressure_bar": 5.0}, pressures=(4.0, 7.0))).found
-    assert [(c.name, c.condition) for c in found[:4]] == [
-        ("Mine (synthetic) flat", "5 bar"), ("Mine (synthetic) flat", "4 bar"), ("Mine (synthetic) flat", "7 bar"),
-        ("Tyre1 flat", "4 bar"),
-    ]  # fmt: skip
-    assert not any(case.packaged for case in found[:3])
 
 
 def test_the_users_tyre_may_not_have_the_name_of_another(tmp_path):

@@ -1,7 +1,6 @@
 """The figures show what the study found and what the paper prints, and explain the marks that are there."""
 
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,14 +12,11 @@ from studies.main_study import (
     Settings,
     draw_critical_speeds,
     draw_damping,
-    draw_eigenvalues,
     draw_headline,
     draw_paper_figure,
-    draw_speed_locus,
     run_study,
     tyre_cases,
 )
-from studies.reporting import mode_look
 
 
 @pytest.fixture
@@ -84,52 +80,6 @@ def test_extrapolated_tyre_values_are_hatched(heavy, canvases, tmp_path):
     assert sum(bool(patch.get_hatch()) for patch in axes.patches) == len(heavy.cases)
 
 
-def test_frequency_curves_reach_zero_where_a_pair_splits(racing, canvases, tmp_path):
-    """Weave comes out of two real roots; its frequency must start from zero there."""
-    setup = racing.settings.reference
-    meetings = [e.speed for e in racing.of(setup)[0].modes.events if e.kind == "merge" and e.modes == ("weave",)]
-    draw_eigenvalues(racing, setup, tmp_path / "f")
-    real, frequency = canvases[0].axes[0], canvases[0].axes[len(racing.names)]
-    assert frequency.get_ylabel() == "Frequency, Hz"
-    assert real.get_ylabel().startswith("Real part, 1/s")
-    starts = []
-    for line in frequency.lines:
-        there = np.isfinite(line.get_ydata())
-        if line.get_color() == mode_look("weave").colour and line.get_marker() == mode_look("weave").marker:
-            starts.append((line.get_xdata()[there][0], line.get_ydata()[there][0]))
-    assert len(meetings) == 1
-    assert any(speed == pytest.approx(meetings[0], abs=1e-6) and abs(hertz) < 1e-3 for speed, hertz in starts)
-
-
-def test_modes_are_told_apart_without_colour(racing, canvases, tmp_path):
-    draw_eigenvalues(racing, racing.settings.reference, tmp_path / "f")
-    (legend,) = canvases[0].legends
-    marks = {
-        text.get_text(): handle.get_marker() for text, handle in zip(legend.texts, legend.legend_handles, strict=True)
-    }
-    modes = {name: mark for name, mark in marks.items() if "bar" not in name and " or " not in name}
-    assert {"weave", "wobble", "capsize", "castering"} <= set(modes)
-    assert len(set(modes.values())) == len(modes)
-
-
-def test_root_locus_shows_the_real_roots_and_every_pressure(racing, canvases, tmp_path):
-    setup = racing.settings.reference
-    draw_speed_locus(racing, setup, tmp_path / "f")
-    columns = len(racing.names)
-    plane, real = canvases[0].axes[0], canvases[0].axes[columns]
-    assert {"weave", "capsize", "castering"} <= {label.get_text() for label in real.get_yticklabels()}
-    (legend,) = canvases[0].legends
-    assert [text.get_text() for text in legend.texts] == ["3.5 bar", "5.5 bar", "7.5 bar"]
-    points = np.vstack([c.get_offsets() for c in plane.collections if len(c.get_offsets())])
-    for result in racing.of(setup, racing.names[0]):
-        capsize = result.modes.branch("capsize")[: len(racing.settings.speeds), 0]
-        seen = capsize[(capsize.imag == 0) & (capsize.real > -60)]
-        assert len(seen)
-        for value in seen:
-            assert np.abs(points - [value.real, 0.0]).max(axis=1).min() < 1e-9
-    assert "front compliance" in plane.get_title(loc="right")  # too fast for the window, and said so
-
-
 def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canvases, tmp_path):
     draw_critical_speeds(racing, tmp_path / "f")
     (legend,) = canvases[0].legends
@@ -145,18 +95,6 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
             heights.setdefault(line.get_color(), set()).add(round(float(line.get_ydata()[0]) % 1, 3))
     assert len(heights) == 3
     assert len(set.union(*heights.values())) == 3
-
-
-def test_a_case_that_could_not_be_computed_leaves_its_row_empty(racing, canvases, tmp_path):
-    setup = racing.settings.reference
-    gone = racing.of(setup)[0]
-    study = replace(racing, results=tuple(r for r in racing.results if r is not gone))
-    draw_critical_speeds(study, tmp_path / "f")
-    axes = canvases[0].axes[0]
-    assert axes.get_yticklabels()[0].get_text() == "Tyre1 flat, 3.5 bar"
-    rows = {round(float(line.get_ydata()[0])) for line in axes.lines if line.get_marker() not in ("", "None", "|")
-            and len(line.get_xdata()) == 1}  # fmt: skip
-    assert rows == {1, 2, 3, 4}
 
 
 def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_path):
@@ -185,8 +123,6 @@ def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     draw_headline(study, settings.reference, tmp_path / "f")
     draw_damping(study, tmp_path / "f")
     draw_critical_speeds(study, tmp_path / "f")
-    draw_eigenvalues(study, settings.reference, tmp_path / "f")
-    draw_speed_locus(study, settings.reference, tmp_path / "f")
     assert "as given" in [label.get_text() for label in canvases[0].axes[0].get_yticklabels()]
 
 
@@ -208,17 +144,6 @@ def test_lateral_stiffness_is_cornering_stiffness_over_relaxation_length(canvase
     printed = np.degrees([103.6, 111.5, 120.0]) / [187.3, 192.2, 198.5]  # Tables 5 and 9, 3.5 bar: N/rad over mm
     assert lines(canvases[0])["Tyre3 flat, 3.5 bar"][:, 1] == pytest.approx(printed)
     assert "cornering stiffness over relaxation length" in canvases[0].get_supxlabel()
-
-
-def test_step_response_reaches_63_percent_after_one_relaxation_length(canvases, tmp_path):
-    draw_paper_figure(tmp_path / "paper_fig01")
-    axes = canvases[0].axes[0]
-    marks = [line.get_xydata()[0] for line in axes.lines if len(line.get_xydata()) == 1]
-    speed = 9.3 / 3.6
-    times = np.array([106.0, 81.7, 115.5]) / speed  # Tables 6, 8, 9 at 400 N, 5.5 bar: mm over m/s = ms
-    assert np.array(marks) == pytest.approx(np.column_stack([times, np.full(3, 0.632121)]), abs=1e-5)
-    for curve, mark in zip([line for line in axes.lines if len(line.get_xydata()) > 100], marks, strict=True):
-        assert np.interp(mark[0], *curve.get_xydata().T) == pytest.approx(mark[1], abs=1e-3)
 
 
 def test_saved_figures_do_not_differ_between_runs(tmp_path):

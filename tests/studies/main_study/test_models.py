@@ -27,7 +27,6 @@ from studies.main_study import (
     solve,
     tyre_cases,
     uncertainty,
-    unstable_bands,
     wobble_edges,
     wobble_span,
 )
@@ -123,13 +122,6 @@ def test_the_handlebar_turns_more_in_what_counts_as_wobble(racing):
     assert len(wobble) >= 9
     assert min(wobble) > 8
     assert all(ratio < 3 for ratio in weave)
-
-
-def test_bands_open_at_both_ends():
-    first, second, third = edge("wobble", 4.0, 5, loses=False), edge("wobble", 9.0, 5), edge("wobble", 5.0, 5)
-    assert [(b.start, b.end) for b in unstable_bands([second, first])] == [(None, first), (second, None)]
-    assert unstable_bands([]) == []
-    assert [(b.start, b.end) for b in unstable_bands([third])] == [(third, None)]
 
 
 def test_a_span_joins_bands_and_is_open_beyond_the_speeds_looked_at():

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from altered_study import HIGH, LOW, MIDDLE, STAY, altered, edges, told
+from altered_study import HIGH, LOW, MIDDLE, STAY, altered, told
 
 from studies.main_study import Front, Tally, answer, first_screen, tallied
 
@@ -73,13 +73,6 @@ def test_bands_at_both_pressures_at_one_and_at_none(racing):
     assert "begin between" not in told(none)
 
 
-def test_a_band_beyond_the_speeds_looked_at_is_none(racing):
-    text = told(altered(racing, {LOW: (32.0, 38.0, 0.03), MIDDLE: (34.0, None, 0.04), HIGH: (None, None, 0.05)}))
-    assert "wobble is stable up to 30.0 m/s (108 km/h), as before" in text
-    assert "32.0" not in text
-    assert "at its onset" not in text
-
-
 @pytest.mark.parametrize(
     ("counts", "label"),
     [
@@ -119,30 +112,6 @@ def test_tally_counts_the_same_bicycles_and_leaves_out_what_could_not_be_compute
     assert tallied(None, low) == Tally(0, 0, 0)
 
 
-def test_few_that_wobble_are_counted_and_many_have_quantiles(racing):
-    nan = np.full(17, np.nan)
-    few = told(altered(racing, CLOSER, {LOW: [4.0, 5.0, 7.0, *nan], HIGH: [5.0, 6.0, 8.0, *nan]}))
-    assert "at 3.5 bar the 3 that wobble begin between 4.0 and 7.0 m/s (25 km/h), and 17 of 20 do not wobble" in few
-    one = told(altered(racing, CLOSER, {LOW: [4.0, *nan], HIGH: [5.0, *nan]}))
-    assert "1 is unstable at more speeds" in one
-    assert "the only one that wobbles begins at 4.0 m/s (14 km/h), and 17 of 18" in one
-    many = told(altered(racing, CLOSER, {LOW: np.linspace(2, 4, 21)[:20], HIGH: STAY}))
-    assert "nine of ten of those that wobble begin between" in many
-    assert "do not wobble" not in many
-
-
-def test_the_other_worlds_are_told_apart(racing):
-    assert [(world.span, world.unstable, world.count) for world in answer(racing).worlds] == [(None, 0, 3)] * 3
-    setup = racing.settings.setups[1]
-    results = tuple(
-        replace(r, crossings=edges(9.0, 14.0)) if r.setup == setup and r.case.condition == LOW else r
-        for r in racing.results
-    )
-    assert "; with hands on and a flexible front it is unstable at 1 of 3 pressures from 9.0 to 14.0 m/s" in told(
-        replace(racing, results=results)
-    )
-
-
 def test_extrapolated_tyres_are_told(racing, heavy):
     assert "extrapolated" not in told(racing)
     assert "The tyre's values are extrapolated." in told(heavy)
@@ -169,18 +138,6 @@ def test_the_case_of_a_model_file_comes_before_less_air(racing):
     study = replace(racing, settings=replace(racing.settings, contact={"tyre": "Tyre1", "pressure_bar": 5.5}))
     assert told(study).startswith("# Does pista_charlie_drops wobble on Tyre1 at 5.5 bar")
     assert labels(study)[:2] == ["Yes.", "Less air: yes: closer."]
-
-
-def test_a_tyre_of_numbers_has_no_pressure_and_a_string_no_lag(racing):
-    given = replace(racing.focus, pressures_bar=())
-    results = tuple(replace(r, case=given) if r.case is racing.focus else r for r in racing.results)
-    study = replace(racing, results=results, cases=(given, *racing.cases[3:]), focus=given, contact_lengths=())
-    text = told(study).partition("Uncertainty of")[0]
-    assert "as given" not in text
-    assert "at its onset the wavelength" in text
-    assert "does in the model because" in text
-    string = replace(study, settings=replace(study.settings, further={"contact_length": {}}))
-    assert answer(string).onset is None
 
 
 def test_why_this_bicycle_wobbles(racing):

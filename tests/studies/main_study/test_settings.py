@@ -151,12 +151,6 @@ def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed
     assert settings.ranges.camber_share == (0.8, 1.25)
 
 
-def test_a_model_without_a_tyre_leaves_the_packaged_ones(model):
-    settings = settings_of(model("[effects.crown_radius]\ncrown_radius = 0.014\n"))
-    assert settings.contact is None
-    assert set(settings.further) == {"crown_radius"}
-
-
 def test_a_tyre_without_a_lag_is_refused(model):
     file = model("[effects.side_slip]\ncornering_stiffness = 6000\n")
     with pytest.raises(InputError, match=r"relaxation length, but the file has side_slip; use relaxation_length, or"):

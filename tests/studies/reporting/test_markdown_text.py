@@ -63,12 +63,6 @@ def test_a_name_with_a_bar_stays_in_its_cell():
     assert cell("x|y") == "x&#124;y"
 
 
-def test_text_that_is_markdown_is_said_to_be():
-    assert rendered("{{ a }} {{ b }}", {"a": Markup("[`m`](m)"), "b": "[m](m) < 1"}) == (
-        "[`m`](m) &#91;m&#93;(m) &lt; 1"
-    )
-
-
 def test_a_value_that_a_template_lacks_is_an_error():
     with pytest.raises(UndefinedError, match="'lacking' is undefined"):
         rendered("{{ lacking }}", {})

@@ -13,7 +13,6 @@ from bicycle import Model, load_bicycle
 from studies.reporting import (
     check_targets,
     drawing,
-    json_text,
     legend_columns,
     made_by,
     parse_speeds,
@@ -30,10 +29,6 @@ def test_both_ends_of_a_speed_range_are_included():
     assert parse_speeds("0:1:0.25").tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert parse_speeds("0:1:0.3").tolist() == [0.0, 0.3, 0.6, 0.9, 1.0]
     assert parse_speeds("5:5:1").tolist() == [5.0]
-
-
-def test_listed_speeds_keep_their_order():
-    assert parse_speeds("8,2.5,5").tolist() == [8.0, 2.5, 5.0]
 
 
 @pytest.mark.parametrize("text", ["", "fast", "0:10", "1,,2"])
@@ -114,18 +109,9 @@ def test_what_is_no_number_is_refused_by_its_name(content, name, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_numbers_text_and_nothing_are_written():
-    content = {"a": [1.5, 2, None, "nan", True], "b": {}}
-    assert json.loads(json_text(content)) == content
-
-
 def test_the_version_is_the_installed_one():
     assert made_by() == f"\n\nMade by velotyre {version('velotyre')}.\n"
     assert version_of("numpy") == version("numpy")
-
-
-def test_what_is_not_installed_is_said():
-    assert version_of("a-library-that-nobody-has-installed") == "not installed"
 
 
 LABELS = ["wobble", "weave", "capsize", "stable", "1 unstable root", "2 unstable roots", "3 unstable roots",
@@ -141,10 +127,6 @@ def test_a_legend_of_many_labels_stays_within_its_figure():
         figure.draw_without_rendering()
         assert legend.get_window_extent().width <= width * figure.dpi
         assert columns > 1
-
-
-def test_few_labels_stand_in_one_row():
-    assert legend_columns(["a", "b"], width=8.0) == 2
 
 
 def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):

@@ -1,7 +1,6 @@
 """Root loci: every root in one continuous named branch, crossings at published values, refused input."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -151,20 +150,6 @@ def test_command_writes_figure_table_and_crossings(file, tmp_path, capsys):
     assert "as it grows" in capsys.readouterr().out
 
 
-def test_command_says_where_the_tyre_is_extrapolated(file, tmp_path, capsys):
-    main(["root-locus", str(file(MEASURED)), "--parameter", "pressure_bar", "--range", "6:9:0.5", "--speed", "7",
-          "--out", str(tmp_path / "out"), "--max-frequency", "12"])  # fmt: skip
-    assert "part of the range lies beyond the measured loads or pressures" in capsys.readouterr().err
-    assert not pd.read_csv(tmp_path / "out" / "root_locus.csv")["tyre_inside_measured_range"].all()
-
-
-def test_crossings_beyond_the_measured_range_are_marked(file):
-    path = parameter_path(file('bicycle = "benchmark"'), "speed", speed=None)
-    locus = root_locus(replace(path, inside=lambda speeds: speeds < 5), parse_range("0:10:0.5"))
-    # Meijaard et al. (2007): weave becomes stable at 4.29 m/s, capsize unstable at 6.02 m/s
-    assert {c.mode: c.extrapolated for c in locus.crossings} == {"weave": False, "capsize": True}
-
-
 def test_crossings_along_speed_have_the_names_of_the_critical_speeds(file):
     where = file(MEASURED)
     locus = root_locus(parameter_path(where, "speed", speed=None), parse_range("0.5:30:0.5"))
@@ -235,12 +220,3 @@ def test_without_a_crossing_it_is_said_what_is_unstable(tmp_path, capsys, speeds
     assert capsys.readouterr().out.splitlines() == said
     record = json.loads((tmp_path / "c.json").read_text())
     assert (record["crossings"], record["unstable_throughout"]) == ([], throughout)
-
-
-def test_beside_a_crossing_it_is_said_what_is_unstable_all_along(file, tmp_path, capsys):
-    """Wobble of a soft front crosses; capsize is unstable from 5.6 m/s on such tyres, whatever the front does."""
-    main(["root-locus", str(file(SOFT)), "--parameter", "front_compliance.stiffness", "--range", "500:9000:500",
-          "--speed", "7", "--out", str(tmp_path / "out")])  # fmt: skip
-    said = capsys.readouterr().out.splitlines()
-    assert any("wobble" in line for line in said)
-    assert said[-1] == "unstable all along: capsize"

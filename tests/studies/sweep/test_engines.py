@@ -1,5 +1,7 @@
 """Engines: which is taken, and those that fail: lost workers, no scheduler, a worker with other software."""
 
+import time
+
 import pytest
 from sweep_examples import RANDOM
 
@@ -39,8 +41,6 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     distributed = pytest.importorskip("distributed")
     from concurrent.futures import ThreadPoolExecutor
 
-    from studies.sweep import NoWorkers
-
     class Client:
         def __init__(self, *arguments, **settings):
             pass
@@ -62,9 +62,11 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
 
     def failing(sweep, start, stop):
         if error == "lost":
-            raise NoWorkers
+            workers.clear()
+            time.sleep(0.3)
         raise distributed.KilledWorker("compute", None, 3) if error == "killed" else OSError("closed")
 
+    monkeypatch.setattr("studies.sweep.engines.PATIENCE", 0.1)
     monkeypatch.setattr(distributed, "Client", Client)
     monkeypatch.setattr("studies.sweep.run.compute", failing)
     with pytest.raises(InputError, match=f"{words}.*; 0 of 1400 bicycles are finished"):

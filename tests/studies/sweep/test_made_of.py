@@ -4,9 +4,8 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
-from sweep_examples import MEASURED, MODEL, RANDOM, write_file
+from sweep_examples import MEASURED, MODEL, write_file
 
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
@@ -25,52 +24,6 @@ from tyre.tyre_map import TyreMap
 TYRES = Path(__file__).parents[3] / "data" / "tyres"
 SPECIFICATION = "studies.sweep.specification"
 SMALL = {"outputs": ["largest_growth_rate"], "grid": {"speed_m_s": [3.0], "c": [0.06, 0.08]}}
-
-
-@pytest.fixture
-def package(tmp_path, monkeypatch):
-    """A package of two files in place of those that compute."""
-    folder = tmp_path / "package"
-    (folder / "inner").mkdir(parents=True)
-    (folder / "one.py").write_text("A = 1\n")
-    (folder / "inner" / "two.py").write_text("B = 2\n")
-    (folder / "notes.txt").write_text("nothing")
-    monkeypatch.setattr(f"{SPECIFICATION}.SOURCES", ("bicycle",))
-    monkeypatch.setattr(f"{SPECIFICATION}.files_of", lambda name: folder)
-    monkeypatch.setattr(f"{SPECIFICATION}.source_digests", source_digests.__wrapped__)
-    return folder
-
-
-def edit_nothing(folder):
-    (folder / "notes.txt").write_text("else")
-    (folder / "data").mkdir()
-    (folder / "data" / "__init__.py").write_text("")
-    (folder / "one.py").write_bytes(b"A = 1\r\n")
-
-
-def edit_value(folder):
-    (folder / "inner" / "two.py").write_text("B = 3\n")
-
-
-def rename(folder):
-    (folder / "one.py").rename(folder / "three.py")
-
-
-@pytest.mark.parametrize(("edit", "same"), [(edit_nothing, True), (edit_value, False), (rename, False)])
-def test_an_edited_package_does_not_continue_an_old_result(package, tmp_path, edit, same):
-    content, out = {"model": MODEL, **SMALL}, tmp_path / "a.zarr"
-    sweep = build_sweep(content)
-    open_parts(out, sweep).write((0, 1), compute(sweep, 0, 1))
-    whole = run_sweep(sweep, tmp_path / "whole.zarr")
-    edit(package)
-    again = build_sweep(content)
-    if same:
-        assert again.fingerprint == sweep.fingerprint
-        return
-    with pytest.raises(InputError, match=r"changed since: the source of bicycle\. To start anew, remove that folder"):
-        run_sweep(again, out)
-    with pytest.raises(InputError, match=r"\(changed since: the source of bicycle\); remove it or choose another"):
-        run_sweep(again, whole)
 
 
 def test_every_file_that_computes_is_read():
@@ -127,16 +80,3 @@ def test_what_has_changed_is_named(tmp_path):
         mark.write_text(text)
         with pytest.raises(InputError, match="changed since: nobody knows what, as no record of it can be read"):
             run_sweep(sweep, out)
-
-
-def test_a_part_of_another_place_or_sweep_is_not_taken(tmp_path):
-    content = RANDOM | {"outputs": ["largest_growth_rate"]}
-    sweep, other = build_sweep(content), build_sweep(content | {"seed": 8})
-    parts, others = open_parts(tmp_path / "a.zarr", sweep), open_parts(tmp_path / "b.zarr", other)
-    for one in (parts, others):
-        one.write((0, 3), {"x": np.arange(3.0)})
-    assert parts.has((0, 3))
-    shutil.copy(parts.file((0, 3)), parts.file((3, 6)))
-    assert not parts.has((3, 6))
-    shutil.copy(others.file((0, 3)), parts.file((0, 3)))
-    assert not parts.has((0, 3))

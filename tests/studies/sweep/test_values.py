@@ -113,27 +113,6 @@ def test_drawn_tyres_have_the_covariance_of_the_map(tmp_path):
     assert float(lengths) == pytest.approx(np.sqrt(covariance[2, 2]), rel=0.06)
 
 
-def test_joint_draws_of_very_different_size(tmp_path):
-    covariance = np.array([[1e6, 0.05], [0.05, 1e-8]])
-    joint = {"parameters": ["relaxation_length.cornering_stiffness", "IHxz"], "covariance": covariance.tolist()}
-    content = {"model": MODEL, "outputs": ["parameters"], "samples": 20000, "sampled": {"joint": [joint]}}
-    values = load(run_sweep(build_sweep(content), tmp_path / "joint.zarr")).parameters
-    values = values.sel(parameter=["relaxation_length.cornering_stiffness.rear", "IHxz"]).values
-    np.testing.assert_allclose(np.cov(values.T), covariance, rtol=0.05)
-
-
-def test_a_sampled_pressure_is_around_that_of_the_model(tmp_path):
-    content = {
-        "model": MEASURED, "outputs": ["parameters"], "samples": 200,
-        "sampled": {"pressure_bar": {"sd": 0.05}, "tyre_covariance": True},
-    }  # fmt: skip
-    drawn = load(run_sweep(build_sweep(content), tmp_path / "a.zarr")).parameters
-    loads = load_bicycle("benchmark").static_loads
-    at = TyreMap.load("Tyre1").at(load=loads[0], pressure=4e5)
-    name = "relaxation_length.cornering_stiffness.rear"
-    assert float(drawn.sel(parameter=name).mean()) == pytest.approx(at.cornering_stiffness, rel=0.01)
-
-
 def test_joint_draws_and_a_sampled_speed(tmp_path):
     covariance = [[4.0, 0.03], [0.03, 0.0004]]
     content = {
@@ -156,19 +135,6 @@ def test_draws_have_the_standard_deviations_of_the_bicycle_file(tmp_path):
     assert set(stated) - set(values.parameter.values) == {"IByy", "IHyy"}  # of no use to lateral motion
     for key in sorted(set(stated) - {"IByy", "IHyy"}):
         assert float(values.sel(parameter=key).std()) == pytest.approx(stated[key], rel=0.06), key
-
-
-def test_what_is_varied_otherwise_has_no_standard_deviation_of_the_bicycle_file(tmp_path):
-    joint = {"parameters": ["mB", "zB"], "covariance": [[4.0, 0.0], [0.0, 1e-4]]}
-    content = {
-        "model": {"bicycle": "pista"}, "samples": 2000, "outputs": ["parameters"], "grid": {"w": [0.98, 1.0]},
-        "sampled": {"bicycle_sd": True, "c": {"low": 0.05, "high": 0.07}, "mF": {"sd": 0.5}, "joint": [joint]},
-    }  # fmt: skip
-    values = load(run_sweep(build_sweep(content), tmp_path / "sd.zarr")).parameters.sel(w=0.98)
-    stated = load_bicycle("pista").sd
-    expected = {"w": 0.0, "c": 0.02 / np.sqrt(12), "mF": 0.5, "mB": 2.0, "zB": 0.01, "xB": stated["xB"]}
-    for key, sd in expected.items():
-        assert float(values.sel(parameter=key).std()) == pytest.approx(sd, rel=0.08, abs=1e-12), key
 
 
 def test_tyres_given_by_files_are_those_tables(tmp_path):

@@ -150,21 +150,6 @@ def test_what_follows_another_parameter_moves_with_it():
     assert found.samples[4] == pytest.approx(first(built([6000, 6000], [0.1 * w / 1.02] * 2, w=w), "wobble"), rel=1e-8)
 
 
-def test_a_heavier_rider_moves_the_wheel_loads_and_so_the_tyre():
-    uncertainty = Uncertainty(MEASURED, sd={"mB": 4.0})
-    tyre = TyreMap.load("Tyre1")
-
-    def wobble(mass):
-        loads = load_bicycle("benchmark").replace(mB=mass).static_loads
-        p = [tyre.at(load=load, pressure=4e5) for load in loads]
-        return first(built([q.cornering_stiffness for q in p], [q.relaxation_length for q in p], mB=mass), "wobble")
-
-    found = {q.name: q for q in uncertainty.quantities([], samples=2)}["wobble unstable above"]
-    slope = (wobble(85.5) - wobble(84.5)) * 4.0
-    at = uncertainty.names.index("mB")
-    assert found.gradient[at] == pytest.approx(slope, rel=2e-3)
-
-
 def test_samples_are_the_models_with_those_parameters():
     uncertainty = Uncertainty(GIVEN, sd={"c": 0.004, "mB": 3.0})
     found = {q.name: q for q in uncertainty.quantities([8.0], samples=40, seed=2)}
@@ -226,18 +211,6 @@ def test_critical_speeds_that_only_some_samples_have_are_counted():
     told = remarks(found, exact, 60, 60.0)
     assert len(told) == 1
     assert told[0].startswith(f"at least {exact} of 60 bicycles have further critical speeds up to 60 m/s")
-
-
-def test_nothing_is_followed_beyond_the_highest_speed():
-    """Half of the bicycles begin to wobble above the speed at which the nominal one does."""
-    uncertainty = Uncertainty(GIVEN, sd={"relaxation_length.relaxation_length": 0.005})
-    plain = Model(
-        load_bicycle("benchmark"), (effect_class("relaxation_length")(**GIVEN["effects"]["relaxation_length"]),)
-    )
-    highest = first(plain.linear_model(), "wobble") * (1 + 1e-6)
-    found = {q.name: q for q in uncertainty.quantities([], samples=50, max_speed=highest)}["wobble unstable above"]
-    assert 10 < found.lost < 40
-    assert found.kept.max() <= highest
 
 
 def test_remarks_name_quantities_for_which_the_linear_sd_fails():
@@ -318,16 +291,6 @@ def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
 def test_refusals(model, options, words):
     with pytest.raises(InputError, match=words):
         Uncertainty(model, **options)
-
-
-def test_refused_switches_and_names():
-    steered = GIVEN["effects"] | {"steer_assist": {"gain": 3.0, "fade_speed": 6.0}}
-    uncertainty = Uncertainty({"bicycle": "benchmark", "effects": steered}, sd={"c": 0.001})
-    with pytest.raises(InputError, match="switch at a speed, which uncertainty propagation does not cover"):
-        uncertainty.quantities([8.0], samples=2)
-    pytest.importorskip("SALib")
-    with pytest.raises(InputError, match="no critical speed 'wobble'; this model has weave stable above"):
-        total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "wobble")
 
 
 def test_salib_missing(monkeypatch):

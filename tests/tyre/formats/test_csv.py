@@ -205,17 +205,3 @@ def test_a_delimiter_at_the_end_of_each_line_is_no_column(file):
     found = read(file("t, f,\n0, 1,\n1, 2,\n2, 5,\n"))
     assert set(found.signals) == {"t", "f"}
     np.testing.assert_array_equal(found["f"].values, [1, 2, 5])
-
-
-def test_a_first_sample_is_one_where_most_of_its_cells_are_numbers(file):
-    """Of 11 columns 6 are most; with 5 it may as well belong to the names, and is refused."""
-    names = ",".join(f"c{k}" for k in range(11))
-
-    def times(numbers):
-        first = ",".join(["0"] * numbers + ["off"] * (11 - numbers))
-        path = file("\n".join([names, first, *(",".join([str(k)] * 11) for k in (1, 2)), ""]))
-        return read_signals(path, map=ChannelMap().with_channels(["time=c0 s"]))["c0"].values.tolist()
-
-    assert times(6) == [0, 1, 2]
-    with pytest.raises(InputError, match="line 2: names of columns were expected above the samples, it holds '0'"):
-        times(5)

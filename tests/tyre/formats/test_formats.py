@@ -11,7 +11,6 @@ from tyre.channel_map import ChannelMap, Reading
 from tyre.channels import read_records
 from tyre.errors import InputError
 from tyre.formats import contents, read_signals
-from tyre.progress import progress_told
 
 TIME = np.arange(100) / 100
 WAVE = np.sin(TIME)
@@ -339,18 +338,3 @@ def test_importing_the_room_loads_no_library_of_a_format():
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "[]"
-
-
-def test_a_large_parquet_file_shows_how_far_it_is_read(tmp_path):
-    """A column of 2^16 samples, read as often as it takes."""
-    import pyarrow
-    import pyarrow.parquet
-
-    columns = 1 << 7  # of 2^23 samples in all
-    pyarrow.parquet.write_table(pyarrow.table({"x": np.zeros(1 << 16)}), tmp_path / "a.parquet")
-    load, told = contents(tmp_path / "a.parquet").load, []
-    with progress_told(told.append):
-        load(["x"] * columns, None)
-        assert not told
-        load(["x"] * (columns + 1), None)
-    assert told[-1]["n"] == told[-1]["total"] == 1 << 16

@@ -7,7 +7,6 @@ from tyre import InputError
 from tyre.recording import Condition
 from tyre.rig import (
     CampaignPlan,
-    DialGauge,
     DrumCurvature,
     LoadCellDrift,
     Noise,
@@ -76,13 +75,6 @@ def test_step_reaches_63_percent_after_one_relaxation_length():
     assert run.kind == "slip_step"
 
 
-def test_pull_without_effects_is_hookes_law():
-    test = pull()
-    np.testing.assert_allclose(test.side_force, K * test.tyre_deflection, rtol=1e-12)
-    assert test.side_force.max() == pytest.approx(150.0)
-    assert test.synthetic
-
-
 def test_rim_compliance_moves_the_rim_and_lengthens_the_relaxation():
     test = pull(RimCompliance(stiffness=3e5))
     np.testing.assert_allclose(test.rim_displacement, test.side_force / 3e5, rtol=1e-12)
@@ -99,12 +91,6 @@ def test_friction_opens_a_loop_of_twice_its_force():
     assert excess[middle & (going > 1e-5)] == pytest.approx(2.0, abs=1e-3)
     assert excess[middle & (going < -1e-5)] == pytest.approx(-2.0, abs=1e-3)
     assert excess[0] == 0.0
-
-
-def test_dial_gauge_reads_multiples_of_its_resolution():
-    test = pull(RimCompliance(), DialGauge())
-    steps = test.plate_displacement / 1e-5
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
 
 
 def test_drum_lowers_the_cornering_stiffness_only_on_a_drum():

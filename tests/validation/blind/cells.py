@@ -1,10 +1,11 @@
-"""The cells of the blind test: name and seed -> files and truth. Each cell is a function of a folder and a generator.
+"""The cells of the blind test: name and seed -> files and truth.
 
 Sizes are those of :mod:`.hidden` and :mod:`.causes`; noise takes 0.5, 1 or 2 times the middle level (power curve).
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,222 +13,159 @@ import numpy as np
 
 from tests.validation.blind import causes
 from tests.validation.blind.generator import modal_case
-from tests.validation.blind.hidden import HIDDEN, UNRIDDEN, UNUSUAL, Cause, Hidden, Truth
+from tests.validation.blind.hidden import HIDDEN, UNRIDDEN, UNUSUAL, Cause, Truth
 from tests.validation.blind.histories import CUT, LOUD, history_case
 from tests.validation.blind.opposed import NOISE as QUIET
 from tests.validation.blind.opposed import opposed_pair
 
-Made = tuple[Truth, tuple[str, ...]]
+Settings = dict[str, Any]
+Random = np.random.Generator
 PAIRS = (("steer_damper", "steer_spring"), ("steer_damper", "pneumatic_trail"), ("steer_spring", "pneumatic_trail"))
 NOISE = (0.5, 1.0, 2.0)
-SHORT: Mapping[str, Any] = {"runs": 4, "duration": 3.0}
-TIGHT = 1.5
+SHORT: Settings = {"runs": 4, "duration": 3.0}
+TIGHT: Settings = {"too_tight": 1.5}
 LOUD_SPEEDS = (3.2, 8.5)
 OWN_MODE = ("rear_twist", "bar_mass")  # they ring by themselves, which no mode of a model is called
 BENDING = 0.3  # share of histories with tyres that saturate
 OWN_TYRE = ("relaxation_length", "camber_thrust")  # their base leaves no tyre to bend
 
 
-def _one(rng: np.random.Generator, sizes: Mapping[str, Hidden] = HIDDEN) -> tuple[str, ...]:
-    return (str(rng.choice(list(sizes))),)
-
-
-def _noise(rng: np.random.Generator) -> float:
+def _noise(rng: Random) -> float:
     return float(rng.choice(NOISE))
 
 
-def _bends(rng: np.random.Generator, hidden: tuple[str, ...]) -> bool:
-    return bool(rng.random() < BENDING) and not set(hidden) & set(OWN_TYRE)
+def _hidden(rng: Random, sizes: Mapping[str, Any] = HIDDEN) -> tuple[str, ...]:
+    return (str(rng.choice(list(sizes))),)
 
 
-def modal_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0, held_out: int = 0) -> Made:
-    """Nothing hidden, in ``folder``, by ``rng``; sd ``too_tight`` by a factor, a number of speeds ``held_out``."""
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), too_tight=too_tight, held_out=held_out), ()
+def nothing(rng: Random) -> Settings:
+    """Hide nothing."""
+    return {"noise": _noise(rng)}
 
 
-def history_none(folder: Path, rng: np.random.Generator, *, too_tight: float = 1.0) -> Made:
-    """The same in histories; ``folder``, ``rng`` and factor ``too_tight`` as of :func:`modal_none`."""
-    settings = {"noise": _noise(rng), "nonlinear": _bends(rng, ()), "too_tight": too_tight, **SHORT}
-    return history_case(folder, hidden=(), rng=rng, **settings), ()
+def one(rng: Random) -> Settings:
+    """Hide one effect of a usual size."""
+    return {"hidden": _hidden(rng), "noise": _noise(rng)}
 
 
-def modal_none_tight(folder: Path, rng: np.random.Generator) -> Made:
-    """Nothing hidden, priors 1.5 times too tight, in ``folder``, by ``rng``."""
-    return modal_none(folder, rng, too_tight=TIGHT)
+def pair(rng: Random) -> Settings:
+    """Hide two effects."""
+    return {"hidden": PAIRS[int(rng.integers(len(PAIRS)))], "noise": _noise(rng)}
 
 
-def history_none_tight(folder: Path, rng: np.random.Generator) -> Made:
-    """Nothing hidden, priors 1.5 times too tight, in ``folder``, by ``rng``."""
-    return history_none(folder, rng, too_tight=TIGHT)
-
-
-def modal_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``; the number of speeds ``held_out``."""
-    return modal_case(folder, hidden=_one(rng), rng=rng, noise=_noise(rng), held_out=held_out), ()
-
-
-def history_one(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """One effect of a usual size, in ``folder``, by ``rng``; the number of speeds ``held_out``."""
-    hidden = _one(rng)
-    settings = {"noise": _noise(rng), "nonlinear": _bends(rng, hidden), "held_out": held_out, **SHORT}
-    return history_case(folder, hidden=hidden, rng=rng, **settings), ()
-
-
-def modal_pair(folder: Path, rng: np.random.Generator) -> Made:
-    """Two effects, in ``folder``, by ``rng``."""
-    pair = PAIRS[int(rng.integers(len(PAIRS)))]
-    return modal_case(folder, hidden=pair, rng=rng, noise=_noise(rng), points=16), ()
-
-
-def modal_outside(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``."""
-    noise = _noise(rng)
+def outside(rng: Random, makers: causes.Makers) -> Settings:
+    """Hide an effect that is left out of the library (half), or something that no library has."""
+    settings: Settings = {"noise": _noise(rng)}
     if rng.random() < 0.5:
-        hidden = _one(rng)
-        return modal_case(folder, hidden=hidden, rng=rng, noise=noise, held_out=held_out), hidden
-    cause = causes.draw(causes.OUTSIDE, rng)
-    modes = ("weave",) if set(cause.told) & set(OWN_MODE) else ("weave", "wobble")
-    return modal_case(folder, hidden=(), rng=rng, noise=noise, cause=cause, modes=modes, held_out=held_out), ()
+        hidden = _hidden(rng)
+        return settings | {"hidden": hidden, "left_out": hidden}
+    return settings | {"cause": causes.draw(makers, rng)}
 
 
-def history_outside(folder: Path, rng: np.random.Generator, *, held_out: int = 0) -> Made:
-    """Half: an effect that is left out of the library; half: one that no library has. In ``folder``, by ``rng``."""
-    settings = {"noise": _noise(rng), "held_out": held_out, **SHORT}
-    if rng.random() < 0.5:
-        hidden = _one(rng)
-        return history_case(folder, hidden=hidden, rng=rng, **settings, nonlinear=_bends(rng, hidden)), hidden
-    cause = causes.draw(causes.OUTSIDE_HISTORIES, rng)
-    return history_case(folder, hidden=(), rng=rng, **settings, cause=cause, nonlinear=_bends(rng, ())), ()
+def modal_outside(rng: Random) -> Settings:
+    """Hide something outside the library in modal data, which then show no modes of a tyre or a rider."""
+    settings = outside(rng, causes.OUTSIDE)
+    if "cause" in settings:
+        rings = set(settings["cause"].told) & set(OWN_MODE)
+        settings["modes"] = ("weave",) if rings else ("weave", "wobble")
+    return settings
 
 
-def loud_one(folder: Path, rng: np.random.Generator) -> Made:
-    """8 free runs of 2.5 s, noise 2 % of the motion, some growing; one effect, in ``folder``, by ``rng``."""
-    hidden = _one(rng)
-    speeds = HIDDEN[hidden[0]].speeds if HIDDEN[hidden[0]].speeds[0] > 4.5 else LOUD_SPEEDS
-    settings: dict[str, Any] = {"runs": 8, "duration": 2.5, "forced": False, "recording": LOUD, "speeds": speeds}
-    return history_case(folder, hidden=hidden, rng=rng, **settings), ()
+def loud(rng: Random) -> Settings:
+    """Hide one effect in 8 free runs of 2.5 s, noise 2 % of the motion, of which some grow."""
+    hidden = _hidden(rng)
+    usual = HIDDEN[hidden[0]].speeds
+    return {"hidden": hidden, "speeds": usual if usual[0] > 4.5 else LOUD_SPEEDS, "recording": LOUD}
 
 
-def _wrong_bicycle(rng: np.random.Generator) -> tuple[str, Cause]:
+def wrong_bicycle(rng: Random) -> Settings:
+    """State another unridden bicycle in the file."""
     measured, stated = (str(name) for name in rng.choice(UNRIDDEN[:-1], 2, replace=False))
-    return measured, Cause({"wrong_bicycle": {}}, stated=stated)
+    return {"bicycle": measured, "cause": Cause({"wrong_bicycle": {}}, stated=stated), "noise": _noise(rng)}
 
 
-def modal_wrong_bicycle(folder: Path, rng: np.random.Generator) -> Made:
-    """The file states another unridden bicycle, in ``folder``, by ``rng``."""
-    measured, cause = _wrong_bicycle(rng)
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), bicycle=measured, cause=cause), ()
+def caused(rng: Random, makers: causes.Makers) -> Settings:
+    """Make one of the mistakes or changes that users have."""
+    return {"cause": causes.draw(makers, rng), "noise": _noise(rng)}
 
 
-def history_wrong_bicycle(folder: Path, rng: np.random.Generator) -> Made:
-    """The file states another unridden bicycle, in ``folder``, by ``rng``."""
-    measured, cause = _wrong_bicycle(rng)
-    return history_case(folder, hidden=(), rng=rng, noise=_noise(rng), bicycle=measured, cause=cause, **SHORT), ()
+def offset(rng: Random) -> Settings:
+    """Let the speed be off."""
+    return {"cause": causes.LIBRARY["speed_offset"](rng), "noise": _noise(rng)}
 
 
-def history_wrong_sensor(folder: Path, rng: np.random.Generator) -> Made:
-    """Gain, delay or bias of one channel, in ``folder``, by ``rng``."""
-    cause = causes.draw(causes.SENSORS, rng)
-    settings = {"noise": _noise(rng), "nonlinear": _bends(rng, ()), **SHORT}
-    return history_case(folder, hidden=(), rng=rng, cause=cause, **settings), ()
-
-
-def modal_causes(folder: Path, rng: np.random.Generator) -> Made:
-    """Luggage, an offset of the speed, another tilt or trail than stated, in ``folder``, by ``rng``."""
-    cause = causes.draw(causes.LIBRARY, rng)
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), cause=cause), ()
-
-
-def history_causes(folder: Path, rng: np.random.Generator) -> Made:
-    """The same, friction at the steer, a low-pass or a drift of a channel, in ``folder``, by ``rng``."""
-    cause = causes.draw(causes.LIBRARY_HISTORIES, rng)
-    return history_case(folder, hidden=(), rng=rng, noise=_noise(rng), cause=cause, **SHORT), ()
-
-
-def one_speed(folder: Path, rng: np.random.Generator) -> Made:
-    """Three kicks within 1 % of one speed, something hidden (half of it no library has), in ``folder``, by ``rng``."""
-    settings: dict[str, Any] = {"noise": _noise(rng), "runs": 3, "duration": 3.0, "forced": False}
-    hidden, cause = _one(rng), Cause()
+def one_speed(rng: Random) -> Settings:
+    """Hide something (half of it no library has) in three kicks within 1 % of one speed."""
+    settings: Settings = {"noise": _noise(rng)}
+    hidden = _hidden(rng)
+    low, high = HIDDEN[hidden[0]].speeds
     if rng.random() < 0.5:
-        hidden, cause = (), causes.draw(causes.OUTSIDE_HISTORIES, rng)
-    low, high = HIDDEN[hidden[0]].speeds if hidden else (3.0, 8.0)
+        settings["cause"], (low, high) = causes.draw(causes.OUTSIDE_HISTORIES, rng), (3.0, 8.0)
+    else:
+        settings["hidden"] = hidden
     speed = rng.uniform(max(low, 4.5), high)
-    speeds = (0.9965 * speed, 1.0035 * speed)
-    return history_case(folder, hidden=hidden, rng=rng, cause=cause, speeds=speeds, **settings), ()
+    return settings | {"speeds": (0.9965 * speed, 1.0035 * speed)}
 
 
-def modal_unusual(folder: Path, rng: np.random.Generator) -> Made:
-    """One effect, 1.5 to 4 times outside what occurs, in ``folder``, by ``rng``."""
-    hidden, noise = _one(rng, UNUSUAL), float(rng.choice(NOISE[:2]))
-    return modal_case(folder, hidden=hidden, rng=rng, noise=noise, sizes=UNUSUAL), ()
+def unusual(rng: Random) -> Settings:
+    """Hide one effect 1.5 to 4 times outside what occurs."""
+    return {"hidden": _hidden(rng, UNUSUAL), "noise": float(rng.choice(NOISE[:2])), "sizes": UNUSUAL}
 
 
-def history_unusual(folder: Path, rng: np.random.Generator) -> Made:
-    """One effect, 1.5 to 4 times outside what occurs, in ``folder``, by ``rng``; runs that grow are cut."""
-    hidden, noise = _one(rng, UNUSUAL), float(rng.choice(NOISE[:2]))
-    return history_case(folder, hidden=hidden, rng=rng, noise=noise, sizes=UNUSUAL, recording=CUT, **SHORT), ()
-
-
-def modal_opposed(folder: Path, rng: np.random.Generator) -> Made:
-    """Two effects that hide each other (:mod:`.opposed`), in ``folder``, by ``rng``."""
+def opposed(rng: Random) -> Settings:
+    """Hide two effects that hide each other (:mod:`.opposed`)."""
     bicycle, sizes = opposed_pair(rng)
-    settings: dict[str, Any] = {"bicycle": bicycle, "sizes": sizes, "noise": QUIET, "points": 16}
-    return modal_case(folder, hidden=tuple(sizes), rng=rng, **settings), ()
+    return {"bicycle": bicycle, "sizes": sizes, "hidden": tuple(sizes), "noise": QUIET}
 
 
-def history_opposed(folder: Path, rng: np.random.Generator) -> Made:
-    """Two effects that hide each other (:mod:`.opposed`), in ``folder``, by ``rng``."""
-    bicycle, sizes = opposed_pair(rng)
-    settings: dict[str, Any] = {"bicycle": bicycle, "sizes": sizes, "noise": QUIET, "runs": 6, "duration": 3.0}
-    return history_case(folder, hidden=tuple(sizes), rng=rng, **settings), ()
+@dataclass(frozen=True)
+class Cell:
+    """What measures, what is drawn for a case, and what is the same in all of them."""
+
+    measure: Callable[..., Truth]
+    draw: Callable[[Random], Settings]
+    fixed: Settings = field(default_factory=dict)
+    may_bend: bool = False
 
 
-def eigenvalues_none(folder: Path, rng: np.random.Generator) -> Made:
-    """Eigenvalues without shapes, passive, nothing hidden, in ``folder``, by ``rng``."""
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), ratios=False), ()
-
-
-def eigenvalues_one(folder: Path, rng: np.random.Generator) -> Made:
-    """Eigenvalues without shapes, one effect, in ``folder``, by ``rng``."""
-    return modal_case(folder, hidden=_one(rng), rng=rng, noise=_noise(rng), ratios=False), ()
-
-
-def eigenvalues_offset(folder: Path, rng: np.random.Generator) -> Made:
-    """Eigenvalues without shapes, passive, the speed off by 0.1 to 0.4 m/s, in ``folder``, by ``rng``."""
-    cause = causes.speed_offset(rng)
-    return modal_case(folder, hidden=(), rng=rng, noise=_noise(rng), ratios=False, cause=cause), ()
-
-
-MAKERS: Mapping[str, Callable[..., Made]] = {
-    "modal-none": modal_none,
-    "modal-none-tight": modal_none_tight,
-    "history-none": history_none,
-    "history-none-tight": history_none_tight,
-    "modal-one": modal_one,
-    "history-one": history_one,
-    "modal-pair": modal_pair,
-    "modal-outside": modal_outside,
-    "history-outside": history_outside,
-    "loud-one": loud_one,
-    "modal-wrong-bicycle": modal_wrong_bicycle,
-    "history-wrong-bicycle": history_wrong_bicycle,
-    "history-wrong-sensor": history_wrong_sensor,
-    "modal-causes": modal_causes,
-    "history-causes": history_causes,
-    "one-speed": one_speed,
-    "modal-unusual": modal_unusual,
-    "history-unusual": history_unusual,
-    "modal-opposed": modal_opposed,
-    "history-opposed": history_opposed,
-    "eigenvalues-none": eigenvalues_none,
-    "eigenvalues-one": eigenvalues_one,
-    "eigenvalues-offset": eigenvalues_offset,
+modal, bare = partial(Cell, modal_case), {"ratios": False}
+history, bending = partial(Cell, history_case), partial(Cell, history_case, may_bend=True)
+MAKERS: Mapping[str, Cell] = {
+    "modal-none": modal(nothing),
+    "modal-none-tight": modal(nothing, TIGHT),
+    "history-none": bending(nothing, SHORT),
+    "history-none-tight": bending(nothing, SHORT | TIGHT),
+    "modal-one": modal(one),
+    "history-one": bending(one, SHORT),
+    "modal-pair": modal(pair, {"points": 16}),
+    "modal-outside": modal(modal_outside),
+    "history-outside": bending(partial(outside, makers=causes.OUTSIDE_HISTORIES), SHORT),
+    "loud-one": history(loud, {"runs": 8, "duration": 2.5, "forced": False}),
+    "modal-wrong-bicycle": modal(wrong_bicycle),
+    "history-wrong-bicycle": history(wrong_bicycle, SHORT),
+    "history-wrong-sensor": bending(partial(caused, makers=causes.SENSORS), SHORT),
+    "modal-causes": modal(partial(caused, makers=causes.LIBRARY)),
+    "history-causes": history(partial(caused, makers=causes.LIBRARY_HISTORIES), SHORT),
+    "one-speed": history(one_speed, {"runs": 3, "duration": 3.0, "forced": False}),
+    "modal-unusual": modal(unusual),
+    "history-unusual": history(unusual, SHORT | {"recording": CUT}),  # runs that grow are cut
+    "modal-opposed": modal(opposed, {"points": 16}),
+    "history-opposed": history(opposed, {"runs": 6, "duration": 3.0}),
+    "eigenvalues-none": modal(nothing, bare),
+    "eigenvalues-one": modal(one, bare),
+    "eigenvalues-offset": modal(offset, bare),
 }
 CELLS = tuple(MAKERS)
 """In the order of their numbers, which seed them: append, never insert."""
 
 
-def make(cell: str, seed: int, folder: Path, **further: Any) -> Made:
+def make(cell: str, seed: int, folder: Path, **further: Any) -> tuple[Truth, tuple[str, ...]]:
     """Write a case of ``cell`` and ``seed`` into ``folder``; its truth and the effects taken out of the library."""
-    truth, left_out = MAKERS[cell](folder, np.random.default_rng([seed, CELLS.index(cell)]), **further)
+    rng, kind = np.random.default_rng([seed, CELLS.index(cell)]), MAKERS[cell]
+    settings = {"hidden": (), **kind.draw(rng), **kind.fixed, **further}
+    left_out = settings.pop("left_out", ())
+    if kind.may_bend:
+        bends = bool(rng.random() < BENDING)
+        settings["nonlinear"] = bends and not set(settings["hidden"]) & set(OWN_TYRE)
+    truth = kind.measure(folder, rng=rng, **settings)
     return replace(truth, cell=cell, seed=seed), left_out

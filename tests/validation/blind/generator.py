@@ -34,8 +34,8 @@ FEWEST, TRIES = 6, 20  # oscillations of a table, and draws of a bicycle that mu
 
 def modal_case(
     folder: Path, *, hidden: tuple[str, ...], rng: np.random.Generator, points: int = 12, noise: float = 1.0,
-    ratios: bool = True, too_tight: float = 1.0, bicycle: str | None = None, kind: str | None = None, cell: str = "",
-    extra_speeds: tuple[float, ...] = (), cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
+    ratios: bool = True, too_tight: float = 1.0, bicycle: str | None = None, kind: str | None = None,
+    cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
     modes: tuple[str, ...] = MODES, held_out: int = 0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and its table; return what is hidden."""
@@ -47,7 +47,7 @@ def modal_case(
         effects = base_effects(kind or first.base, nominal.static_loads, rng)
         drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
         low, high = first.speeds
-        speeds = np.sort(np.concatenate([rng.uniform(low, high, points).round(3), extra_speeds]))
+        speeds = np.sort(rng.uniform(low, high, points).round(3))
         found = [shapes(machine, float(speed) + cause.speed_offset) for speed in speeds]
         seen = [(v, one[mode]) for mode in modes for v, one in zip(speeds, found, strict=True) if mode in one]
         if len(seen) >= FEWEST:
@@ -66,7 +66,7 @@ def modal_case(
         if rows:
             write_modal(folder / HELD_OUT, stated.name, effects, told, rows)
         weave = weave_speed(machine, cause.speed_offset)
-    return Truth(drawn | dict(cause.told), cell, noise=noise, weave=weave)
+    return Truth(drawn | dict(cause.told), noise=noise, weave=weave)
 
 
 def table_row(speed: float, shape: Shape, noise: float, rng: np.random.Generator, *, ratios: bool) -> dict[str, Any]:

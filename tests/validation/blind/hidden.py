@@ -21,17 +21,8 @@ UNRIDDEN = ("kooijman2008", "browser", "pista", "crescendo", "fisher", "benchmar
 RIDDEN = ("rigid_rider",)
 TRIES = 100
 RELATIVE = {"m": 0.005, "I": 0.03}
-ABSOLUTE = {
-    "w": 0.002,
-    "c": 0.002,
-    "lam": 0.006,
-    "rR": 0.001,
-    "rF": 0.001,
-    "xB": 0.006,
-    "zB": 0.006,
-    "xH": 0.006,
-    "zH": 0.006,
-}
+ABSOLUTE = {"w": 0.002, "c": 0.002, "lam": 0.006, "rR": 0.001, "rF": 0.001, "xB": 0.006, "zB": 0.006}
+ABSOLUTE |= {"xH": 0.006, "zH": 0.006}
 Range = tuple[float, float]
 Tables = Mapping[str, Mapping[str, Any]]
 

@@ -88,8 +88,7 @@ def doublets(time: Array, rng: np.random.Generator) -> Array:
 def history_case(
     folder: Path, *, hidden: tuple[str, ...], rng: np.random.Generator, runs: int = 6, duration: float = 4.0,
     noise: float = 1.0, forced: bool = True, nonlinear: bool = False, too_tight: float = 1.0,
-    bicycle: str | None = None,
-    speeds: tuple[float, float] | None = None, transient: float = 0.0, state_noise: bool = True, cell: str = "",
+    bicycle: str | None = None, speeds: tuple[float, float] | None = None, transient: float = 0.0,
     cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
     kind: str | None = None, held_out: int = 0,
 ) -> Truth:  # fmt: skip
@@ -111,10 +110,8 @@ def history_case(
     )  # fmt: skip
     levels = _levels(made[:runs], noise, recording)
     for run in made:
-        measure(run, levels, colour, transient, cause.sensors, rng)
-    histories: dict[str, Any] = {"drop_first_s": 3 * transient}
-    if state_noise:
-        histories["noise_sd"] = levels
+        measure(run, levels, colour, cause.sensors, rng, transient)
+    histories = {"drop_first_s": 3 * transient, "noise_sd": levels}
     content = {
         "kind": "histories", "description": "synthetic", "bicycle": stated.name, "effects": effects,
         "uncertainty": {key: s / too_tight for key, s in uncertainty(stated).items()}, "histories": histories,
@@ -124,7 +121,7 @@ def history_case(
     if held_out:
         write_histories(folder / HELD_OUT, content, made[runs:])
         weave = weave_speed(machine, cause.speed_offset)
-    return Truth(drawn | dict(cause.told), cell, noise=noise, weave=weave)
+    return Truth(drawn | dict(cause.told), noise=noise, weave=weave)
 
 
 def kicks(
@@ -187,8 +184,8 @@ def _levels(made: list[Run], noise: float, recording: Recording) -> dict[str, fl
 
 
 def measure(
-    run: Run, levels: Mapping[str, float], colour: float, transient: float, sensors: Mapping[str, Sensor],
-    rng: np.random.Generator,
+    run: Run, levels: Mapping[str, float], colour: float, sensors: Mapping[str, Sensor], rng: np.random.Generator,
+    transient: float = 0.0,
 ) -> None:  # fmt: skip
     """Record a run: what its sensors make of the true motion, with coloured noise."""
     for name, level in levels.items():

@@ -103,7 +103,7 @@ def _rides(
         levels.pop("yaw_rate_rad_s")
     colour = float(rng.uniform(0.2, 0.7))
     for run in made:
-        measure(run, levels, colour, 0.0, cause.sensors, rng)
+        measure(run, levels, colour, cause.sensors, rng)
     return {"kind": "histories", "histories": {"noise_sd": levels, "runs": write_runs(folder, made, name)}}
 
 

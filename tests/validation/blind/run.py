@@ -4,8 +4,8 @@ Each case has a seed of its own; the result file is one JSON object a line, appe
 test goes on where it stopped. A case that raises is a line too, with its error, and counts as a crash.
 """
 
-import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,35 +14,31 @@ import numpy as np
 from tests.validation.blind.baseline import baseline
 from tests.validation.blind.cells import make
 from tests.validation.blind.score import judge
-from tests.validation.cases import KeptCases, what_was_raised
+from tests.validation.cases import KeptCases, Row, attempted
 
 KEPT = ("verdict", "effects", "class", "chi2", "held_out_gap", "goodness_of_fit_p")
+EMPTY = {"truth": None, "verdict": None, "score": None, "baseline": None, "seconds": None, "made": False}
 
 
-def run_case(cell: str, seed: int) -> dict[str, Any]:
-    """Make, diagnose and score one case of a ``cell`` with its ``seed``; what raises is kept as ``error``."""
-    record: dict[str, Any] = {
-        "cell": cell, "seed": seed, "truth": None, "verdict": None, "score": None, "baseline": None, "seconds": None,
-        "made": False, "error": None,
-    }  # fmt: skip
+def run_case(cell: str, seed: int) -> Row:
+    """Make, diagnose and score one case of a ``cell`` with its ``seed``."""
+    return attempted({"cell": cell, "seed": seed, **EMPTY}, partial(_judged, cell, seed))
+
+
+def _judged(cell: str, seed: int, folder: Path, row: Row) -> None:
+    truth, without = make(cell, seed, folder)
+    sealed = {"effects": dict(truth.effects), "noise": truth.noise}
+    row |= {"truth": sealed, "made": True, "baseline": _baseline(folder, without)}
+    started = time.perf_counter()
     try:
-        with tempfile.TemporaryDirectory() as name:
-            truth, without = make(cell, seed, Path(name))
-            sealed = {"effects": dict(truth.effects), "noise": truth.noise}
-            record |= {"truth": sealed, "made": True, "baseline": _baseline(Path(name), without)}
-            started = time.perf_counter()
-            try:
-                verdict = _diagnosed(Path(name) / "MEASUREMENT.toml", without)
-            finally:
-                record["seconds"] = round(time.perf_counter() - started, 2)
-            record |= {"verdict": verdict, "score": judge(verdict, sealed)}
-    except Exception as error:  # whatever it is: it is counted, and the test goes on
-        record["error"] = what_was_raised(error)
-    return record
+        row["verdict"] = _diagnosed(folder / "MEASUREMENT.toml", without)
+    finally:
+        row["seconds"] = round(time.perf_counter() - started, 2)
+    row["score"] = judge(row["verdict"], sealed)
 
 
 def _baseline(folder: Path, without: tuple[str, ...]) -> dict[str, Any] | None:
-    """The baseline is no part of the test: what it raises must not count as a crash of the search."""
+    """Ask the baseline, which is no part of the test: what it raises must not count as a crash of the search."""
     try:
         return baseline(folder, without)
     except (ArithmeticError, ValueError, KeyError, np.linalg.LinAlgError):
@@ -58,7 +54,7 @@ def _diagnosed(file: Path, without: tuple[str, ...]) -> dict[str, Any]:
 
 def results_in(path: Path) -> KeptCases:
     """The file of results ``path``."""
-    return KeptCases(path, ("cell", "seed"), also=("score",), what="a result file of the blind test")
+    return KeptCases(path, ("cell", "seed"))
 
 
 def blind_test(path: Path, *, cases: int, seed: int, cells: tuple[str, ...], workers: int) -> list[dict[str, Any]]:

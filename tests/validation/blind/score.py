@@ -1,12 +1,14 @@
 """Score verdicts against sealed truths: detection, names, intervals, gaps, with Wilson 95 % intervals."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
 from bicycle.parameter_covariance import ParameterKey
+from tests.validation.cases import share, share_of
+
+Rows = Sequence[Mapping[str, Any]]
 
 LARGEST_CLASS = 3  # a class of more counts as wrong
 SAYS_MISSING = ("named", "class", "partial")
@@ -68,116 +70,86 @@ def _intervals(verdict: Mapping[str, Any], truth: Mapping[str, Any]) -> list[tup
     return found
 
 
-def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """Return Wilson's interval of the share ``hits`` of ``total`` (Wilson 1927, J. Am. Stat. Assoc. 22)."""
-    if not total:
-        return 0.0, 1.0
-    share, extra = hits / total, z * z / total
-    middle = (share + extra / 2) / (1 + extra)
-    half = z * math.sqrt(share * (1 - share) / total + extra / (4 * total)) / (1 + extra)
-    return max(0.0, middle - half), min(1.0, middle + half)
-
-
-def summary(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def summary(records: Rows) -> dict[str, Any]:
     """Shares by cell of ``records`` with intervals, power against noise, intervals by parameter, confusion matrices."""
     cells: dict[str, list[Mapping[str, Any]]] = {}
-    for record in records:
+    for record in sorted(records, key=lambda record: record["cell"]):
         cells.setdefault(record["cell"], []).append(record)
-    told = {cell: [row for row in rows if row["verdict"]] for cell, rows in sorted(cells.items())}
+    told = {cell: [row for row in rows if row["verdict"]] for cell, rows in cells.items()}
     ones = {cell: rows for cell, rows in told.items() if cell.endswith("-one")}
     return {
-        "cells": {cell: _cell(rows, told[cell]) for cell, rows in sorted(cells.items())},
+        "cells": {cell: _cell(rows, told[cell]) for cell, rows in cells.items()},
         "power": {cell: {"all": _power(rows)} | _by_hidden(rows, _power) for cell, rows in ones.items()},
         "truth_inside_95": {cell: _by_parameter(rows) for cell, rows in ones.items()},
         "confusion": {cell: _by_hidden(rows, _confusion) for cell, rows in told.items()},
     }
 
 
-def _cell(every: Sequence[Mapping[str, Any]], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _cell(every: Rows, rows: Rows) -> dict[str, Any]:
     """Figures of a cell: ``every`` case counts for crashes, those with a verdict (``rows``) for the rest."""
-    scores = [judge(row["verdict"], row["truth"]) for row in rows]
-    told = [s for s in scores if s["says"]]
-    gaps = [s["gap"] for s in told if s["gap"] is not None]
-    right = [s for s in told if s["right"]]
-    classes = [s for s in scores if s["class_right"]]
-    tentative = [s for s in scores if s["tentative"]]
-    guesses = [judge(row["baseline"], row["truth"]) for row in rows if row.get("baseline")]
-    guessed = [s for s in guesses if s["says"]]
     made = [row for row in every if row.get("made", True)]
+    scores = [judge(row["verdict"], row["truth"]) for row in rows]
+    rivals = [judge(row["baseline"], row["truth"]) for row in rows if row.get("baseline")]
+    told, rivals_told = ([s for s in some if s["says"]] for some in (scores, rivals))
+    gaps = [s["gap"] for s in told if s["gap"] is not None]
 
-    def some(key: str, of: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        return _share(sum(s[key] for s in of), len(of))
+    def inside(of: Rows) -> dict[str, Any]:
+        return share(sum(s["covered"] for s in of), sum(s["judged"] for s in of))
 
-    def inside(of: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        return _share(sum(s["covered"] for s in of), sum(s["judged"] for s in of))
-
+    whole = ("detected", "right", "tentative", "any_name", "misnamed")
     return {
-        "cases": len(rows),
-        "left_out": len(every) - len(made),
-        "crashed": _share(sum(not row["verdict"] for row in made), len(made)),
-        "something_named": _share(len(told), len(rows)),
-        "detected": some("detected", scores),
-        "right": some("right", scores),
-        "right_when_named": some("right", told),
-        "tentative": _share(len(tentative), len(rows)),
-        "tentative_right": some("tentative_right", tentative),
-        "right_or_tentative_right": _share(sum(s["right"] or s["tentative_right"] for s in scores), len(scores)),
-        "any_name": some("any_name", scores),
-        "misnamed": some("misnamed", scores),
-        "some_false_name": some("some_false", scores),
+        "cases": len(rows), "left_out": len(every) - len(made),
+        "crashed": share_of([not row["verdict"] for row in made]),
+        **{name: share_of(scores, name) for name in whole},
+        "something_named": share_of(scores, "says"),
+        "some_false_name": share_of(scores, "some_false"),
+        "right_when_named": share_of(told, "right"),
+        "tentative_right": share_of([s for s in scores if s["tentative"]], "tentative_right"),
+        "right_or_tentative_right": share_of([s["right"] or s["tentative_right"] for s in scores]),
         "truth_inside_95": inside(scores),
-        "truth_inside_95_when_right": inside(right),
-        "truth_inside_95_in_class": inside(classes),
-        "baseline_named": _share(len(guessed), len(guesses)),
-        "baseline_right": some("right", guesses),
-        "baseline_right_when_named": some("right", guessed),
-        "baseline_misnamed": some("misnamed", guesses),
+        "truth_inside_95_when_right": inside([s for s in told if s["right"]]),
+        "truth_inside_95_in_class": inside([s for s in scores if s["class_right"]]),
+        "baseline_named": share_of(rivals, "says"),
+        "baseline_right": share_of(rivals, "right"),
+        "baseline_right_when_named": share_of(rivals_told, "right"),
+        "baseline_misnamed": share_of(rivals, "misnamed"),
         "median_gap_left": median(gaps) if gaps else None,
         "median_class_size": median(s["class_size"] for s in told) if told else None,
         "median_seconds": median(row["seconds"] for row in rows) if rows else None,
-    }
+    }  # fmt: skip
 
 
-def _by_hidden(
-    rows: Sequence[Mapping[str, Any]], count: Callable[[Sequence[Mapping[str, Any]]], Any]
-) -> dict[str, Any]:
+def _by_hidden(rows: Rows, count: Callable[[Rows], Any]) -> dict[str, Any]:
     hidden: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:
         hidden.setdefault("+".join(sorted(row["truth"]["effects"])) or "nothing", []).append(row)
     return {name: count(some) for name, some in sorted(hidden.items())}
 
 
-def _power(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _power(rows: Rows) -> dict[str, Any]:
     """Share in which something is named, by noise level."""
-    levels = sorted({row["truth"]["noise"] for row in rows})
-    says = {
-        level: [r["verdict"]["verdict"] in SAYS_MISSING for r in rows if r["truth"]["noise"] == level]
-        for level in levels
-    }
-    return {f"{level:g}": _share(sum(hits), len(hits)) for level, hits in says.items()}
+    says: dict[float, list[bool]] = {}
+    for row in sorted(rows, key=lambda row: row["truth"]["noise"]):
+        says.setdefault(row["truth"]["noise"], []).append(row["verdict"]["verdict"] in SAYS_MISSING)
+    return {f"{level:g}": share_of(hits) for level, hits in says.items()}
 
 
-def _by_parameter(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _by_parameter(rows: Rows) -> dict[str, Any]:
     """Share of 95 % intervals that hold the truth, by effect and parameter."""
     found: dict[str, list[bool]] = {}
     for row in rows:
         for effect, key, inside in _intervals(row["verdict"], row["truth"]):
             found.setdefault(f"{effect}.{key}", []).append(inside)
-    return {name: _share(sum(hits), len(hits)) for name, hits in sorted(found.items())}
+    return {name: share_of(hits) for name, hits in sorted(found.items())}
 
 
-def _confusion(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+def _confusion(rows: Rows) -> dict[str, int]:
     """How often each answer was given, most frequent first."""
-    answers = Counter(
-        f"{row['verdict']['verdict']}: {_said(row['verdict'], set(row['truth']['effects']))}" for row in rows
-    )
+    answers = Counter(f"{row['verdict']['verdict']}: {_names(row)}" for row in rows)
     return dict(answers.most_common())
 
 
-def _said(verdict: Mapping[str, Any], hidden: set[str]) -> str:
-    return " or ".join("+".join(sorted(translated(name.split("+"), hidden))) for name in verdict["class"]) or "-"
-
-
-def _share(hits: int, total: int) -> dict[str, Any]:
-    low, high = wilson(hits, total)
-    return {"hits": hits, "of": total, "share": hits / total if total else None, "low": low, "high": high}
+def _names(row: Mapping[str, Any]) -> str:
+    hidden = set(row["truth"]["effects"])
+    members = [translated(name.split("+"), hidden) for name in row["verdict"]["class"]]
+    return " or ".join("+".join(sorted(member)) for member in members) or "-"
