@@ -1,0 +1,97 @@
+"""``velotyre amplitude``: how large wobble and weave get on tyres that saturate."""
+
+import click
+import click.core
+
+from studies.command_options import FINITE, max_speed_option, speeds_option
+from studies.model_argument import ChosenModel, takes_model
+from studies.reporting.command_context import example
+
+UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of --kick
+
+
+@click.command(
+    help="Amplitude and frequency of the periodic motions of MODEL on tyres that saturate, stable or not.",
+    epilog=example("velotyre amplitude pista_charlie_drops --tyre Tyre1 --pressure 5.5 --csv amplitude.csv"),
+)
+@takes_model
+@speeds_option(".", "1:60:1")
+@max_speed_option(60.0)
+@click.option("--friction", type=FINITE, default=0.8, show_default=True, help="Peak side force over load, D.")
+@click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
+@click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
+@click.option(
+    "--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts a motion beside a stable one."
+)
+@click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
+@click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
+@click.option(
+    "--csv", "csv_file", metavar="FILE", help="Write a row per speed and motion as CSV; - is standard output."
+)
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+def command(
+    chosen: ChosenModel, speeds: str, max_speed: float, friction: float, shape_factor: float, curvature_factor: float,
+    kick: str | None, point: str | None, plot_file: str | None, csv_file: str | None, json_file: str | None,
+) -> None:  # fmt: skip
+    from bicycle.kicks import kick_thresholds
+    from bicycle.limit_cycles import find_limit_cycles
+    from bicycle.nonlinear import CurveTyre, MagicTyre
+    from bicycle.wheel_tyres import wheel_curves
+    from studies.amplitude import draw_amplitude, lines, record
+    from studies.reporting.modes_picture import check_picture
+    from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_csv, write_json
+
+    if plot_file is not None:
+        check_picture(plot_file)
+    check_targets(csv=csv_file, json=json_file)
+    asked = parse_speeds(speeds, 10_000)
+    place, model, context = _point(point), chosen.model, click.get_current_context()
+    given = [name for name in ("friction", "shape_factor", "curvature_factor") if not _is_default(context, name)]
+    curves = {} if given else wheel_curves(chosen.content.get("effects", {}))
+    tyres = {wheel: CurveTyre(*curve) for wheel, curve in curves.items()}
+    tyre = MagicTyre(friction, shape_factor, curvature_factor)
+    found = find_limit_cycles(model, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre), max_speed=max_speed)
+    frame = found.frame(asked[asked > 0], place)
+    kicks = kick_thresholds(found, asked[asked > 0], kick) if kick is not None else []
+    if csv_file is not None:
+        write_csv(frame, csv_file)
+    if plot_file is not None:
+        draw_amplitude(found, plot_file, title=model.bicycle.name)
+    if json_file is not None:
+        write_json(record(found, frame, kicks, UNITS.get(str(kick), "")), json_file)
+    if "-" not in (csv_file, json_file):
+        if len(frame):
+            heads = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
+            print_table(frame.iloc[:, :7].astype(object).to_numpy().tolist(), heads)
+            click.echo()
+        if kicks:
+            unit = UNITS[str(kick)]
+            rows = [[f"{one.speed:g}", *one[1:6], "yes" if one.within_geometry else "no"] for one in kicks]
+            print_table(rows, [
+                "speed m/s", "mode", f"estimate {unit}", f"least {unit}", "what follows", f"falls from {unit}",
+                "linear geometry",
+            ])  # fmt: skip
+            click.echo()
+        for line in lines(
+            found, frame, peak_factor=None if curves else friction, without_kick=bool(kick) and not kicks
+        ):
+            click.echo(line)
+        print_warnings(model.linear_model().warnings)
+
+
+def _is_default(context: click.Context, name: str) -> bool:
+    return context.get_parameter_source(name) is click.core.ParameterSource.DEFAULT
+
+
+def _point(text: str | None) -> tuple[float, float] | None:
+    from tyre.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        x, z = (float(part) for part in text.split(","))
+    except ValueError:
+        x = z = float("nan")
+    if not (abs(x) <= 10 and abs(z) <= 10):
+        raise InputError(f"--point {text}: give X,Z in m, up to 10, z down, such as 0.9,-0.8")
+    return x, z

@@ -1,0 +1,255 @@
+"""Periodic motions against shooting on equations of the test's own, exact scaling, closed forms and a prototype."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bicycle.limit_cycles import find_limit_cycles
+from bicycle.model_file import build_model
+from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
+from tests.shared.shooting import own_equations, own_state, shoot, state_at_turn
+from tyre import read_tyre
+from tyre.errors import InputError
+
+FRONT = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
+TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
+
+
+def build(*, bicycle="pista_charlie_drops", front=FRONT, tyre=TYRE, **effects):
+    content = {"relaxation_length": tyre} | ({"front_compliance": front} if front else {}) | effects
+    return build_model({"bicycle": bicycle, "effects": content})
+
+
+@pytest.fixture(scope="module")
+def faq():
+    return find_limit_cycles(build())
+
+
+def only(found, speed, mode):
+    (cycle,) = [cycle for name, cycle in found.at(speed) if name == mode]
+    return cycle
+
+
+def degrees(found, cycle):
+    return np.degrees(found.amplitude(cycle))
+
+
+def compare(found, cycle, rate, names, start):
+    half, states = shoot(rate, start, cycle.period / 2 * 1.002, names.index("steer_rate"))
+    assert 2 * half == pytest.approx(cycle.period, rel=1e-6)
+    assert np.abs(states[names.index("steer")]).max() == pytest.approx(found.amplitude(cycle), rel=1e-5)
+
+
+def compare_with_own_equations(model, found, speed, cycle):
+    rate, names = own_equations(model, speed)
+    compare(found, cycle, rate, names, own_state(model, found, cycle) * 1.002)
+
+
+def test_the_wobble_of_the_faq_is_that_of_the_prototype(faq):
+    cycle = only(faq, 10.0, "wobble")
+    assert degrees(faq, cycle) == pytest.approx(10.288, rel=1e-4)
+    assert cycle.frequency_hz == pytest.approx(7.1157, rel=1e-4)
+    branch = next(one for one in faq.branches if one.mode == "wobble")
+    assert (branch.begin.speed, branch.end.speed) == pytest.approx((2.849701, 31.672998), rel=1e-6)
+    assert [one.kind for one in faq.onsets if one.critical.mode == "wobble"] == ["grows gently"] * 2
+    assert not branch.folds
+    assert faq.stability(cycle) == "yes"
+    assert 2 * faq.acceleration(cycle) / 9.81 == pytest.approx(7.0, abs=0.1)  # g peak to peak
+    assert only(faq, 40.0, "weave")
+    assert [len(faq.at(speed)) for speed in (2.8498, 31.6729, 34.098, 34.1, 34.2, 38.93)] == [1, 1, 2, 2, 2, 2]
+    assert not [cycle for speed in (2.8, 31.7) for _, cycle in faq.at(speed)]
+
+
+def test_its_weave_jumps_and_folds_back(faq):
+    last = faq.onsets[-1]
+    assert (last.critical.mode, last.kind) == ("weave", "jumps")
+    (fold,) = next(one for one in faq.branches if one.mode == "weave").folds
+    assert fold.speed == pytest.approx(34.10, abs=0.005)
+    assert degrees(faq, fold) == pytest.approx(12.0, abs=0.15)
+    lower, upper = (cycle for _, cycle in faq.at(38.0))
+    assert (degrees(faq, lower), degrees(faq, upper)) == pytest.approx((2.39, 19.60), abs=0.005)
+    assert (faq.stability(lower), faq.stability(upper)) == ("no", "falls slowly")
+    assert faq.within_geometry(upper)
+    assert not faq.within_geometry(only(faq, 40.0, "weave"))
+
+
+def test_a_damper_ends_the_wobble_and_lowers_the_weave_limit(faq):
+    damped = find_limit_cycles(build(steer_damper={"damping": 1.5}))
+    assert not [one for one in damped.onsets if one.critical.mode == "wobble"]
+    limits = [found.onsets[-1].critical for found in (faq, damped)]
+    assert [one.mode for one in limits] == ["weave"] * 2
+    assert [one.speed for one in limits] == pytest.approx([38.9, 35.2], abs=0.05)
+    assert [found.onsets[-1].kind for found in (faq, damped)] == ["jumps"] * 2
+    page = (Path(__file__).parents[2] / "docs" / "amplitude.md").read_text(encoding="utf-8")
+    assert "1.5 N m s/rad" in page
+    assert "from {:.1f} to {:.1f} m/s".format(*(one.speed for one in limits)) in page
+    (weave,) = damped.branches
+    assert (weave.reason, weave.folds) == ("geometry", ())
+    assert {damped.stability(cycle) for _, cycle in [*damped.at(30.0), *damped.at(35.0)]} == {"no"}
+    assert not damped.at(35.3)
+
+
+def test_slow_weave_is_not_determined(faq):
+    (slow,) = [one for one in faq.onsets if one.critical.frequency_hz < 1]
+    assert slow.kind == "not determined"
+    assert all(branch.begin is not slow.critical for branch in faq.branches)
+
+
+@pytest.mark.parametrize(("speed", "mode", "which"), [(10.0, "wobble", 0), (30.0, "wobble", 0), (38.0, "weave", 1)])
+def test_cycles_are_those_of_shooting(faq, speed, mode, which):
+    cycle = [cycle for name, cycle in faq.at(speed) if name == mode][which]
+    compare_with_own_equations(faq.model, faq, speed, cycle)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_cycles_of_random_bicycles_are_those_of_shooting(seed):
+    random = np.random.default_rng(seed)
+    tyre = {"cornering_stiffness": random.uniform(4000, 9000), "relaxation_length": random.uniform(0.08, 0.2)}
+    front = FRONT | {"stiffness": random.uniform(1500, 5000), "damping": random.uniform(3, 9)}
+    model = build(tyre=tyre, front=front)
+    found = find_limit_cycles(model)
+    branch = next(one for one in found.branches if one.mode == "wobble")
+    cycles = [point.cycle for point in branch.points[1:-1] if np.degrees(found.amplitude(point.cycle)) < 20]
+    cycle = cycles[len(cycles) // 2]
+    compare_with_own_equations(model, found, cycle.speed, cycle)
+
+
+def compare_with_rate(found, cycle, system):
+    start = np.array(list(state_at_turn(found.system.at_one_speed, cycle, "steer").values()))
+
+    def rate(t, x):
+        slip, camber = system.slip_matrix @ x, system.camber_matrix @ x
+        force, by_trail = (
+            np.stack([getattr(tyre, what)(slip[k], camber[k]) for k, tyre in enumerate(system.tyres)])
+            for what in ("force", "by_trail")
+        )
+        return system.state_matrix @ x + system.force_matrix @ force + system.trail_matrix @ by_trail
+
+    compare(found, cycle, rate, list(system.states), start)
+
+
+def test_with_a_trail_that_falls_with_slip():
+    model = build(pneumatic_trail={"trail": 0.02})
+    found = find_limit_cycles(model)
+    compare_with_rate(found, only(found, 12.0, "wobble"), magic_formula_model(model, speed=12.0))
+
+
+def test_with_the_whole_curves_of_a_tyre_file():
+    """The file's camber is no slip: signals are four, and curves two or four."""
+    file = Path(__file__).parents[1] / "field_cases" / "inputs" / "b600.tir"
+    model = build(
+        tyre={"tyre": str(file), "pressure_bar": 5.5}, camber_thrust={"camber_stiffness": 400.0, "lag_share": 0.6}
+    )
+    tyre = CurveTyre(read_tyre(file), 5.5e5)
+    found = find_limit_cycles(model, rear=tyre, front=tyre)
+    system = magic_formula_model(model, speed=12.0, rear=tyre, front=tyre)
+    assert len(found.system.signals) == 4
+    compare_with_rate(found, only(found, 12.0, "wobble"), system)
+
+
+@pytest.mark.parametrize("friction", [0.4, 1.1])
+def test_the_amplitude_is_proportional_to_the_peak_factor(faq, friction):
+    tyre = MagicTyre(friction=friction)
+    found = find_limit_cycles(faq.model, rear=tyre, front=tyre)
+    for speed in (10.0, 38.0):
+        for (_, usual), (_, own) in zip(faq.at(speed), found.at(speed), strict=False):
+            assert found.amplitude(own) == pytest.approx(faq.amplitude(usual) * friction / 0.8, rel=1e-8)
+            assert own.frequency_hz == pytest.approx(usual.frequency_hz, rel=1e-9)
+    assert degrees(found, only(found, 10.0, "wobble")) == pytest.approx(12.86 * friction, rel=1e-3)
+
+
+@pytest.mark.parametrize("shape", [1.1, 1.6])
+def test_the_bend_turns_where_the_cubic_term_of_the_curve_does(shape):
+    """sin(C atan(u - E (u - atan u))) = C u - C u^3 ((1 + E)/3 + C^2/6) + ..."""
+    bends = {}
+    for off in (-0.5, 0.0, 0.5):
+        tyre = MagicTyre(shape_factor=shape, curvature_factor=-1 - shape**2 / 2 + off)
+        onset = find_limit_cycles(build(), rear=tyre, front=tyre, max_speed=3.5).onsets[0]
+        assert onset.kind == "not determined"
+        bends[off] = onset.bend
+    assert abs(bends[0.0]) < 1e-4 * abs(bends[0.5])
+    assert bends[0.5] < 0 < bends[-0.5]
+
+
+@pytest.mark.parametrize(("number", "offset"), [(0, 0.002), (2, -0.01), (3, -0.02)])
+def test_beside_the_onset_growth_and_bend_give_the_amplitude(faq, number, offset):
+    onset = faq.onsets[number]
+    v, linear = onset.critical.speed, faq.model.linear_model()
+    values = linear.eigenvalues(v + offset)
+    growth = values[np.abs(values - 1j * onset.critical.angular_frequency).argmin()].real
+    small = min((cycle for _, cycle in faq.at(v + offset)), key=faq.amplitude)
+    assert small.speed == pytest.approx(v + offset, rel=1e-12)
+    assert faq.amplitude(small) == pytest.approx(np.sqrt(-growth / onset.bend), rel=0.02)
+
+
+def test_multipliers_hold_one_along_the_cycle_and_the_mean_divergence(faq):
+    """Liouville: the determinant is exp of the mean trace; curves of lagged slips are off the diagonal of the rate."""
+    cycle = only(faq, 10.0, "wobble")
+    multipliers = faq.multipliers(cycle, 400)
+    assert np.abs(multipliers - 1).min() < 1e-8
+    trace = np.trace(faq.system.dynamics(cycle.speed)) * cycle.period / 2
+    assert np.log(np.abs(np.prod(multipliers))) == pytest.approx(trace, rel=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "which", "leaves"), [(10.0, 0, False), (38.0, 0, True), (38.0, 1, True)])
+def test_multipliers_are_those_of_small_motions_beside_the_cycle(faq, speed, which, leaves):
+    """The map of half a period by integration in time from neighbouring states, central differences."""
+    _, cycle = faq.at(speed)[which]
+    system, start = magic_formula_model(faq.model, speed=speed), cycle.states.sum(0).real
+    still, n, size = np.zeros(len(system.inputs)), len(start), 1e-5
+    begins = start + size * np.concatenate([np.eye(n), -np.eye(n)])
+    ends = [
+        solve_ivp(lambda t, y: system.rate(y, still), (0, cycle.period / 2), one, "DOP853", rtol=1e-11, atol=1e-13)
+        for one in begins
+    ]
+    after = np.array([one.y[:, -1] for one in ends])
+    expected = np.linalg.eigvals(-(after[:n] - after[n:]).T / (2 * size))
+    largest = sorted(faq.multipliers(cycle, 256), key=abs)[-4:]
+    assert [np.abs(expected - one).min() for one in largest] == pytest.approx([0.0] * 4, abs=1e-4)
+    assert (faq.growth(cycle)[0] > 1e-6) == leaves
+
+
+def test_an_acceleration_by_differences_in_time(faq):
+    cycle = only(faq, 12.0, "wobble")
+    names, values = list(faq.system.at_one_speed.states), faq.model.parameters
+    phase = np.linspace(0, 2 * np.pi, 20001)
+    x = (np.exp(1j * np.outer(phase, np.arange(1, 32, 2))) @ cycle.states).real.T
+    x_p, z_p = values["w"] + values["c"] - 0.8 * np.tan(values["lam"]), -0.8
+    side, yaw, lean = (x[names.index(name)] for name in ("rear_lateral_velocity", "yaw_rate", "lean_rate"))
+    velocity = side + x_p * yaw - z_p * lean
+    expected = np.gradient(velocity, phase / cycle.angular_frequency)[5:-5] + 12.0 * yaw[5:-5]
+    assert faq.acceleration(cycle) == pytest.approx(np.abs(expected).max(), rel=1e-5)
+    assert faq.acceleration(cycle, (x_p, z_p)) == faq.acceleration(cycle)
+
+
+def test_a_table_of_forty_speeds(faq):
+    frame = find_limit_cycles(faq.model).frame(np.arange(1.0, 41.0))
+    assert list(frame)[:6] == [
+        "speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2",
+    ]  # fmt: skip
+    assert len(frame) == 39
+
+
+def test_a_bicycle_without_cycles():
+    found = find_limit_cycles(build(front=None), max_speed=20.0)
+    assert not found.branches
+    assert found.frame([5.0]).empty
+
+
+@pytest.mark.parametrize(
+    ("model", "tyre", "message"),
+    [
+        ({}, MagicTyre(offset=0.02), "offset = 0.02: periodic motions are of tyres without ply steer; give 0"),
+        ({"aerodynamic_drag": {"centre_of_pressure_z": -1.1}}, None, "leave out drag, side_slip"),
+    ],
+)
+def test_what_it_does_not_take(model, tyre, message):
+    with pytest.raises(InputError, match=message):
+        find_limit_cycles(build(**model), rear=tyre)
+
+
+def test_wheels_that_roll_without_slip():
+    with pytest.raises(InputError, match="nonlinear tyres need the effect"):
+        find_limit_cycles(build_model({"bicycle": "benchmark"}))
