@@ -1,18 +1,26 @@
-"""Bicycles as files: TOML, flat text or YAML as neighbouring projects write them, and tables of many."""
+"""Bicycles as files: TOML, JSON, flat text, MATLAB or YAML as neighbouring projects write them, and tables of many."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from bicycle.parameters import TYPICAL, UNITS, UNUSED, Bicycle, doubts_about
-from tyre.errors import InputError, is_number, refuse_unknown, shown, unknown
+import numpy as np
+
+from bicycle.parameter_covariance import FILE, ParameterCovariance, checked_covariance
+from bicycle.parameters import ALIASES, HEAD_ANGLE, NAME_THE_UNIT, UNITS, UNUSED, Bicycle, doubts_about, refuse_unlikely
+from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
+from tyre import schema
+from tyre.arrays import Array
+from tyre.errors import InputError, is_number, nearest, refuse_unknown, shown, unknown
 from tyre.files import data_root, read_toml
 from tyre.measured_number import MeasuredNumber, key_value_lines, measured_number, written
-from tyre.plausible import WAY_OUT, Doubt, refuse_absurd
+from tyre.plausible import WAY_OUT
 from tyre.sheet import ENDINGS, Sheet, read_sheet, split_unit
 from tyre.units import factor_to_si, is_unit
 
@@ -28,7 +36,31 @@ NOT_USED = {
     "IRzz": "{where}: {key} = {number:g} is not used: a wheel is symmetric about its axle, so {twin} is taken",
 }
 NOT_USED |= {"yH": NOT_USED["yB"], "IFzz": NOT_USED["IRzz"]}
-NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
+PI = re.compile(r"(?P<sign>-?)(?:(?P<times>[\d.]+)\s*\*?\s*)?pi(?:\s*/\s*(?P<over>[\d.]+))?")
+PENDULUM = re.compile(r"T[ct][A-Z]\w*\d")  # period of a compound or torsional pendulum, named as BicycleParameters does
+COVARIANCE = schema.table(
+    {
+        schema.needed("parameters"): schema.list_of(schema.text(), "must be a list of names of parameters", least=1),
+        schema.maybe("matrix"): schema.anything,
+        schema.maybe("factor"): schema.anything,
+    }
+)
+
+BODY = schema.table(
+    {
+        schema.needed("mass"): schema.number(above=0, most=300, says="must be a mass in kg, up to 300"),
+        schema.needed("place"): schema.list_of(
+            schema.number(), "must be [m before the rear contact, m above the ground]", least=2, most=2
+        ),
+        schema.maybe("size", [0.0, 0.0, 0.0]): schema.list_of(
+            schema.number(least=0), "must be [length, width, height] in m", least=3, most=3
+        ),
+        schema.maybe("name", ""): schema.text(),
+        schema.maybe("on", "frame"): schema.text("must be 'frame' or 'front'", allowed=("frame", "front")),
+    }
+)
+BODIES = schema.list_of(BODY, "must be tables: write [[bodies]] with mass, place and size", strict=False)
+"""Luggage, a child seat, a battery: boxes that are fixed to the rear frame, or turn with the front one."""
 
 
 def si_unit(key: str) -> str:
@@ -47,7 +79,10 @@ class GivenNumbers:
     notes: list[str] = field(default_factory=list)  # what is not used
     words: dict[str, str] = field(default_factory=dict)  # ``description``, ``source``
     allow_unusual: bool = False  # the file lets values pass that are far from those of other bicycles
+    covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
+    bodies: list[Mapping[str, Any]] = field(default_factory=list)  # as :data:`BODIES` has them
     _left_out: dict[str, tuple[str, float]] = field(default_factory=dict)
+    _others: list[str] = field(default_factory=list)  # keys that are not those of a bicycle
 
     def __post_init__(self) -> None:
         refuse_unknown("key of units:", self.units, [*KEYS, *GROUPS])
@@ -58,10 +93,16 @@ class GivenNumbers:
 
     def add(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
         """Add the value of a parameter."""
-        if key in self.values or key in self._left_out:
+        if key == HEAD_ANGLE:
+            angle = self._number("lam", value, where, unit or "deg")
+            self.sd |= {} if angle.sd is None else {"lam": angle.sd}
+            key, value, unit = "lam", math.pi / 2 - angle.value, "rad"
+        key = ALIASES.get(key, key)
+        if key in self.values or key in self._left_out or key in self._others:
             raise InputError(f"{where}: {key} is given twice; keep one")
         if key not in KEYS and key not in LEFT_OUT:
-            raise InputError(f"{where}: {unknown('key', key, KEYS)}")
+            self._others.append(key)
+            return
         number = self._number(key, value, where, unit)
         if key in LEFT_OUT:
             self._left_out[key] = (where, number.value)
@@ -72,9 +113,10 @@ class GivenNumbers:
 
     def add_sd(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
         """Add a standard deviation that stands by itself."""
+        key, unit = ("lam", unit or "deg") if key == HEAD_ANGLE else (ALIASES.get(key, key), unit)
         if key in self.sd:
             raise InputError(f"{where}: the standard deviation of {key} is given twice; keep one")
-        if key in LEFT_OUT:
+        if key in LEFT_OUT or key in self._others:
             return
         refuse_unknown("key", [key], KEYS, where=f"{where}: standard deviation")
         number = self._number(key, value, where, unit)
@@ -84,92 +126,214 @@ class GivenNumbers:
             )
         self.sd[key] = number.value
 
-    def add_word(self, key: str, text: str, where: str) -> None:
+    def add_word(self, key: str, value: Any, where: str) -> None:
         """Add a text of :data:`WORDS`, or the flag that lets unusual values pass."""
+        text = str(value).strip() if key == WAY_OUT else str(value)
         if key != WAY_OUT:
             self.words[key] = text
-        elif text.strip() not in ("true", "false"):
-            raise InputError(f"{where}: {WAY_OUT} = {text.strip()!r} must be true or false")
+        elif text.lower() not in ("true", "false"):
+            raise InputError(f"{where}: {WAY_OUT} = {shown(value)} must be true or false")
         else:
-            self.allow_unusual = text.strip() == "true"
+            self.allow_unusual = text.lower() == "true"
 
     def bicycle(self, name: str, kind: str, *, place: str = "", allow_unusual: bool = False) -> Bicycle:
         """The bicycle of a ``kind`` of file; ``place`` begins an error."""
-        notes = list(self.notes)
+        allow, notes = allow_unusual or self.allow_unusual, list(self.notes)
         for key, (where, number) in self._left_out.items():
             twin = LEFT_OUT[key]
             if key == "v" or number != self.values.get(twin, 0.0):  # else symmetry gives its value
                 notes.append(NOT_USED[key].format(where=where, key=key, number=number, twin=twin))
+        begin = f"{place}: " if place else ""
+        if self._others:
+            notes.append(f"{begin}not used, as the lateral motion does not hold them: {', '.join(self._others)}")
         try:
-            if not (allow_unusual or self.allow_unusual):
-                _refuse_other_units(self.values, self.sd, kind)
-            return _named_cause(name, self, tuple(notes))
+            self._refuse_incomplete()
+            if not allow:
+                refuse_unlikely(self.values, self.sd, f"write {WAY_OUT} = true at the top of the {kind}")
+            for wheel in "RF":  # a skate: without mass and spin the size of a wheel has no effect
+                parts = (f"r{wheel}", f"m{wheel}", f"I{wheel}xx", f"I{wheel}yy")
+                if not any(self.values.get(key, 1.0) for key in parts):
+                    notes.append(f"{begin}r{wheel} = 0 m: a wheel that is nothing; 0.3 m is taken, of no effect")
+                    self.values[f"r{wheel}"] = 0.3
+            if self.bodies and set(UNITS) <= set(self.values):
+                self._load()
+            return Bicycle(
+                name, self.values, self.sd, self.words.get("description", ""), self.words.get("source", ""),
+                tuple(notes), self.covariance, unusual=allow,
+            )  # fmt: skip
         except InputError as error:
-            raise InputError(f"{place}: {error}" if place else str(error)) from error
+            # a centre of mass in cm is a wheel without load, so an error names the unusual number too
+            doubts = [one for one in doubts_about(self.values) if one.explained]
+            causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
+            remedy = [NAME_THE_UNIT] if doubts and NAME_THE_UNIT not in str(error) else []
+            raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
+
+    def _refuse_incomplete(self) -> None:
+        """Refuse a file without all parameters, with the keys it has in their place, or named for what it is."""
+        missing = [key for key in UNITS if key not in self.values]
+        periods = [key for key in self._others if PENDULUM.fullmatch(key)]
+        if missing and periods:
+            raise InputError(
+                f"holds raw measurements (periods of pendulums {', '.join(periods[:3])}, ...), not the parameters that "
+                f"follow from them ({', '.join(missing[:3])}, ...); give the file that BicycleParameters computes of it"
+            )
+        near = {other: nearest(other, missing, cutoff=0.75) for other in self._others}
+        hints = [f"did you mean {key!r} by {other!r}?" for other, key in near.items() if key]
+        if missing and self._others:
+            raise InputError("; ".join([
+                f"missing {', '.join(missing)}", *hints, f"not known: {', '.join(self._others)}",
+                f"give every parameter ({', '.join(UNITS)})",
+            ]))  # fmt: skip
+
+    def _load(self) -> None:
+        """Join the bodies to the frames: values, and their standard deviations to first order."""
+        carried: dict[str, list[RigidBody]] = {"B": [], "H": []}
+        for one in self.bodies:
+            (x, height), (length, width, tall) = one["place"], one["size"]
+            squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
+            box = RigidBody(one["mass"], np.array([x, 0.0, -height]), np.diag(one["mass"] / 12 * squares))
+            carried["H" if one["on"] == "front" else "B"].append(box)
+
+        def loaded(values: Mapping[str, float]) -> dict[str, float]:
+            found = dict(values)
+            for part, boxes in carried.items():
+                found |= as_rear_frame(join([rear_frame(values, part), *boxes]), part) if boxes else {}
+            return found
+
+        def slopes(names: Sequence[str]) -> Array:
+            columns = []
+            for name in names:
+                more, less = (loaded({**self.values, name: self.values[name] + step}) for step in (1e-4, -1e-4))
+                columns.append([(more[key] - less[key]) / 2e-4 for key in names])
+            return np.array(columns).T
+
+        own = {key: sd for key, sd in self.sd.items() if key in UNITS}
+        if own:
+            variances = slopes(list(own)) ** 2 @ np.array(list(own.values())) ** 2
+            self.sd |= dict(zip(own, np.sqrt(variances).tolist(), strict=True))
+        if self.covariance.names:
+            j = slopes(self.covariance.names)
+            self.covariance = replace(self.covariance, matrix=j @ self.covariance.matrix @ j.T)
+        self.values = loaded(self.values)
 
     def _number(self, key: str, value: Any, where: str, unit: str) -> MeasuredNumber:
         si = si_unit(key)
         unit = unit or self.units.get(key) or next((u for n, u in self.units.items() if GROUPS.get(n) == si), si)
         if isinstance(value, str):
-            return measured_number(value, where=where, key=key, si=si, unit=unit)
+            match = PI.fullmatch(value.strip())
+            if match is None:
+                return measured_number(value, where=where, key=key, si=si, unit=unit)
+            sign, times, over = match.group("sign", "times", "over")
+            try:
+                value = float(f"{sign}1") * float(times or 1) * math.pi / float(over or 1)
+            except (ValueError, ZeroDivisionError):
+                raise InputError(f"{where}: {key} = {value!r} is not a number; write for example pi/10") from None
         if unit == si or not is_number(value) or value - value != 0:
             return MeasuredNumber(value)  # the bicycle itself refuses what is no finite number
         return MeasuredNumber(float(Fraction(float(value)) * factor_to_si(unit, si, where=where)))
 
 
-def _named_cause(name: str, given: GivenNumbers, notes: tuple[str, ...]) -> Bicycle:
-    """The bicycle; a centre of mass in cm is a wheel without load, so an error names the unusual number too."""
-    try:
-        return Bicycle(
-            name, given.values, given.sd, given.words.get("description", ""), given.words.get("source", ""), notes
-        )
-    except InputError as error:
-        doubts = [one for one in doubts_about(given.values) if one.explained]
-        causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
-        raise InputError("; ".join([str(error), *causes[:1], *([NAME_THE_UNIT] if doubts else [])])) from error
+def read_flat_text(path: Path | Traversable) -> GivenNumbers:
+    """Read ``key = value+/-sd`` lines with the comments ``# description: ...`` and ``# source: ...``.
 
-
-def _refuse_other_units(values: Mapping[str, Any], sd: Mapping[str, Any], kind: str) -> None:
-    """Refuse numbers that are surely in other units: several lengths that are usual in one, large deviations."""
-    doubts: list[Doubt] = doubts_about(values)
-    way_out = f"or write {WAY_OUT} = true at the top of the {kind} if it is meant so"
-    lengths = [one for one in doubts if UNITS[one.key] == "m"]
-    for word, unit, metres in (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254)):
-        usual = [TYPICAL[one.key][0] <= metres * values[one.key] <= TYPICAL[one.key][1] for one in lengths]
-        if len(usual) >= 3 and all(usual):  # fewer are a slip of one of them
-            raise InputError(
-                f'{lengths[0].outside} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, '
-                f"YAML), as {len(lengths)} lengths look like {word}, {way_out}"
-            )
-    refuse_absurd(doubts, where=kind, remedy=NAME_THE_UNIT)
-    for key, spread in sd.items():
-        low, high = TYPICAL.get(key, (0.0, float("inf")))
-        if is_number(spread) and spread > high - low:
-            guess = {"m": " (millimetres?)", "rad": " (degrees?)", "kg": " (grams?)"}.get(UNITS[key], "")
-            raise InputError(
-                f"the standard deviation of {key} is {spread:g} {UNITS[key]}, more than its usual values {low:g} .. "
-                f"{high:g} {UNITS[key]} differ{guess}; {NAME_THE_UNIT}, {way_out}"
-            )
-
-
-def read_flat_text(path: Path) -> GivenNumbers:
-    """Read ``key = value+/-sd`` lines with the comments ``# description: ...`` and ``# source: ...``."""
+    A ``.m`` file of MATLAB assigns the fields of a struct: ``P.w = 1.02; % m``.
+    """
     found = GivenNumbers()
     for where, key, text in key_value_lines(path):
+        key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
         if key == WAY_OUT:
             found.add_word(key, text, where)
         else:
-            found.add(key, text, where=where)
+            found.add(key, text.rstrip("; "), where=where)
     for line in path.read_bytes().decode("utf-8-sig", errors="replace").split("\n"):
         mark, _, text = line.strip().partition(":")
-        word = mark.removeprefix("#").strip()
-        if mark.startswith("#") and word in WORDS and word not in found.words:
+        word = mark.lstrip("#%").strip()
+        if mark[:1] in ("#", "%") and word in WORDS and word not in found.words:
             found.words[word] = _unquoted(text.strip())
     return found
 
 
-def read_flat_yaml(path: Path) -> GivenNumbers:
-    """Read flat YAML, or the neighbours' nested form with the parameters below ``values``."""
+def read_mapping(path: Path | Traversable) -> GivenNumbers:
+    """Read TOML, JSON or YAML: parameters below ``values``, with ``sd`` and ``units`` beside, or at the top."""
+    ending = path.name.lower().rpartition(".")[2]
+    if ending in ("yml", "yaml"):
+        top = _yaml(path)
+    else:
+        content = read_toml(path, "bicycle file") if ending == "toml" else _json(path)
+        _refuse_model_file(content, path)
+        top = _placed(content, str(path))
+    tables = {name: top.pop(name) for name in ("values", "sd", "units", "covariance") if name in top}
+    for name, (_, value) in tables.items():
+        if not isinstance(value, Mapping):
+            raise InputError(f"{path}: {name} = {shown(value)} must be a table: write [{name}] and the keys below it")
+    bodies = schema.read(BODIES, top.pop("bodies", ("", []))[1], where=str(path), section="bodies")
+    words = [key for key in (*WORDS, WAY_OUT) if key in top]
+    parameterization = top.get("parameterization", ("", "benchmark"))
+    if str(parameterization[1]).strip().lower() not in ("benchmark", "meijaard2007"):
+        raise InputError(
+            f"{parameterization[0]}: parameterization = {parameterization[1]!r} is another set of parameters than the "
+            f"one used here ({', '.join(KEYS)}); write the bicycle out in these (benchmark, meijaard2007)"
+        )
+    try:
+        found = GivenNumbers({key: text for key, (_, text) in tables.get("units", ("", {}))[1].items()})
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    found.bodies = bodies
+    for key in words:
+        found.add_word(key, top[key][1], top.pop(key)[0])
+    for key, (where, value) in (tables["values"][1] if "values" in tables else top).items():
+        if isinstance(value, Mapping | list):
+            raise InputError(f"{where}: expected one 'key: value' a line, found a nested value {key}")
+        found.add(key, value, where=where)
+    if "values" in tables:
+        top.pop("parameterization", None)
+        for key, (where, value) in top.items():
+            found.notes.append(
+                f"{where}: {key} = {'{...}' if isinstance(value, Mapping) else shown(value)} is not used"
+            )
+    for key, (where, value) in tables.get("sd", ("", {}))[1].items():
+        found.add_sd(key, value, where=where)
+    if "covariance" in tables:
+        plain = {key: value for key, (_, value) in tables["covariance"][1].items()}
+        found.covariance = read_covariance(plain, found.values, where=f"{path}: [covariance]")
+        for key in set(found.covariance.names) & set(found.sd):
+            raise InputError(f"{path}: [covariance]: {key} has an sd in [sd] already; keep one of them")
+    return found
+
+
+def _placed(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]]:
+    """Key -> place and value, of tables likewise."""
+    return {
+        key: (where, _placed(value, f"{where}: [{key}]") if isinstance(value, Mapping) else value)
+        for key, value in content.items()
+    }
+
+
+def _json(path: Path | Traversable) -> Mapping[str, Any]:
+    try:
+        content = json.loads(path.read_bytes().decode("utf-8-sig", errors="replace"))
+    except ValueError as error:
+        raise InputError(f"{path}: not a JSON file: {error}") from error
+    if not isinstance(content, Mapping):
+        raise InputError(f'{path}: expected an object such as {{"w": 1.02, ...}}')
+    return content
+
+
+def _refuse_model_file(given: Mapping[str, Any], path: Path | Traversable) -> None:
+    if "bicycle" not in given or "values" in given:
+        return
+    what = "its table [bicycle]" if isinstance(given["bicycle"], Mapping) else f"bicycle = {given['bicycle']!r}"
+    added = given.get("effects") or {}
+    torque = " (a measurement file without residual_torque)" if "residual_torque" in added else ""
+    effects = f" and its [effects.NAME]{torque}" if added else ""
+    raise InputError(
+        f"{path}: is a model file, not a bicycle file; write {what}{effects} into the file that names it, in place "
+        "of the name"
+    )
+
+
+def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
+    """Key -> place and text of a YAML file, of tables likewise; numbers stay text, as they may be written 1.02(3)."""
     import yaml
 
     try:
@@ -178,53 +342,47 @@ def read_flat_yaml(path: Path) -> GivenNumbers:
         raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())}") from error
     if not isinstance(node, yaml.MappingNode):
         raise InputError(f"{path}: expected one 'key: value' a line, for example 'w: 1.02'")
-    top = _entries(node, path, ("values", "sd", "units"))
-    inner = {name: top.pop(name)[1] for name in ("values", "sd", "units") if name in top}
-    for name, value in inner.items():
-        if not isinstance(value, yaml.MappingNode):
-            raise InputError(f"{path}: {name} must hold one 'key: value' a line")
-    tables = {name: _entries(value, path) for name, value in inner.items()}
+
+    def entries(node: Any) -> dict[str, tuple[str, Any]]:
+        found: dict[str, tuple[str, Any]] = {}
+        for key_node, value in node.value:
+            where, key = f"{path}, line {key_node.start_mark.line + 1}", key_node.value
+            if not isinstance(key_node, yaml.ScalarNode) or isinstance(value, yaml.SequenceNode):
+                raise InputError(f"{where}: expected one 'key: value' a line, found a nested value")
+            if key in found:
+                raise InputError(f"{where}: {key} is given twice; keep one")
+            found[key] = (where, entries(value) if isinstance(value, yaml.MappingNode) else value.value)
+        return found
+
+    return entries(node)
+
+
+def read_covariance(
+    given: Mapping[str, Any], known: Collection[str], *, where: str, origin: str = FILE
+) -> ParameterCovariance:
+    """Joint covariance S (SI) of parameters among the ``known``: its matrix, or a factor L with S = L L'."""
+    content = schema.read(COVARIANCE, given, where=where)
+    names, keys = content["parameters"], [key for key in ("matrix", "factor") if key in content]
+    refuse_unknown("parameter", names, known, where=where)
+    if len(keys) != 1:
+        raise InputError(f"{where}: give one of matrix and factor")
+    columns = len(names) if keys == ["matrix"] else None
+    row = schema.list_of(
+        schema.number(), f"must be {columns} finite numbers" if columns else "must be finite numbers",
+        least=columns or 1, most=columns or schema.MOST,
+    )  # fmt: skip
+    says = f"must be {len(names)} rows of as many numbers"
+    rows = schema.read(
+        schema.list_of(row, says, least=len(names), most=len(names)), content[keys[0]], where=where, section=keys[0]
+    )
+    if len({len(one) for one in rows}) > 1:
+        raise InputError(f"{where}: factor {says}")
+    matrix = np.array(rows, float)
     try:
-        found = GivenNumbers({key: text for key, (_, text) in tables.get("units", {}).items()})
+        spread = checked_covariance(names, matrix @ matrix.T if keys == ["factor"] else matrix)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    theirs = ("parameterization", "parameters", "rider", "name") if "values" in tables else ()
-    for key, (where, text) in top.items():
-        if key in (*WORDS, WAY_OUT):
-            found.add_word(key, text, where)
-        elif theirs and key == "parameterization":
-            if text.strip().lower() not in ("benchmark", "meijaard2007"):
-                raise InputError(
-                    f"{where}: parameterization = {text.strip()!r} is another set of parameters than the one used here "
-                    f"({', '.join(KEYS)}); write the bicycle out in these (benchmark, meijaard2007)"
-                )
-        elif key in theirs:
-            found.notes.append(f"{where}: {key} = {text.strip()!r} is not used")
-        elif theirs:
-            raise InputError(f"{where}: {unknown('key', key, [*WORDS, WAY_OUT, *inner, 'sd', 'units', *theirs])}")
-        else:
-            found.add(key, text, where=where)
-    for key, (where, text) in tables.get("values", {}).items():
-        found.add(key, text, where=where)
-    for key, (where, text) in tables.get("sd", {}).items():
-        found.add_sd(key, text, where=where)
-    return found
-
-
-def _entries(node: Any, path: Path, nested: tuple[str, ...] = ()) -> dict[str, tuple[str, Any]]:
-    """Key -> place and text of the value; the value's node for the keys in ``nested``."""
-    import yaml
-
-    found: dict[str, tuple[str, Any]] = {}
-    for key_node, value_node in node.value:
-        where = f"{path}, line {key_node.start_mark.line + 1}"
-        key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
-        if key is not None and key in found:
-            raise InputError(f"{where}: {key} is given twice; keep one")
-        if key is None or not (key in nested or isinstance(value_node, yaml.ScalarNode)):
-            raise InputError(f"{where}: expected one 'key: value' a line, found a nested value")
-        found[key] = (where, value_node if key in nested else value_node.value)
-    return found
+        raise InputError(f"{where}: {error}") from error
+    return ParameterCovariance(tuple(names), spread, origin=origin)
 
 
 def _unquoted(text: str) -> str:
@@ -240,7 +398,7 @@ SD = "_sd"
 
 def is_bicycle_table(text: str) -> bool:
     """True if ``text`` names a table of bicycles, or one of its rows."""
-    return Path(text.rpartition(ROW)[0] or text).suffix.lower() in ENDINGS or Path(text).suffix.lower() in ENDINGS
+    return any(Path(name).suffix.lower() in ENDINGS for name in (text, text.rpartition(ROW)[0]))
 
 
 def split_row(text: str) -> tuple[Path, str]:
@@ -256,9 +414,8 @@ def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:
     sheet = read_sheet(path, kind="bicycles")
     columns = [_column(name, sheet) for name in sheet.header]
     keys = [key for key, _ in columns]
-    for key in keys:
-        if keys.count(key) > 1:
-            raise InputError(f"{path}: two columns are of {key}; keep one")
+    if twice := [key for key in keys if keys.count(key) > 1]:
+        raise InputError(f"{path}: two columns are of {twice[0]}; keep one")
     missing = [key for key in ("name", *UNITS) if key not in keys]
     if missing:
         raise InputError(f"{path}: the column {', '.join(missing)} is missing; a row needs a name and every parameter")
@@ -277,6 +434,8 @@ def _column(name: str, sheet: Sheet) -> tuple[str, str]:
     words, known = ("name", *WORDS, WAY_OUT), (*KEYS, *LEFT_OUT)
     allowed = {*words, *known, *(key + SD for key in known)}
     base, unit = split_unit(name)
+    for alias in [alias for alias in ALIASES if base == alias or base.startswith(f"{alias}_")]:
+        base = ALIASES[alias] + base.removeprefix(alias)
     if base not in allowed and not unit:
         start, _, end = base.partition("_")
         with_sd = end == "sd" or end.startswith("sd_")
@@ -298,7 +457,7 @@ def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unus
         raise InputError(f"{place}, column 'name': {name!r} must be a name without {ROW!r}")
     if flag not in ("", "true", "false"):
         raise InputError(f"{place}, column {WAY_OUT!r}: {flag!r} must be true or false")
-    numbers = GivenNumbers(words=words)
+    unusual, numbers = allow_unusual or flag == "true", GivenNumbers(words=words)
     for key, (cell, unit, column) in sorted(row.items(), key=lambda item: item[0].endswith(SD)):
         where, of = f"{place} ({name}), column {column!r}", key.removesuffix(SD)
         if cell == "" and key in UNITS:
@@ -309,9 +468,7 @@ def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unus
             numbers.add_sd(of, cell, where=where, unit=unit or row[of][1] if of in row else unit)
         else:
             numbers.add(key, cell, where=where, unit=unit)
-    return numbers.bicycle(
-        name, "table (a column of its own)", place=f"{place} ({name})", allow_unusual=allow_unusual or flag == "true"
-    )
+    return numbers.bicycle(name, "table (a column of its own)", place=f"{place} ({name})", allow_unusual=unusual)
 
 
 def available_bicycles() -> tuple[str, ...]:
@@ -329,8 +486,7 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     A TOML file has ``description``, ``source``, a table ``[values]`` with Meijaard's keys (SI, lam in rad) and
     optionally ``[sd]`` and ``[units]``. A YAML or text file is flat, one ``key: value`` a line. Values may be text such
     as ``0.375 +/- 0.026``, ``0.375(26)`` or ``18.3 deg`` (:mod:`tyre.measured_number`).
-    Values far outside what bicycles have (other units?) are refused unless ``allow_unusual``, here or in the file, is
-    true.
+    Values far outside what bicycles have are refused unless ``allow_unusual``, here or in the file, is true.
 
     Parameters
     ----------
@@ -345,14 +501,24 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     path, text = Path(name_or_path), str(name_or_path)
     if is_bicycle_table(text):
         return _one_of_table(text, allow_unusual=allow_unusual)
-    if path.suffix.lower() in WRITERS:
+    if path.suffix.lower() in READERS:
         if not path.is_file():
             raise InputError(f"{path}: no such bicycle file; packaged bicycles: {', '.join(available_bicycles())}")
-        return (_toml if path.suffix.lower() == ".toml" else _flat)(path, allow_unusual=allow_unusual)
+        return _one_of_file(path, allow_unusual=allow_unusual)
     if text not in available_bicycles():
-        endings = ", ".join([*WRITERS, *ENDINGS])
+        endings = ", ".join([*READERS, *ENDINGS])
         raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a file ({endings})")
-    return _toml(_folder().joinpath(f"{text}.toml"))
+    return _one_of_file(_folder().joinpath(f"{text}.toml"))
+
+
+def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bicycle:
+    stem, _, ending = path.name.rpartition(".")
+    found = READERS[f".{ending.lower()}"](path)
+    if found.sd and not any(found.sd.values()):  # their way to say that it is not known
+        found.notes.append(
+            f"{path}: every standard deviation is 0, so its values count as exact; take +/-0 out where it is not known"
+        )
+    return found.bicycle(stem, "bicycle file", place=str(path), allow_unusual=allow_unusual)
 
 
 def _one_of_table(text: str, *, allow_unusual: bool) -> Bicycle:
@@ -377,34 +543,6 @@ def bicycle_place(text: str, folder: Path) -> str:
     return (folder / path).resolve().as_posix() + (f"{ROW}{row}" if row else "")
 
 
-def _toml(path: Traversable, *, allow_unusual: bool = False) -> Bicycle:
-    from tyre.schema import any_table, anything, flag, maybe, needed, read, table
-
-    missing = "the table [values] with the bicycle's parameters is missing"
-    declared = {maybe(key, ""): anything for key in WORDS} | {
-        needed("values", missing): any_table, maybe("sd", {}): any_table, maybe("units", {}): any_table,
-        maybe(WAY_OUT, False): flag,
-    }  # fmt: skip
-    given = read_toml(path, "bicycle file")
-    if "bicycle" in given and "values" not in given:
-        what = "its table [bicycle]" if isinstance(given["bicycle"], Mapping) else f"bicycle = {given['bicycle']!r}"
-        added = given.get("effects") or {}
-        torque = " (a measurement file without residual_torque)" if "residual_torque" in added else ""
-        effects = f" and its [effects.NAME]{torque}" if added else ""
-        raise InputError(
-            f"{path}: is a model file, not a bicycle file; write {what}{effects} into the file that names it, in place "
-            "of the name"
-        )
-    content = read(table(declared), given, where=str(path))
-    try:
-        numbers = given_numbers(content["values"], content["sd"], content["units"])
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    numbers.words = {word: str(content[word]) for word in WORDS}
-    name, allow = path.name.rsplit(".", 1)[0], allow_unusual or content[WAY_OUT]
-    return numbers.bicycle(name, "bicycle file", place=str(path), allow_unusual=allow)
-
-
 def given_numbers(
     values: Mapping[str, Any], sd: Mapping[str, Any] | None = None, units: Mapping[str, Any] | None = None, *,
     place: str = "[values]",
@@ -418,22 +556,17 @@ def given_numbers(
     return numbers
 
 
-def _flat(path: Path, *, allow_unusual: bool = False) -> Bicycle:
-    found = (read_flat_text if path.suffix.lower() == ".txt" else read_flat_yaml)(path)
-    if found.sd and not any(found.sd.values()):  # their way to say that it is not known
-        found.notes.append(
-            f"{path}: every standard deviation is 0, so its values count as exact; take +/-0 out where it is not known"
-        )
-    return found.bicycle(path.name.rsplit(".", 1)[0], "bicycle file", place=str(path), allow_unusual=allow_unusual)
-
-
 def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
     """Text of a TOML file of ``bicycle`` that :func:`load_bicycle` reads back exactly."""
     import tomli_w
 
     content: dict[str, Any] = {WAY_OUT: True} if allow_unusual else {}
     content |= {"description": bicycle.description, "source": bicycle.source, "values": dict(bicycle.values)}
-    return tomli_w.dumps(content | ({"sd": dict(bicycle.sd)} if bicycle.sd else {}))
+    names, spread = bicycle.covariance.names, bicycle.covariance.matrix
+    sd = {key: value for key, value in bicycle.sd.items() if key not in names}
+    content |= {"sd": sd} if sd else {}
+    content |= {"covariance": {"parameters": list(names), "matrix": spread.tolist()}} if names else {}
+    return tomli_w.dumps(content)
 
 
 def to_yaml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
@@ -456,6 +589,11 @@ def to_text(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
     lines += [f"{WAY_OUT} = true\n"] if allow_unusual else []
     return "".join([*lines, *(f"{key} = {written(x, bicycle.sd.get(key))}\n" for key, x in bicycle.values.items())])
 
+
+READERS: Mapping[str, Callable[[Any], GivenNumbers]] = (
+    dict.fromkeys((".toml", ".json", ".yml", ".yaml"), read_mapping) | dict.fromkeys((".txt", ".m"), read_flat_text)
+)  # fmt: skip
+"""Reader of a bicycle by the ending of its file."""
 
 WRITERS = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml, ".txt": to_text}
 """Writer of a bicycle by the ending of its file."""

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 
 from bicycle.effect import Parameter
 from bicycle.model import Model
-from bicycle.parameter_covariance import ParameterKey, entries_of
+from bicycle.parameter_covariance import FILE, MODEL_FILE, TABLE, ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
 from tyre.errors import InputError, is_number, shown, unknown
 
-GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT = ORIGINS = (
-    "given", "tyre table", "bicycle file", "model file", "assumed", "exact"
-)  # fmt: skip
-
+GIVEN, ASSUMED, EXACT = "given", "assumed", "exact"
+ORIGINS = (GIVEN, TABLE, FILE, MODEL_FILE, ASSUMED, EXACT)
 
 DEFAULTS = {
     key: (size, of, why)
@@ -42,8 +40,8 @@ EFFECT = 0.1
 """Of the value: parameters of effects, which are seldom measured on the bicycle at hand."""
 
 CORNERING_STIFFNESS = 0.03
-"""sd(C_Fy) / C_Fy of a tyre whose source states none: of a table independent between conditions; of a formula (.tir,
-Pacejka-89) the same at all conditions, and as much of K_y.
+"""sd(C_Fy) / C_Fy of a tyre whose source states none, and as much of K_y: of a table four fifths of the variance common
+to all conditions; of a formula (.tir, Pacejka-89) all of it.
 
 The tables of Dell'Orto et al. scatter by 1.2 to 2.2 % about the smooth MF6.1 law (the rms misfit over nine conditions),
 which is what a repeated condition would; load cell, temperature and the difference between two tyres of one make come

@@ -194,6 +194,8 @@ class Effect:
         Literature, and what one sees in the modes when the effect is there.
     powered : bool
         Whether a motor does it: the diagnosis tries it on request only, for no bicycle has one unknown to its owner.
+    on_request : str
+        Reason why the diagnosis tries it on request only; empty if it always does.
     nameable : bool
         Whether it is a cause that a diagnosis may name; what stands for an unknown one is never tried.
     needs_rider : bool
@@ -215,9 +217,11 @@ class Effect:
     why: ClassVar[str] = ""
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
+    family: ClassVar[str] = ""
     description: ClassVar[str] = ""
     modes: ClassVar[tuple[Mode, ...]] = ()
     powered: ClassVar[bool] = False
+    on_request: ClassVar[str] = ""
     nameable: ClassVar[bool] = True
     needs_rider: ClassVar[bool] = False
     acts_through: ClassVar[str] = ""

@@ -1,4 +1,7 @@
-"""Eigenvalues and eigenvectors of stacks of small matrices by LAPACK, and eigenvalues as oscillations.
+"""Eigenvalues and eigenvectors of stacks of small matrices, and eigenvalues as oscillations.
+
+The kernel in C (_kernel.c) solves many matrices side by side; what it leaves, and everything where it was not built or
+the environment has VELOTYRE_KERNEL=off, LAPACK solves.
 
 >>> import numpy as np
 >>> eigenvalues(np.array([[[0.0, 1.0], [-4.0, 0.0]]]))
@@ -7,9 +10,12 @@ array([[0.-2.j, 0.+2.j]])
 (0.6, 1.0)
 """
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from contextlib import suppress
+from importlib import import_module
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,14 +25,23 @@ from tyre.arrays import Array, Complex
 from tyre.errors import InputError
 from tyre.workers import one_blas_thread
 
-BATCH = 1024  # matrices a call: they fit the cache, and there is enough for every thread
+kernel: Any = None
+if os.environ.get("VELOTYRE_KERNEL") != "off":
+    with suppress(ImportError):  # installed without a compiler
+        kernel = import_module("bicycle._kernel")
+KERNEL = f"C, {kernel.width}" if kernel else "LAPACK, by numpy"
+
+BATCH = 512  # matrices a call: they fit the cache, and there is enough for every thread
 DOUBTFUL = 1e-7  # a pair with an imaginary part below this share of the largest root may be a double real root
 DIGITS = 30 * np.finfo(float).eps  # what rounding may change in the last digits of a root
 NOISE = 1e-12  # of the largest root: a root smaller than this is zero
 
 
 class Eigensystem(NamedTuple):
-    """Eigenvalues (m, n) in 1/s, right eigenvectors as columns and left ones as rows (m, n, n), u_i x_i = 1."""
+    """Eigenvalues (m, n) in 1/s, right eigenvectors as columns and left ones as rows (m, n, n), u_i x_i = 1.
+
+    The two halves of a pair stand side by side, the upper one first.
+    """
 
     values: Complex
     right: Complex
@@ -40,6 +55,14 @@ class Decomposition(NamedTuple):
     slopes: Complex
     right: Complex
     left: Complex
+
+
+class Participation(NamedTuple):
+    """Eigenvalues (m, n) in 1/s and who moves in each: shares without a unit."""
+
+    values: Complex
+    share: Array  # (m, groups, n), sums of |left times right eigenvector| over the states of each group, of all states
+    steering: Array  # (m, n), steer angle among all angles
 
 
 def eigenvalues(stack: ArrayLike, *, threads: int = 1) -> Complex:
@@ -62,7 +85,7 @@ def in_batches(matrices: Callable[[slice], NDArray[np.float64]], shape: tuple[in
 
     def fill(start: int) -> None:
         part = slice(start, start + BATCH)
-        result[part] = np.sort(np.linalg.eigvals(matrices(part)).astype(complex, copy=False), axis=-1)
+        result[part] = spectra(matrices(part))
 
     starts = range(0, len(result), BATCH)
     if threads == 1 or len(starts) < 2:
@@ -74,36 +97,131 @@ def in_batches(matrices: Callable[[slice], NDArray[np.float64]], shape: tuple[in
     return result
 
 
+def spectra(matrices: Array) -> Complex:
+    """Eigenvalues (m, n) of finite ``matrices`` (m, n, n), sorted by real then imaginary part."""
+    m, n, _ = matrices.shape
+    if kernel is None or not 0 < n <= kernel.most:
+        return np.sort(np.linalg.eigvals(matrices).astype(complex, copy=False), axis=-1)
+    values = np.empty((m, n), complex)
+    if kernel.solve(n, np.ascontiguousarray(matrices, float), values):
+        k = np.flatnonzero(np.isnan(values[:, 0]))
+        values[k] = np.sort(np.linalg.eigvals(matrices[k]).astype(complex, copy=False), axis=-1)
+    return values
+
+
 def eigensystem(matrices: Array, *, mass: Array | None = None) -> Eigensystem:
     """Eigenvalues and eigenvectors of A, or of E^-1 F where a mass matrix E is given."""
-    values, right = np.linalg.eig(matrices if mass is None else np.linalg.solve(mass, matrices))
-    left = inverse(right if mass is None else mass @ right)
-    return Eigensystem(values.astype(complex, copy=False), right, left)
+    own = matrices if mass is None else np.asarray(np.linalg.solve(mass, matrices))
+    values, _, right, left = eigensystem_with_slopes(own)
+    return Eigensystem(values, right, left if mass is None else left @ np.linalg.inv(mass))
 
 
-def roots_at(polynomial: SpeedPolynomial, speeds: Array) -> Eigensystem:
-    """Eigenvalues and eigenvectors of A(v); what rounding split of a double real root is real again."""
+def eigensystem_with_slopes(matrices: Array, changes: Array | None = None, *, vectors: bool = True) -> Decomposition:
+    """Decomposition of A with slopes u_i dA x_i (Lancaster 1964) for ``changes`` dA (m, n, n), NaN without these.
+
+    Without ``vectors`` these are empty.
+    """
+    m, n, _ = matrices.shape
+    if kernel is None or not 0 < n <= kernel.most:
+        return _by_lapack(matrices, changes)
+    square = (m, n, n) if vectors else (0, n, n)
+    found = Decomposition(*(np.empty(shape, complex) for shape in ((m, n), (m, n), square, square)))
+    given = [None if part is None else np.ascontiguousarray(part, float) for part in (matrices, changes)]
+    slopes = (None, None) if changes is None else (given[1], found.slopes)
+    if kernel.solve(n, given[0], found.values, *slopes, *((found.right, found.left) if vectors else ())):
+        k = np.flatnonzero(np.isnan(found.values[:, 0]))
+        rest = _by_lapack(matrices[k], None if changes is None else changes[k])
+        for part, own in list(zip(found, rest, strict=True))[: 4 if vectors else 2]:
+            part[k] = own
+    return found
+
+
+def participation(matrices: Array, weights: Array, ratio: Array) -> Participation:
+    """Eigenvalues of ``matrices`` (m, n, n) and how states take part in their motion.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (groups, n)
+        What each state counts for each group.
+    ratio : ndarray, shape (3, n)
+        Rows a, b, c of the ``steering`` a |x| / (b |x| + c |x| / |lambda|).
+    """
+    m, n, _ = matrices.shape
+    if kernel is None or not 0 < n <= kernel.most:
+        return _participation_by_lapack(matrices, weights, ratio)
+    found = Participation(np.empty((m, n), complex), np.empty((m, len(weights), n)), np.empty((m, n)))
+    none = (None,) * 4
+    given = np.ascontiguousarray(matrices, float)
+    if kernel.solve(n, given, found.values, *none, weights, found.share, ratio, found.steering):
+        k = np.flatnonzero(np.isnan(found.values[:, 0]))
+        for part, own in zip(found, _participation_by_lapack(matrices[k], weights, ratio), strict=True):
+            part[k] = own
+    return found
+
+
+def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> Participation:
+    values, right = np.linalg.eig(matrices)
+    x, u = right.real**2, _real_left(values, right) ** 2
+    if np.iscomplexobj(values):
+        x += right.imag**2
+        k, i = np.nonzero(values.imag > 0)
+        u[k, i] = u[k, i + 1] = (u[k, i] + u[k, i + 1]) / 4
+    part = np.sqrt(x * u.swapaxes(1, 2))
+    part /= np.maximum(part.sum(1, keepdims=True), 1e-300)
+    above, angles, rates = np.matmul(ratio, np.sqrt(x)).swapaxes(0, 1)
+    below = angles + rates / np.maximum(np.abs(values), 1e-300)
+    steering = above / np.maximum(below, 1e-300)
+    return Participation(values.astype(complex, copy=False), np.matmul(weights, part), steering)
+
+
+def _real_left(values: Complex, right: Complex) -> Array:
+    """Left eigenvectors as rows; u + u* and i (u - u*) in place of the two of a pair: the inverse of a real matrix."""
+    return inverse(np.where((values.imag < 0)[:, None], -right.imag, right.real) if np.iscomplexobj(values) else right)
+
+
+def _by_lapack(matrices: Array, changes: Array | None) -> Decomposition:
+    values, right = np.linalg.eig(matrices)
+    left = _real_left(values, right).astype(complex)
+    values, right = values.astype(complex, copy=False), right.astype(complex, copy=False)
+    k, i = np.nonzero(values.imag > 0)
+    upper = (left[k, i] - 1j * left[k, i + 1]) / 2
+    left[k, i], left[k, i + 1] = upper, upper.conj()
+    slopes = np.full(values.shape, complex(np.nan, np.nan)) if changes is None else projected(left, changes, right)
+    return Decomposition(values, slopes, right, left)
+
+
+def _real_again(values: Complex, matrices: Array, left: Complex, right: Complex) -> Complex:
+    """Make a pair that rounding has made of a double real root real again."""
+    return np.where(np.abs(values.imag) <= uncertainty(values, left, matrices, right), values.real, values)
+
+
+def participation_at(polynomial: SpeedPolynomial, speeds: Array, weights: Array, ratio: Array) -> Participation:
+    """:func:`participation` in the roots of A(v); what rounding split of a double real root is real again."""
     matrices = polynomial(speeds)
-    values, right, left = eigensystem(matrices)
-    k = np.flatnonzero(doubtful(values))
+    found = participation(matrices, weights, ratio)
+    k = np.flatnonzero(doubtful(found.values))
     if k.size:
-        rounding = np.abs(values[k].imag) <= uncertainty(values[k], left[k], matrices[k], right[k])
-        values[k] = np.where(rounding, values[k].real, values[k])
-    return Eigensystem(values, right.astype(complex, copy=False), left.astype(complex, copy=False))
+        values, right, left = eigensystem(matrices[k])
+        found.values[k] = _real_again(values, matrices[k], left, right)
+    return found
 
 
-def decompose(polynomial: SpeedPolynomial, speeds: Array) -> Decomposition:
-    """Roots of :func:`roots_at` with their slopes d(lambda) = u dA x for u x = 1 (Lancaster 1964)."""
+def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = True) -> Decomposition:
+    """Roots of A(v), slopes and, unless left out, ``vectors``; a double real root that rounding split is real again."""
     parts = []
     for start in range(0, max(len(speeds), 1), BATCH):
         part = slice(start, start + BATCH)
-        own = polynomial.take(part) if len(polynomial.shape) > 2 else polynomial
-        values, right, left = roots_at(own, speeds[part])
-        slopes = projected(left, own.derivative(speeds[part]), right).astype(complex, copy=False)
-        parts.append(Decomposition(values, slopes, right, left))
-    if len(parts) == 1:
-        return parts[0]
-    return Decomposition(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        v, own = speeds[part], polynomial
+        if len(polynomial.shape) > 2 and len(speeds) > BATCH:
+            own = polynomial.take(part)
+        matrices = own(v)
+        found = eigensystem_with_slopes(matrices, np.broadcast_to(own.derivative(v), matrices.shape), vectors=vectors)
+        k = np.flatnonzero(doubtful(found.values))
+        if k.size:
+            values, right, left = eigensystem(matrices[k])
+            found.values[k] = _real_again(values, matrices[k], left, right)
+        parts.append(found)
+    return parts[0] if len(parts) == 1 else Decomposition(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
@@ -123,8 +241,8 @@ def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex)
     return np.asarray(DIGITS * np.maximum(own, np.abs(values).max(1, keepdims=True)))
 
 
-def inverse(matrices: Complex) -> Complex:
-    """Inverses of ``matrices`` (m, n, n); the pseudo-inverse of a matrix of eigenvectors that is exactly defective."""
+def inverse(matrices: Any) -> Array:
+    """Inverses of ``matrices`` (m, n, n); the pseudo-inverse of a matrix that is exactly singular."""
     try:
         return np.asarray(np.linalg.inv(matrices))
     except np.linalg.LinAlgError:

@@ -7,17 +7,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from bicycle.declarations import (
-    Builder,
-    ContactLaw,
-    Coordinate,
-    Declarations,
-    Expression,
-    Mode,
-    Motor,
-    State,
-    Wheel,
-)
+from bicycle.declarations import Builder, ContactLaw, Coordinate, Declarations, Expression, Mode, Motor, State, Wheel
 from bicycle.parameters import UNITS, bodies, static_loads
 from bicycle.rigid_bodies import (
     Body,
@@ -250,6 +240,7 @@ def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> Symb
         work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
         work.append((yaw_row(joints, wheel.body), wheel.moment))
     work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
+    work += [(lean_row(joints, body), moment) for body, moment in model.roll_moments]
     # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
     contact_shift = rear.crown_radius * rear.camber
     work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))
@@ -316,6 +307,7 @@ class ModelBuilder:
         self._frame_joints: list[tuple[Joint, Coordinate]] = []
         self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
         self.yaw_moments: list[tuple[str, Expression]] = []
+        self.roll_moments: list[tuple[str, Expression]] = []
         self.rates: dict[Expression, Expression | None] = {}  # extra state -> its rate of change
         self.states: dict[str, State] = {}
         self.modes: dict[str, Mode] = {}
@@ -359,6 +351,10 @@ class ModelBuilder:
     def add_yaw_moment(self, body: str, moment: Expression) -> None:
         """Add an external moment about the vertical (N m) on a body."""
         self.yaw_moments.append((body, moment))
+
+    def add_roll_moment(self, body: str, moment: Expression) -> None:
+        """Add an external moment about the forward axis (N m, > 0 leans to the right) on a body."""
+        self.roll_moments.append((body, moment))
 
     def add_drive_force(self, force: Expression) -> None:
         """Add a force forward at the rear contact (N), for example what balances a drag."""

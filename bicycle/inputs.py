@@ -1,5 +1,7 @@
 """Inputs over time: pulses, steps, doublets and recorded histories."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

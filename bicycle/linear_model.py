@@ -1,5 +1,7 @@
 """The linear model with numbers: E x' = F(v) x + B(v) u, y = C(v) x + D(v) u, with names, units and validity."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

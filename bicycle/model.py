@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.bicycle_files import load_bicycle
 from bicycle.declarations import State
 from bicycle.effect import WHEELS, Effect
 from bicycle.effect_registry import effect_class
@@ -49,6 +50,7 @@ class Model:
 
     ``assumed_sd`` are those of its keys whose deviation the source does not state and a default stands for.
     ``covariance`` says what those of them have in common that were measured together, as the numbers of one tyre.
+    With ``unusual`` values far from the typical ones are meant: no warning.
 
     ``effects`` is one effect or several. Without a contact law the wheels roll without slip (the Whipple bicycle).
     Models with the same bicycle, effects and standard deviations are equal.
@@ -65,16 +67,19 @@ class Model:
     sd: Mapping[str, float] = field(default_factory=dict)
     assumed_sd: tuple[str, ...] = ()
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
+    unusual: bool = field(default=False, compare=False, kw_only=True)
 
     if TYPE_CHECKING:  # what a call may give, where the fields say what is kept
 
         def __init__(
-            self, bicycle: Bicycle, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
+            self, bicycle: Bicycle | str, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
             sd: Mapping[str, float] = ..., assumed_sd: Iterable[str] = (),
-            covariance: ParameterCovariance = ...,
+            covariance: ParameterCovariance = ..., *, unusual: bool = ...,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
+        if isinstance(self.bicycle, str):
+            object.__setattr__(self, "bicycle", load_bicycle(self.bicycle))
         if any(isinstance(other, Effect) for other in (self.notes, self.sd, self.assumed_sd, self.covariance)):
             raise InputError("effects were given one after the other; give them as one: Model(bicycle, [one, other])")
         effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects)
@@ -84,6 +89,13 @@ class Model:
         object.__setattr__(self, "effects", tuple(sorted(effects, key=lambda effect: effect.identifier)))
         for effect in effects:
             effect.check(self.parameters)
+            if self.bicycle.without_slip and not getattr(effect, "holds_contact", True):
+                where = f"bicycle {self.bicycle.name!r} with {effect.identifier}"
+                raise InputError(f"{where}: {self.bicycle.without_slip[0]}; or take no_slip")
+        own = self.bicycle.covariance
+        if not set(own.names) <= set(self.covariance.names):
+            joint = replace(self.covariance.and_also(own), origin=self.covariance.origin)
+            object.__setattr__(self, "covariance", joint)
 
     def __hash__(self) -> int:  # a mapping does not hash
         return hash((self.bicycle, self.effects, frozenset(self.sd.items()), self.covariance))
@@ -118,7 +130,7 @@ class Model:
     def with_effect(self, effect: Effect) -> "Model":
         """A model with one more ``effect``; a contact law takes the place of the one there was."""
         kept = [e for e in self.effects if type(e) is not type(effect) and (e.slot is None or e.slot != effect.slot)]
-        return Model(self.bicycle, (*kept, effect), self.notes, self.sd, self.assumed_sd, self.covariance)
+        return replace(self, effects=(*kept, effect))
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.
@@ -153,7 +165,7 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         )
     # values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain
     warnings = [*model.bicycle.warnings]
-    for effect in model.effects:
+    for effect in () if model.unusual else model.effects:
         for key, found in effect.doubts().items():
             if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
                 warnings.append(found.text)

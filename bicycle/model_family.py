@@ -137,7 +137,7 @@ class ModelFamily:
         bicycle = self.model.bicycle
         changed = {key: values[key] for key in UNITS if values[key] != self.base[key]}
         if changed:
-            bicycle = bicycle.replace(**changed)
+            bicycle = bicycle.replace(**changed, allow_unusual=True)
         effects = tuple(self.effect_with(effect, values) for effect in self.model.effects)
         return replace(self.model, bicycle=bicycle, effects=effects)
 

@@ -5,52 +5,35 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle
+from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle, read_covariance
 from bicycle.default_sd import MODEL_FILE
 from bicycle.effect import Effect
 from bicycle.effect_registry import effect_class
 from bicycle.model import Model
-from bicycle.parameter_covariance import ParameterCovariance, ParameterKey, checked_covariance
+from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
 from bicycle.parameters import UNUSED, Bicycle, doubts_about
 from bicycle.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
 from tyre import schema
-from tyre.errors import InputError, is_number, unknown
+from tyre.errors import InputError, is_number
 from tyre.files import read_toml
 from tyre.plausible import WAY_OUT, refuse_absurd
-from tyre.schema import any_table, anything, flag, list_of, number, refused, text
+from tyre.schema import any_table, anything, flag, refused
 
 SECTION = "covariance"
-TABLE = schema.table(
-    {
-        schema.needed("parameters"): list_of(text(), "must be a list of names of parameters", least=1),
-        schema.needed("matrix"): anything,
-    }
-)
 
 
 def stated_covariance(model: Model, given: Mapping[str, Any]) -> ParameterCovariance:
     """The covariance that a model file states."""
-    content = schema.read(TABLE, given, section=SECTION)
-    names = content["parameters"]
-    row = list_of(number(), f"must be {len(names)} finite numbers", least=len(names), most=len(names))
-    square = list_of(row, f"must be {len(names)} rows of as many numbers", least=len(names), most=len(names))
-    rows = schema.read(square, content["matrix"], where=f"[{SECTION}]", section="matrix")
-    known = {key for key in model.parameters if key not in UNUSED}
-    for name in names:
+    where, known = f"[{SECTION}]", [key for key in model.parameters if key not in UNUSED]
+    stated = read_covariance(given, known, where=where, origin=MODEL_FILE)
+    for name in stated.names:
         if name in model.tied:
-            raise InputError(
-                f"[{SECTION}]: {name} equals {model.tied[name]} of the bicycle and follows it; take it out"
-            )
-        if name not in known:
-            raise InputError(f"[{SECTION}]: {unknown('parameter', name, known)}")
+            raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; take it out")
         if name in model.bicycle.sd:
-            raise InputError(f"[{SECTION}]: the bicycle states an sd of {name} already; keep one of them")
+            raise InputError(f"{where}: the bicycle states an sd of {name} already; keep one of them")
     if model.sd:
-        raise InputError(f"[{SECTION}]: a measured tyre brings a covariance of its own; give its numbers instead")
-    try:
-        return ParameterCovariance(tuple(names), checked_covariance(names, rows), origin=MODEL_FILE)
-    except InputError as error:
-        raise InputError(f"[{SECTION}]: {error}") from error
+        raise InputError(f"{where}: a measured tyre brings a covariance of its own; give its numbers instead")
+    return stated
 
 
 def _bicycle_given(value: Any) -> Any:
@@ -122,7 +105,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
         if not allow:
             refuse_absurd(effects[-1].doubts().values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
-    model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance)
+    model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
     if SECTION not in given:
         return model
     stated = stated_covariance(model, given[SECTION])

@@ -264,11 +264,14 @@ def _branches(rules: Rules, found: Named) -> dict[str, Complex]:
     for one in np.unique(code[shown]).tolist():
         first, second = divmod(one, len(rules.names) + 1)
         own = shown & (code == one)
-        values = np.where(own, found.values, np.nan)
-        order = np.lexsort((-values.real, -values.imag), axis=1)[:, : max(2, int(own.sum(1).max()))]
-        values = np.take_along_axis(values, order, 1)
-        if values.shape[1] < 2:
-            values = np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan)
+        most = int(own.sum(1).max())
+        values = np.full((len(shown), max(most, 2)), np.nan, complex)
+        if most == 1:
+            values[own.any(1), 0] = found.values[own]
+        else:
+            held = np.where(own, found.values, np.nan)
+            order = np.lexsort((-held.real, -held.imag), axis=1)[:, :most]
+            values[:, :most] = np.take_along_axis(held, order, 1)
         branches[rules.name(first, second - 1)] = values
     return dict(sorted(branches.items(), key=lambda item: _rank(item[0], rules)))
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bicycle.declarations import BASE_MODES, Mode, State
 from bicycle.effect import Effect
 from bicycle.effect_registry import packaged_effects, registry
-from bicycle.eigen import BATCH, roots_at
+from bicycle.eigen import BATCH, Participation, kernel, participation_at, spectra
 from bicycle.linear_model import LinearModel
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.arrays import Array, Complex
@@ -29,6 +29,15 @@ WEAVE, WOBBLE, CAPSIZE, CASTERING = range(4)  # places in Rules.names
 CORE = CAPSIZE  # row of the weights
 NONE = -1
 FULL = -np.inf
+CORE_NAMES = np.array(
+    [[WEAVE, WEAVE, CAPSIZE, CASTERING], [WEAVE, WEAVE, NONE, NONE], [CAPSIZE, NONE, NONE, NONE], [NONE] * 4]
+)
+"""Names of real roots of lean and steer from the right: by themselves, beside capsize and castering as a pair, beside
+weave, beside both."""
+BORN_NAMES = np.array(
+    [[WEAVE, WEAVE, CAPSIZE, CASTERING], [CAPSIZE, WEAVE, WEAVE, CASTERING], [CAPSIZE, CASTERING, WEAVE, WEAVE]]
+)
+"""Names of four such roots by how many of them stay real to the right of the weave when it is born."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +100,9 @@ class Rules:
     # (5 + declared, n), what each state counts for weave, wobble, the core (lean, steer and yaw), castering, each
     # declared mode, and for none (states without a role)
     weights: Array
-    # places of the angles among the states; ``steer`` and ``yaw_rate`` are the places of these, -1 without them
-    angles: tuple[int, ...]
-    steer: int
-    yaw_rate: int
+    # (3, n), steer, the angles and the yaw rate among the states: steer over all angles is how much a root steers, the
+    # yaw angle being its rate over |lambda|
+    ratio: Array
     slips: bool  # whether contacts slip: else there is no wobble
 
     @classmethod
@@ -111,14 +119,13 @@ class Rules:
             marks = contact if mode.marks[0] in contact else mode.marks
             weights.append(dict.fromkeys(marks, 1.0))
         weights.append({"": 1.0})
-        names = [state.name for state in states]
+        ratio = [[s.name == "steer" for s in states], [s.unit == "rad" for s in states],
+                 [s.name == "yaw_rate" for s in states]]  # fmt: skip
         return cls(
             names=tuple(mode.name for mode in (*BASE_MODES, *declared))
             + tuple(f"other_{number}" for number in range(1, model.order + 1)),
             weights=np.array([[row.get(state.role, 0.0) for state in states] for row in weights]),
-            angles=tuple(k for k, state in enumerate(states) if state.unit == "rad"),
-            steer=names.index("steer") if "steer" in names else NONE,
-            yaw_rate=names.index("yaw_rate") if "yaw_rate" in names else NONE,
+            ratio=np.array(ratio, float),
             slips=any(state.role in contact for state in states),
         )
 
@@ -147,19 +154,42 @@ class Named(NamedTuple):
     second: Whole
     clear: Mask
 
+    def take(self, points: slice) -> "Named":
+        """Take some of the points."""
+        parts: tuple[Any, ...] = self
+        return Named(*(part[points] for part in parts))
+
 
 def name_points(
     rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, owner: Whole, speeds: Array
 ) -> Named:
     """Roots of many bicycles and their names, each point by itself."""
-    parts = []
-    for start in range(0, max(len(speeds), 1), BATCH):
-        own, v = owner[start : start + BATCH], speeds[start : start + BATCH]
-        parts.append(name_roots(rules, (gravity / unit)[own], *roots_at(polynomial.take(own), v)))
-    found = Named(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-    k = np.flatnonzero(~found.clear)
-    if k.size:
-        _name_by_birth(rules, polynomial, unit, gravity, owner[k], speeds[k], found, k)
+
+    def named(owner: Whole, speeds: Array) -> Named:
+        parts = []
+        for start in range(0, max(len(speeds), 1), BATCH):
+            own, v = owner[start : start + BATCH], speeds[start : start + BATCH]
+            at = participation_at(polynomial.take(own), v, rules.weights, rules.ratio)
+            parts.append(name_roots(rules, (gravity / unit)[own], at))
+        return parts[0] if len(parts) == 1 else Named(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    births = LIMITS.node * np.arange(1, LIMITS.nodes)
+    slow = owner[speeds < births[3] * unit[owner]]
+    slow = np.unique(slow) if slow.size else slow  # weave is mostly born within the first four: they are named along
+    many = np.repeat(slow, 4)
+    every = named(np.concatenate([owner, many]), np.concatenate([speeds, unit[many] * np.tile(births[:4], len(slow))]))
+    found, along = every.take(slice(len(owner))), every.take(slice(len(owner), None))
+    open_ = np.flatnonzero(~found.clear)
+    early = speeds[open_] < births[3] * unit[owner[open_]]
+    if early.any():
+        place = np.searchsorted(slow, owner[open_[early]])
+        left = _name_by_birth(found, open_[early], place, speeds, unit[slow, None] * births[:4], along)
+        open_ = np.concatenate([left, open_[~early]])
+    if open_.size:
+        own, place = np.unique(owner[open_], return_inverse=True)
+        nodes = unit[own, None] * births[4:]
+        along = named(np.repeat(own, nodes.shape[1]), nodes.ravel())
+        _name_by_birth(found, open_, place, speeds, nodes, along)
     return found
 
 
@@ -192,69 +222,75 @@ def stack_of_one(model: LinearModel, number: int) -> SpeedPolynomial:
     return SpeedPolynomial({power: matrix[None] for power, matrix in polynomial.items()}, shape=(1, n, n))
 
 
-def name_roots(rules: Rules, rate: Array, values: Complex, right: Complex, left: Complex) -> Named:
+def name_roots(rules: Rules, rate: Array, at: Participation) -> Named:
     """Names of the roots of many matrices, each by itself."""
+    values, share, steering = at
     size = np.abs(values)
-    part = np.abs(right * left.swapaxes(1, 2))
-    part /= np.maximum(part.sum(1, keepdims=True), 1e-300)
-    share = np.matmul(rules.weights, part)  # (m, modes, n)
     first, second = (np.full(values.shape, NONE) for _ in range(2))
     is_core = share[:, CORE] >= LIMITS.core
     pairs = values.imag > 0
     count = int(pairs.sum(1).max(initial=0))
     if count:
-        at = np.argsort(~pairs, axis=1, kind="stable")[:, :count]
-        both = _capsize_and_castering(rules, rate, values, is_core)
+        upper = np.argsort(~pairs, axis=1, kind="stable")[:, :count]
+        both = _capsize_and_castering(rules, rate, values, size, is_core)
         slowness = 1 / (1 + size / (LIMITS.slow * rate[:, None]))
         weave = share[:, WEAVE] + LIMITS.slowness * slowness + LIMITS.first * is_core
-        # four slower roots of the core are the whole of it: weave is two of them then
-        whole = is_core & ((values.imag == 0) | both | np.roll(both, 1, axis=1))
-        slower = (np.where(whole, size, np.inf)[:, None, :] < size[:, :, None]).sum(2)
-        weave = np.where((share[:, CORE] >= LIMITS.weave) & (slower < 4), weave, -np.inf)
+        weave[(share[:, CORE] < LIMITS.weave) | _behind_the_core(values, size, is_core, both)] = FULL
         played = [weave, *(share[:, k] for k in rules.declared)]
         places = [WEAVE, *rules.declared, NONE]
         if rules.slips:
-            played.append(share[:, WOBBLE] + LIMITS.steering * _steering(rules, size, right))
+            played.append(share[:, WOBBLE] + LIMITS.steering * steering)
             places.insert(-1, WOBBLE)
-        free = pairs & ~both
-        score = np.stack([np.take_along_axis(np.where(free, one, -np.inf), at, 1).T for one in played], 1)
-        best, other = assign_pairs(score)
-        there = np.take_along_axis(free, at, 1)
-        for names, chosen in ((first, best), (second, other)):
-            np.put_along_axis(names, at, np.where(there, np.array(places)[chosen].T, NONE), 1)
+        own = np.arange(len(values))[:, None]
+        there = (pairs & ~both)[own, upper]
+        score = np.where(there, np.stack(played)[:, own, upper], FULL)
+        for names, chosen in zip((first, second), assign_pairs(score), strict=True):
+            names[own, upper] = np.where(there, np.array(places)[chosen], NONE)
         first[both], second[both] = CAPSIZE, CASTERING
     clear = _name_real(rules, values, share, is_core, first)
     _name_others(rules, size, values.imag >= 0, first)
-    if count:  # the lower half stands next to its upper one
-        k, i = np.nonzero(pairs)
-        for names in (first, second):
-            names[k, i + 1] = names[k, i]
+    lower = values.imag < 0  # it stands next to the upper half
+    for names in (first, second):
+        names[:, 1:][lower[:, 1:]] = names[:, :-1][lower[:, 1:]]
     return Named(values, first, second, clear)
 
 
-def _steering(rules: Rules, size: Array, right: Complex) -> Array:
-    """Share of the steer angle among all angles of each root (m, n); the yaw angle is its rate over |lambda|."""
-    if rules.steer == NONE:
-        return np.zeros(size.shape)
-    angles = np.abs(right[:, rules.angles]).sum(1)
-    if rules.yaw_rate != NONE:
-        angles = angles + np.abs(right[:, rules.yaw_rate]) / np.maximum(size, 1e-300)
-    return np.asarray(np.abs(right[:, rules.steer]) / np.maximum(angles, 1e-300))
-
-
-def _capsize_and_castering(rules: Rules, rate: Array, values: Complex, is_core: Mask) -> Mask:
+def _capsize_and_castering(rules: Rules, rate: Array, values: Complex, size: Array, is_core: Mask) -> Mask:
     """Pairs that capsize and castering form: slow, stable, with exactly two roots of the core to their right."""
-    still = LIMITS.still * rate[:, None] if rules.slips else np.inf
-    slow = is_core & (np.abs(values) < still)
-    core = np.where(slow, values.real, -np.inf)
-    ahead = (core[:, None, :] > values.real[:, :, None] + 1e-9 * np.abs(values)[:, :, None]).sum(2)
-    stable = values.real < 0 if rules.slips else True
-    return np.asarray((values.imag > 0) & slow & stable & (ahead == 2))
+    slow = is_core & (size < LIMITS.still * rate[:, None]) if rules.slips else is_core
+    found = (values.imag > 0) & slow
+    if rules.slips:
+        found &= values.real < 0
+    k = np.flatnonzero(found.any(1))
+    if k.size:
+        core = np.where(slow[k], values.real[k], -np.inf)
+        ahead = (core[:, None, :] > values.real[k, :, None] + 1e-9 * size[k, :, None]).sum(2)
+        found[k] &= ahead == 2
+    return found
+
+
+def _behind_the_core(values: Complex, size: Array, is_core: Mask, both: Mask) -> Mask:
+    """Roots faster than four roots of the core that are real or capsize and castering: weave is two of those then."""
+    behind = np.zeros(values.shape, bool)
+    whole = is_core & ((values.imag == 0) | both | np.roll(both, 1, axis=1))
+    k = np.flatnonzero(whole.sum(1) > 3)
+    if k.size:
+        slower = np.where(whole[k], size[k], np.inf)[:, None, :] < size[k][:, :, None]
+        behind[k] = slower.sum(2) > 3
+    return behind
 
 
 def assign_pairs(score: Array) -> tuple[Whole, Whole]:
-    """Best joint naming of the pairs of many points, and the next best name of each pair where it lacks little."""
-    p, j, m = score.shape
+    """Best joint naming of the pairs of many points, and the next best name of each pair if it lacks little.
+
+    ``score`` (names, points, pairs); the numbers (points, pairs) of the names are as many as there are for none.
+    """
+    j, m, p = score.shape
+    if kernel is not None and p <= 16 and j <= 6:
+        best, other = np.empty((m, p), np.int64), np.empty((m, p), np.int64)
+        kernel.assign(p, j, LIMITS.doubt, np.ascontiguousarray(score), best, other)
+        return best, other
+    score = score.transpose(2, 0, 1)
     cube = (2,) * j  # a set of names is a corner
 
     def half(sets: Array, name: int, taken: int) -> Array:
@@ -284,20 +320,24 @@ def assign_pairs(score: Array) -> tuple[Whole, Whole]:
     np.put_along_axis(total, best[:, None], -np.inf, 1)
     other = total[:, :j].argmax(1)
     close = total[:, :j].max(1) > top - LIMITS.doubt
-    return best, np.where(close & (best < j), other, j)
+    return best.T, np.where(close & (best < j), other, j).T
 
 
 def _name_real(rules: Rules, values: Complex, share: Array, is_core: Mask, first: Whole) -> Mask:
     """Name real roots in place: the core by its order from the right, the others by share; which points are clear."""
-    weave, both = (first == WEAVE).any(1)[:, None], (first == CAPSIZE).any(1)[:, None]
+    weave, both = (first == WEAVE).any(1), (first == CAPSIZE).any(1)
     real = values.imag == 0
     core = real & is_core
-    ahead = np.where(core, -values.real, np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
-    first[core & ~weave & (ahead < 2)] = WEAVE
-    first[core & ~both & (ahead == np.where(weave, 0, 2))] = CAPSIZE
-    first[core & ~both & ~weave & (ahead == 3)] = CASTERING
+    order = 2 * weave + both
+    for k, most in ((np.flatnonzero(weave), 1), (np.flatnonzero(~weave), 4)):  # beside weave there is one to name
+        if not k.size:
+            continue
+        place = np.where(core[k], -values.real[k], np.inf)
+        place = place.argmin(1)[:, None] if most == 1 else place.argsort(1, kind="stable")[:, :most]
+        names, rows = CORE_NAMES[order[k], : place.shape[1]], k[:, None]
+        first[rows, place] = np.where(core[rows, place], names, first[rows, place])
     _name_by_share(rules, share, real & (first == NONE) & (share[:, -1] < LIMITS.core), first)
-    return np.asarray((weave | both)[:, 0] | (core.sum(1) != 4))
+    return np.asarray(weave | both | (core.sum(1) != 4))
 
 
 def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None:
@@ -331,35 +371,31 @@ def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None
 def _name_others(rules: Rules, size: Array, shown: Mask, first: Whole) -> None:
     """Number what has no name from slow to fast, in place."""
     left = shown & (first == NONE)
-    if left.any():
-        rank = np.where(left, size, np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
-        first[left] = len(rules.weights) - 1 + rank[left]
+    k = np.flatnonzero(left.any(1))
+    if k.size:
+        rank = np.where(left[k], size[k], np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
+        first[k] = np.where(left[k], len(rules.weights) - 1 + rank, first[k])
 
 
-def _name_by_birth(
-    rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, owner: Whole, speeds: Array,
-    found: Named, rows: Whole,
-) -> None:  # fmt: skip
-    """Tell which two of four real core roots become the weave: those that are a pair at the next of fixed speeds."""
-    own = np.unique(owner)
-    nodes = unit[own, None] * LIMITS.node * np.arange(1, LIMITS.nodes)
-    many = np.repeat(own, nodes.shape[1])
-    along = name_roots(rules, (gravity / unit)[many], *roots_at(polynomial.take(many), nodes.ravel()))
+def _name_by_birth(found: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, along: Named) -> Whole:
+    """Tell which two of four real core roots become the weave: those that are a pair at the next of fixed speeds.
+
+    ``open_`` are the points to tell, ``place`` their bicycles among those of the ``nodes`` (bicycles, k), m/s, at which
+    the roots are named ``along``. Points that are still open are returned.
+    """
     weave = (along.values.imag > 0) & (along.first == WEAVE)
     pair = np.where(weave, along.values.real, 0.0).sum(1)
-    real = np.isin(along.first, (CAPSIZE, CASTERING)) & (along.values.imag == 0)
-    ahead = (real & (along.values.real > pair[:, None])).sum(1)
-    told = (weave.sum(1) == 1) & (real.sum(1) == 2)
-    for k, row in enumerate(rows.tolist()):
-        place = int(np.searchsorted(own, owner[k]))
-        here = slice(place * nodes.shape[1], (place + 1) * nodes.shape[1])
-        born = np.flatnonzero(told[here] & (nodes[place] > speeds[k]))
-        core = np.flatnonzero(np.isin(found.first[row], (WEAVE, CAPSIZE, CASTERING)))
-        if born.size and len(core) == 4:
-            core = core[np.argsort(-found.values[row, core].real)]
-            first = int(ahead[here][born[0]])
-            found.first[row, core] = WEAVE
-            found.first[row, np.delete(core, (first, first + 1))] = CAPSIZE, CASTERING
+    real = ((along.first == CAPSIZE) | (along.first == CASTERING)) & (along.values.imag == 0)
+    ahead = (real & (along.values.real > pair[:, None])).sum(1).reshape(nodes.shape)
+    told = ((weave.sum(1) == 1) & (real.sum(1) == 2)).reshape(nodes.shape)
+    born = told[place] & (nodes[place] > speeds[open_, None])
+    done = born.any(1)
+    rows, first = open_[done], ahead[place, born.argmax(1)][done]
+    names = found.first[rows]
+    core = (names == WEAVE) | (names == CAPSIZE) | (names == CASTERING)
+    from_the_right = np.where(core, -found.values[rows].real, np.inf).argsort(1)[:, :4]
+    found.first[rows[:, None], from_the_right] = BORN_NAMES[first]
+    return open_[~done]
 
 
 def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> None:
@@ -377,14 +413,24 @@ def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> N
         )
     most = LIMITS.stiffest * math.sqrt(model.parameters["g"] / model.parameters["w"])
     speed = LIMITS.walking * unit
-    try:
-        with np.errstate(all="ignore"):
-            largest = float(np.abs(model.eigenvalues(speed)).max(initial=0.0))
-    except (np.linalg.LinAlgError, ValueError):  # entries that are not finite
-        largest = math.inf
+    matrix = model.state_matrix(speed)
+    with np.errstate(all="ignore"):
+        largest = float(np.abs(matrix).sum(1).max(initial=0.0))  # no root is larger
+        if not largest <= most:
+            largest = float(np.abs(spectra(matrix[None])).max()) if np.isfinite(matrix).all() else math.inf
     if not largest <= most:
         key, value = max(model.parameters.items(), key=lambda item: abs(math.log10(abs(item[1]) or 1.0)))
         raise InputError(
             f"the model is too stiff to be computed: its fastest root is {largest:.3g} 1/s at {speed:.3g} m/s, at most "
             f"{most:.3g} 1/s is allowed; its most extreme parameter is {key} = {value:g}: give a value nearer to 1"
         )
+
+
+def not_trackable(polynomial: SpeedPolynomial, gravity: Array, wheelbase: Array, highest: float) -> Mask:
+    """Bicycles (m,) that :func:`check_trackable` may refuse up to the ``highest`` speed (m/s)."""
+    unit = np.sqrt(gravity * wheelbase)
+    low = LIMITS.slowest * unit if -1 in polynomial else 0.0
+    with np.errstate(all="ignore"):
+        largest = np.abs(polynomial(LIMITS.walking * unit)).sum(2).max(1)
+        fine = (low <= highest) & (highest <= LIMITS.fastest * unit)
+        return np.asarray(~(fine & (largest <= LIMITS.stiffest * np.sqrt(gravity / wheelbase))))

@@ -1,8 +1,7 @@
 """Motion with tyres that follow the Magic Formula, on linear geometry."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,6 +18,7 @@ from bicycle.model import Model
 from bicycle.responses import PATH, Response, check_time, initial_state, input_grid, units_of
 from tyre.arrays import Array
 from tyre.errors import InputError, refuse_unknown
+from tyre.formula_tyre import FormulaTyre
 from tyre.magic_formula import normalised_side_force, normalised_side_force_slope
 
 PROBES = {
@@ -84,10 +84,100 @@ class MagicTyre:
                 excluded = " (0 excluded)" if low == 0.0 else ""
                 raise InputError(f"{name} = {value:g} is outside {low:g} .. {high:g}{excluded}")
 
+    def under(self, load: float, stiffness: float) -> "TyreUnderLoad":
+        """Return the tyre at a wheel with this load (N) and cornering stiffness (N/rad)."""
+        coefficients = {
+            "stiffness_factor": stiffness / (load * self.friction * self.shape_factor), "peak_factor": self.friction,
+            "shape_factor": self.shape_factor, "curvature_factor": self.curvature_factor,
+        }  # fmt: skip
+
+        def force(slip: Array, camber: Array) -> Array:
+            return load * normalised_side_force(slip + camber, **coefficients, vertical_shift=self.offset)
+
+        def slope(slip: Array, camber: Array) -> Array:
+            return np.asarray(load * normalised_side_force_slope(slip + camber, **coefficients))
+
+        grip = stiffness / (3 * self.friction * load)
+        return TyreUnderLoad(force, lambda s, e: force(s, e) * falling_trail(grip * (s + e)), slope, apart=False)
+
+
+def falling_trail(sliding: Array) -> Array:
+    """Trail over that at zero slip, from the reduced slip C slip / (3 mu load), which is 1 where a brush slides whole.
+
+    It is smooth and halves where that of a brush with parabolic pressure does, (1 - z)^3 = (1 - z + z^2/3) / 2 at
+    z = 0.28 (Pacejka, Tire and Vehicle Dynamics, 3rd ed., section 3.2.1); where all slides, 7 % are left.
+    """
+    return np.asarray(1 / (1 + (sliding / 0.28) ** 2))
+
+
+@dataclass(frozen=True)
+class CurveTyre:
+    """The whole curves of a tyre file at one pressure, without ply steer: the mean of the tyre and its mirror image."""
+
+    source: FormulaTyre
+    pressure: float  # Pa
+    offset: float = 0.0  # side force over load at zero slip (ply steer)
+
+    def under(self, load: float, stiffness: float) -> "TyreUnderLoad":
+        """Return the tyre at a wheel with this load (N), its slip scaled to this cornering stiffness (N/rad)."""
+        at, step = {"load": load, "pressure": self.pressure}, 1e-6
+
+        def mean(curve: Any, slip: Array, camber: Array) -> Array:
+            one, other = (curve(slip_angle=sign * slip, camber=sign * camber, **at) for sign in (1.0, -1.0))
+            return np.asarray((one - other) / 2)
+
+        def slopes(curve: Any) -> tuple[float, float]:
+            zero, small = np.zeros(2), np.array([step, -step])
+            by_slip, by_camber = mean(curve, small, zero), mean(curve, zero, small)
+            return float(by_slip[0]) / step, float(by_camber[0]) / step
+
+        c, c_camber = slopes(self.source.side_force)
+        # camber comes as the slip that gives the same force; a model without camber thrust sees none
+        lean = 0.0 if c_camber == 0.0 else stiffness / c_camber
+        scale = stiffness / c
+
+        def force(slip: Array, camber: Array) -> Array:
+            return mean(self.source.side_force, scale * slip, lean * camber) + self.offset * load
+
+        try:
+            moment, moment_camber = slopes(self.source.aligning_moment)
+        except InputError:  # not held: that of a brush, which slides at the peak of the curve
+            peak = np.abs(force(np.radians(np.arange(1.0, 21.0)), np.zeros(20))).max()
+            grip = stiffness / (3 * peak)
+            return TyreUnderLoad(force, lambda s, e: force(s, e) * falling_trail(grip * (s + e)))
+        trail = -moment / c
+        residual = moment_camber + trail * c_camber  # what an effect twisting_torque brings
+
+        def by_trail(slip: Array, camber: Array) -> Array:
+            whole = mean(self.source.aligning_moment, scale * slip, lean * camber)
+            return np.asarray((residual * lean * camber - whole) / trail + self.offset * load)
+
+        return TyreUnderLoad(force, by_trail)
+
+
+@dataclass(frozen=True)
+class TyreUnderLoad:
+    """Side force (N) of a tyre from its lagged slip and the slip that stands for camber, both rad."""
+
+    force: Callable[[Array, Array], Array]
+    by_trail: Callable[[Array, Array], Array]  # aligning moment over the trail of small slip, > 0 like the force
+    known_slope: Callable[[Array, Array], Array] | None = None  # of the force
+    apart: bool = True  # the force is no function of the sum of the two
+
+    def slope(self, of: str, slip: Array, camber: Array, *, by_camber: bool = False) -> Array:
+        """Slope of ``force`` or ``by_trail`` over slip or camber, N/rad."""
+        if of == "force" and self.known_slope is not None:
+            return self.known_slope(slip, camber)
+        ends = [getattr(self, of)(slip + h * (not by_camber), camber + h * by_camber) for h in (1e-6, -1e-6)]
+        return np.asarray((ends[0] - ends[1]) / 2e-6)
+
 
 @dataclass(frozen=True)
 class MagicFormulaModel:
-    """x' = A x + P F(G x) + B u at one speed; outputs C x and the side forces."""
+    """x' = A x + P F + T F_t + B u at one speed; outputs C x and the side forces.
+
+    F are the side forces at the lagged slip, F_t those that make the aligning moment of the trail of small slip.
+    """
 
     speed: float
     states: tuple[str, ...]
@@ -95,33 +185,49 @@ class MagicFormulaModel:
     outputs: tuple[str, ...]
     state_matrix: Array  # (n, n), without side forces
     force_matrix: Array  # (n, 2)
+    trail_matrix: Array  # (n, 2)
     slip_matrix: Array  # (2, n): effective slip angle, rad
+    camber_matrix: Array  # (2, n): slip that stands for camber, where it is apart
     slip_input: Array  # (2, inputs)
     input_matrix: Array  # (n, inputs)
     output_matrix: Array  # (outputs without side forces, n)
-    cornering_stiffness: Array
     loads: Array
-    tyres: tuple[MagicTyre, MagicTyre]
+    tyres: tuple[TyreUnderLoad, TyreUnderLoad]
     units: Mapping[str, str]  # of states, inputs and outputs
 
-    def side_forces(self, slip: Array) -> Array:
-        """Side force (..., 2) in N at effective slip angles (..., 2) in rad."""
-        curve = normalised_side_force(slip, **self._coefficients, vertical_shift=self._of("offset"))
-        return np.asarray(self.loads * curve)
+    def side_forces(self, slip: Array, camber: Array | None = None) -> Array:
+        """Side force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
+        return self._each("force", slip, camber)
 
     def local_stiffness(self, slip: Array) -> Array:
         """Slope of the side force (..., 2), N/rad."""
-        return np.asarray(self.loads * normalised_side_force_slope(slip, **self._coefficients))
+        still = np.zeros(slip.shape[:-1])
+        return np.stack([tyre.slope("force", slip[..., k], still) for k, tyre in enumerate(self.tyres)], -1)
+
+    def _each(self, what: str, slip: Array, camber: Array | None) -> Array:
+        lean = np.zeros_like(slip) if camber is None else camber
+        return np.stack([getattr(tyre, what)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
 
     def rate(self, state: Array, inputs: Array) -> Array:
         """dx/dt (n,)."""
-        force = self.side_forces(self.slip_matrix @ state + self.slip_input @ inputs)
-        return np.asarray(self.state_matrix @ state + self.force_matrix @ force + self.input_matrix @ inputs)
+        slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
+        force = self.force_matrix @ self.side_forces(slip, camber) + self.input_matrix @ inputs
+        if self.trail_matrix.any():
+            force = force + self.trail_matrix @ self._each("by_trail", slip, camber)
+        return np.asarray(self.state_matrix @ state + force)
 
     def jacobian(self, state: Array, inputs: Array) -> Array:
         """d(dx/dt)/dx (n, n)."""
-        slope = self.local_stiffness(self.slip_matrix @ state + self.slip_input @ inputs)
-        return np.asarray(self.state_matrix + (self.force_matrix * slope) @ self.slip_matrix)
+        slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
+        found = self.state_matrix.copy()
+        for of, matrix in (("force", self.force_matrix), ("by_trail", self.trail_matrix)):
+            for by_camber, seen in ((False, self.slip_matrix), (True, self.camber_matrix)):
+                if matrix.any() and seen.any():
+                    slope = [
+                        tyre.slope(of, slip[k], camber[k], by_camber=by_camber) for k, tyre in enumerate(self.tyres)
+                    ]
+                    found += (matrix * np.array(slope)) @ seen
+        return found
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
         """Steady motion (state -> value) under constant inputs and tyre offsets, by Newton's method."""
@@ -190,29 +296,22 @@ class MagicFormulaModel:
             states = np.vstack([states, found.y.T[1:]])
         at = np.searchsorted(grid, t)
         states, shown = states[at], begin[at]
-        forces = self.side_forces(states[:, :-2] @ self.slip_matrix.T + shown @ (self.slip_input @ spread).T)
+        slip = states[:, :-2] @ self.slip_matrix.T + shown @ (self.slip_input @ spread).T
+        forces = self.side_forces(slip, states[:, :-2] @ self.camber_matrix.T)
         named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
         named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
         named |= dict(zip(PATH, states[:, -2:].T, strict=True))
         return Response(t, self.speed, named, dict(zip(given, shown.T, strict=True)), self.units)
 
-    def _of(self, name: str) -> Array:
-        return np.array([getattr(tyre, name) for tyre in self.tyres])
-
-    @cached_property
-    def _coefficients(self) -> dict[str, Array]:
-        peak, shape = self._of("friction"), self._of("shape_factor")
-        factor = self.cornering_stiffness / (self.loads * peak * shape)
-        return {
-            "stiffness_factor": factor, "shape_factor": shape, "peak_factor": peak,
-            "curvature_factor": self._of("curvature_factor"),
-        }  # fmt: skip
-
 
 def magic_formula_model(
-    model: Model, *, speed: float, rear: MagicTyre | None = None, front: MagicTyre | None = None
+    model: Model, *, speed: float, rear: MagicTyre | CurveTyre | None = None, front: MagicTyre | CurveTyre | None = None
 ) -> MagicFormulaModel:
-    """Put Magic Formula tyres under a model whose contact law is linear in the slip, with or without one lag."""
+    """Put tyres with whole curves under a model whose contact law is linear in the slip, with or without one lag.
+
+    The slip lags, and side force and moment follow their curves at the lagged slip. The moment of a pneumatic trail
+    falls with the slip: as the file of a `CurveTyre` says, else like that of a brush tyre.
+    """
     law = _law(model)
 
     def of_wheels(name: str) -> Array:
@@ -235,36 +334,54 @@ def magic_formula_model(
     if (loads <= 0).any():
         lifted = WHEELS[int(loads.argmin())]
         raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
-    n, m, extra = len(kept), len(linear.inputs), 2 * lags
+    without = tuple(effect for effect in model.effects if not getattr(effect, "falls_with_slip", False))
+    upright = Model(model.bicycle, without).with_effect(OpenContact()).linear_model().matrices_at(speed)[0]
+    tyres = tuple(
+        (tyre or MagicTyre()).under(float(load), float(c))
+        for tyre, load, c in zip((rear, front), loads, stiffness, strict=True)
+    )
     seen = {name: a[np.ix_(rows, kept)] for name, rows in probe.items()}
     slip_velocity, slip_input = seen["slip velocity"], b[probe["slip velocity"]]
     lagged, direct = (seen[f"{name} camber force"] / stiffness[:, None] for name in ("lagged", "direct"))
+    apart = np.array([tyre.apart for tyre in tyres])[:, None]  # camber is no slip to these
+    n, m = len(kept), len(linear.inputs)
+    names = [f"{wheel}_transient_slip" for wheel in WHEELS] * lags
     if lags:  # a transient slip follows slip and lagged camber over the relaxation length, as a state
         compliance = a[probe["series compliance"], forces]  # m/N, in series with the tyre
         whole = (of_wheels("relaxation_length") + stiffness * compliance)[:, None]
-        lag = np.hstack([(speed * lagged - slip_velocity) / whole, np.diag(-speed / whole[:, 0])])
-        lag_input = -slip_input / whole
-        slip, slip_input = np.hstack([direct, np.eye(2)]), np.zeros((2, m))
+        rates, rate_input = (speed * lagged * ~apart - slip_velocity) / whole, -slip_input / whole
+        if (apart * lagged).any():  # and so does camber
+            names += [f"{wheel}_transient_camber" for wheel in WHEELS]
+            rates = np.vstack([rates, speed * lagged * apart / whole])
+            rate_input = np.vstack([rate_input, np.zeros((2, m))])
+        extra = len(names)
+        lag = np.hstack([rates, -np.diag(np.tile(speed / whole[:, 0], extra // 2))])
+        slip = np.hstack([direct * ~apart, np.eye(2, extra)])
+        camber = np.hstack([direct * apart, np.eye(2, extra, k=2)])
+        slip_input = np.zeros((2, m))
     else:
-        lag, lag_input = np.zeros((0, n)), np.zeros((0, m))
-        slip, slip_input = direct + lagged - slip_velocity / speed, -slip_input / speed
-    transient = tuple(f"{wheel}_transient_slip" for wheel in WHEELS)[:extra]
+        extra, lag, rate_input = 0, np.zeros((0, n)), np.zeros((0, m))
+        camber = (direct + lagged) * apart
+        slip, slip_input = (direct + lagged) * ~apart - slip_velocity / speed, -slip_input / speed
     rows = [linear.outputs.index(name) for name in outputs]
+    force_matrix = np.vstack([upright[np.ix_(kept, forces)], np.zeros((extra, 2))])
+    with_trail = np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))])
     return MagicFormulaModel(
         speed=float(speed),
-        states=(*(linear.states[k] for k in kept), *transient),
+        states=(*(linear.states[k] for k in kept), *names),
         inputs=linear.inputs,
         outputs=outputs,
         state_matrix=np.vstack([np.hstack([a[np.ix_(kept, kept)], np.zeros((n, extra))]), lag]),
-        force_matrix=np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))]),
+        force_matrix=force_matrix,
+        trail_matrix=np.where(np.isclose(with_trail, force_matrix, rtol=1e-13, atol=0), 0.0, with_trail - force_matrix),
         slip_matrix=slip,
+        camber_matrix=camber,
         slip_input=slip_input,
-        input_matrix=np.vstack([b[kept], lag_input]),
+        input_matrix=np.vstack([b[kept], rate_input]),
         output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]),
-        cornering_stiffness=stiffness,
         loads=loads,
-        tyres=(rear or MagicTyre(), front or MagicTyre()),
-        units={**units_of(linear), **dict.fromkeys(transient, "rad")},
+        tyres=(tyres[0], tyres[1]),
+        units={**units_of(linear), **dict.fromkeys(names, "rad")},
     )
 
 

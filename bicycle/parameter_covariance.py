@@ -11,6 +11,7 @@ from tyre.errors import InputError, shown
 from tyre.properties import effective_degrees_of_freedom
 
 WHEELS = ("rear", "front")
+TABLE, FILE, MODEL_FILE = "tyre table", "bicycle file", "model file"  # where a covariance is stated
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class ParameterCovariance:
     matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (p, p), SI units
     # (p, p), as in :class:`tyre.properties.JointCovariance`; empty where the standard deviations are known well
     variance_spread: tuple[Array, ...] = ()
-    origin: str = "tyre table"  # where it comes from, in words: the tyre's table, or the model file that states it
+    origin: str = TABLE  # where it comes from, in words: the tyre's table, or the model file that states it
 
     def __post_init__(self) -> None:
         size = len(self.names)

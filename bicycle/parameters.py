@@ -1,13 +1,14 @@
 """The bicycle as data: Meijaard's parameter set, checked once, with static wheel loads."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.rigid_bodies import Body, Joint, mass_matrix
 from tyre.errors import InputError, is_number, refuse_unknown, shown
 from tyre.plausible import Doubt, doubt
@@ -49,6 +50,35 @@ BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
 UNUSED = ("IByy", "IHyy")
 """Keys of the published sets that do not enter the lateral motion; accepted and kept."""
 
+ALIASES: Mapping[str, str] = MappingProxyType(
+    {"wheelbase": "w", "trail": "c", "steer_axis_tilt": "lam", "lambda": "lam"}
+)
+"""Everyday names of parameters, allowed wherever their keys are."""
+
+HEAD_ANGLE = "head_angle"
+"""Everyday number in place of lam: degrees from the horizontal, allowed where numbers are given, not where they run."""
+
+
+def canonical(key: str) -> str:
+    """The key of a parameter that may be called by its everyday name."""
+    if key == HEAD_ANGLE:
+        raise InputError(
+            "head_angle stands for steer_axis_tilt (lam, rad) only where a number is given; here give steer_axis_tilt, "
+            "(90 - head_angle) pi / 180"
+        )
+    return ALIASES.get(key, key)
+
+
+def by_key(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers or arrays by key (lam in rad), some of them ``given`` by everyday names (head_angle in degrees)."""
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        key = "lam" if name == HEAD_ANGLE else canonical(name)
+        if key in found or (key != name and key in given):
+            raise InputError(f"{name} is {key}, which is given, too; keep one")
+        found[key] = np.radians(90 - np.asarray(value, float)) if name == HEAD_ANGLE else value
+    return found
+
 
 @dataclass(frozen=True)
 class Bicycle:
@@ -66,6 +96,12 @@ class Bicycle:
         What it is and where the numbers come from.
     notes : tuple of str
         What was left out on reading, shown with the warnings.
+    covariance : ParameterCovariance
+        Joint covariance of parameters that were not measured one by one; ``sd`` holds their standard deviations too.
+    unusual : bool
+        Values far from those of other bicycles are meant: no warning.
+    without_slip : tuple of str
+        Reasons why only wheels that cannot slip hold it, as a skate without load behind; empty for most.
 
     Raises
     ------
@@ -79,14 +115,19 @@ class Bicycle:
     description: str = field(default="", compare=False)
     source: str = field(default="", compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
+    covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
+    unusual: bool = field(default=False, compare=False)
+    without_slip: tuple[str, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", MappingProxyType(_checked(self.name, self.values, complete=True)))
-        object.__setattr__(self, "sd", MappingProxyType(_checked(self.name, self.sd, complete=False)))
+        object.__setattr__(
+            self, "sd", MappingProxyType(_checked(self.name, {**self.sd, **self.covariance.sd}, complete=False))
+        )
         _check_physics(self)
 
     def __hash__(self) -> int:  # a mapping does not hash
-        return hash((self.name, *(frozenset(of.items()) for of in (self.values, self.sd))))
+        return hash((self.name, self.covariance, *(frozenset(of.items()) for of in (self.values, self.sd))))
 
     def __repr__(self) -> str:
         mass = sum(self[key] for key in ("mR", "mB", "mH", "mF"))
@@ -99,10 +140,11 @@ class Bicycle:
         )
 
     def __getitem__(self, key: str) -> float:
-        return self.values[key]
+        return self.values[canonical(key)]
 
     def __reduce__(self) -> tuple[object, ...]:  # a mapping proxy does not pickle
-        return type(self), (self.name, dict(self.values), dict(self.sd), self.description, self.source, self.notes)
+        words = self.description, self.source, self.notes
+        return type(self), (self.name, dict(self.values), dict(self.sd), *words, self.covariance, self.unusual)
 
     @property
     def static_loads(self) -> tuple[float, float]:
@@ -115,11 +157,58 @@ class Bicycle:
         """Warnings of what is odd but computable: values far from other bicycles, inertias that no rigid body has."""
         below_ground = {key for key in ("zB", "zH") if self[key] > 0}  # _oddities says it
         doubts = doubts_about({key: value for key, value in self.values.items() if key not in below_ground})
-        return (*self.notes, *(found.text for found in doubts), *_oddities(self.values))
+        far = [] if self.unusual else [found.text for found in doubts]
+        held = [f"{text}: only wheels that cannot slip (no_slip) hold it" for text in self.without_slip]
+        return (*self.notes, *far, *_oddities(self.values), *held)
 
-    def replace(self, **changes: float) -> "Bicycle":
-        """A bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad."""
-        return Bicycle(self.name, {**self.values, **changes}, self.sd, self.description, self.source, self.notes)
+    def replace(self, *, allow_unusual: bool = False, **changes: float) -> "Bicycle":
+        """A bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad.
+
+        Raises
+        ------
+        InputError
+            As for a new bicycle, and for values far from those of other bicycles unless ``allow_unusual``.
+        """
+        changes = by_key(changes)
+        unusual = self.unusual or allow_unusual
+        if not unusual:
+            refuse_unlikely(changes, {}, "give allow_unusual=True")
+        return replace(self, values={**self.values, **changes}, unusual=unusual)
+
+
+NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
+
+
+def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: str) -> None:
+    """Refuse what is surely another unit or sign: several lengths usual in one, heights upwards, large deviations."""
+    doubts = doubts_about(values)
+    meant = f"or {way_out} if it is meant so"
+    lengths = [one for one in doubts if UNITS[one.key] == "m"]
+    for word, unit, metres in (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254)):
+        usual = [TYPICAL[one.key][0] <= metres * values[one.key] <= TYPICAL[one.key][1] for one in lengths]
+        if len(usual) >= 3 and all(usual):  # fewer are a slip of one of them
+            raise InputError(
+                f'{lengths[0].outside} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, '
+                f"YAML), as {len(lengths)} lengths look like {word}, {meant}"
+            )
+    upwards = [one.key for one in doubts if one.key in ("zB", "zH") and values[one.key] > 0]
+    if upwards:
+        negative = ", ".join(f"{key} = {-values[key]:g}" for key in upwards)
+        given = ", ".join(f"{key} = {values[key]:g} m" for key in upwards)
+        raise InputError(
+            f"{given}: below the ground, as z points down; heights are negative: write {negative}, {meant}"
+        )
+    for one in doubts:
+        if one.absurd:
+            raise InputError(f"{one.text}; give it in SI units, {NAME_THE_UNIT}, {meant}")
+    for key, spread in sd.items():
+        low, high = TYPICAL.get(key, (0.0, math.inf))
+        if is_number(spread) and spread > high - low:
+            guess = {"m": " (millimetres?)", "rad": " (degrees?)", "kg": " (grams?)"}.get(UNITS[key], "")
+            raise InputError(
+                f"the standard deviation of {key} is {spread:g} {UNITS[key]}, more than its usual values {low:g} .. "
+                f"{high:g} {UNITS[key]} differ{guess}; {NAME_THE_UNIT}, {meant}"
+            )
 
 
 def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
@@ -190,20 +279,29 @@ def _check_physics(bicycle: Bicycle) -> None:
                 f"{where}: the {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
                 f"need {xx} >= 0, {zz} >= 0 and {xx} {zz} >= {xz}^2"
             )
+    reasons = tuple(_ungrounded(bicycle))
+    wheels = any(p[key] for key in ("mR", "mF", "IRyy", "IFyy")) or not all(map(math.isfinite, bicycle.static_loads))
+    if reasons and wheels:  # a skate whose wheels are nothing may be what no tyre would hold
+        raise InputError(f"{where}: {reasons[0]}")
+    object.__setattr__(bicycle, "without_slip", reasons)
+
+
+def _ungrounded(bicycle: Bicycle) -> Iterator[str]:
+    """Reasons why no tyre would hold a bicycle: a wheel without load, motion without inertia."""
+    p, parts = bicycle.values, bodies(bicycle.values)
     for wheel, load in zip(("rear", "front"), bicycle.static_loads, strict=True):
         if not 0 < load < math.inf:
-            raise InputError(
-                f"{where}: the static load of the {wheel} wheel is {load:.4g} N; it must be positive, "
+            yield (
+                f"the static load of the {wheel} wheel is {load:.4g} N; it must be positive, "
                 "so move the mass centre between the wheels (xB, xH) or check the wheelbase w"
             )
-    parts = bodies(p)
     lean = Joint("lean", 1.0, 0.0, 0.0, 0.0, frozenset(body.name for body in parts))
     axis = (math.sin(p["lam"]), math.cos(p["lam"]), p["w"] + p["c"], 0.0)
     steer = Joint("steer", *axis, frozenset(("front frame", "front wheel")))
-    smallest = np.linalg.eigvalsh(mass_matrix(parts, (lean, steer)).astype(float))[0]
-    if smallest <= 0:
-        raise InputError(
-            f"{where}: the 4x4 mass matrix of lateral motion, yaw, lean and steer is not positive definite "
+    smallest, *_, total = np.linalg.eigvalsh(mass_matrix(parts, (lean, steer)).astype(float))
+    if smallest <= 1e-12 * total:
+        yield (
+            f"the 4x4 mass matrix of lateral motion, yaw, lean and steer is not positive definite "
             f"(smallest eigenvalue {smallest:.4g}); a mass or moment of inertia is missing or has the wrong sign"
         )
 

@@ -1,5 +1,7 @@
 """Motion of a linear model in time and frequency."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -172,13 +174,13 @@ class Response:
         fallen = np.maximum(np.abs(self.outputs["lean"]), np.abs(self.outputs["steer"])) > np.pi / 2
         return int(fallen.argmax()) if fallen.any() else None
 
-    def until_fall(self) -> "Response":
+    def until_fall(self) -> Response:
         """A history up to and with the sample :attr:`fall`; all of it if the bicycle does not fall."""
         kept = slice(None if self.fall is None else self.fall + 1)
         outputs, inputs = ({name: x[kept] for name, x in of.items()} for of in (self.outputs, self.inputs))
         return Response(self.time[kept], self.speed, outputs, inputs, self.units)
 
-    def frame(self) -> "pd.DataFrame":
+    def frame(self) -> pd.DataFrame:
         """A row per sample: time_s, outputs, inputs, with the unit in every column name."""
         import pandas as pd
 
@@ -200,7 +202,7 @@ class FrequencyResponse:
     outputs: Mapping[str, Complex]
     units: Mapping[str, str] = field(default_factory=dict)
 
-    def frame(self) -> "pd.DataFrame":
+    def frame(self) -> pd.DataFrame:
         """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""
         import pandas as pd
 

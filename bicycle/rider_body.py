@@ -43,17 +43,18 @@ def join(bodies: Sequence[RigidBody]) -> RigidBody:
     return RigidBody(mass, centre, inertia)
 
 
-def rear_frame(p: Mapping[str, float]) -> RigidBody:
-    """The rear frame of a parameter set ``p`` (SI); IByy, of no use to lateral motion, is NaN where it has none."""
-    inertia = np.array([[p["IBxx"], 0, p["IBxz"]], [0, p.get("IByy", np.nan), 0], [p["IBxz"], 0, p["IBzz"]]])
-    return RigidBody(p["mB"], np.array([p["xB"], 0.0, p["zB"]]), inertia)
+def rear_frame(p: Mapping[str, float], part: str = "B") -> RigidBody:
+    """The rear frame of a parameter set ``p`` (SI), or the front one, ``part`` H; IByy is NaN where it is not known."""
+    xx, yy, zz, xz = (p.get(f"I{part}{axes}", np.nan) for axes in ("xx", "yy", "zz", "xz"))
+    centre = np.array([p[f"x{part}"], 0.0, p[f"z{part}"]])
+    return RigidBody(p[f"m{part}"], centre, np.array([[xx, 0, xz], [0, yy, 0], [xz, 0, zz]]))
 
 
-def as_rear_frame(body: RigidBody) -> dict[str, float]:
-    """Meijaard's keys (SI) of a ``body`` symmetric to the plane y = 0, as a rear frame; without IByy where unknown."""
+def as_rear_frame(body: RigidBody, part: str = "B") -> dict[str, float]:
+    """Meijaard's keys (SI) of a ``body`` symmetric to the plane y = 0 as this ``part``; without IByy where unknown."""
     x, _, z = body.centre
-    values = {"xB": x, "zB": z, "mB": body.mass}
-    values |= {f"IB{'xyz'[i]}{'xyz'[j]}": body.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 2))}
+    values = {f"x{part}": x, f"z{part}": z, f"m{part}": body.mass}
+    values |= {f"I{part}{'xyz'[i]}{'xyz'[j]}": body.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 2))}
     return {key: float(value) for key, value in values.items() if not np.isnan(value)}
 
 

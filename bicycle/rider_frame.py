@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -138,28 +138,25 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
         values = as_rear_frame(join([body, rear_frame(frame_values)]))
         return np.array([values.get(key, np.nan) for key in KEYS])
 
-    def half(changed: Callable[[float], Array]) -> Array:
-        return (changed(1.0) - changed(-1.0)) / 2
-
     mass = rider.mass
     assert mass is not None
-    causes = {"mass of the rider": half(lambda s: whole(rider=replace(rider, mass=mass + s * rider.mass_sd)))}
+    changes: dict[str, Callable[[float], dict[str, Any]]] = {  # cause -> what is other, some sd away
+        "mass of the rider": lambda s: {"rider": replace(rider, mass=mass + s * rider.mass_sd)}
+    }
     for group in GROUPS:
-        causes[group] = half(lambda s, g=group: whole(rider=rider.scaled(g, 1 + s * rider.relative_sd)))  # type: ignore[misc]
-    sets = np.array([whole(densities=name) for name in DENSITY_SETS])
-    for number, step in enumerate(sets - sets.mean(axis=0)):  # sample covariance of the three
-        causes[f"densities after {DENSITY_SETS[number]}"] = step / math.sqrt(len(sets) - 1)
+        changes[group] = lambda s, g=group: {"rider": rider.scaled(g, 1 + s * rider.relative_sd)}  # type: ignore[misc]
     for name, value in angles._asdict().items():
-        causes[name.replace("_", " ")] = half(
-            lambda s, n=name, v=value: whole(angles=angles._replace(**{n: v + s * ANGLE_SD}))  # type: ignore[misc]
-        )
+        key = name.replace("_", " ")
+        changes[key] = lambda s, n=name, v=value: {"angles": angles._replace(**{n: v + s * ANGLE_SD})}  # type: ignore[misc]
     for key, sd in geometry.sd.items():
-        causes[f"seat: {key.rpartition('_')[0].replace('_', ' ')}"] = half(
-            lambda s, k=key, d=sd: whole(geometry=geometry.changed(k, s * d))  # type: ignore[misc]
-        )
+        name = f"seat: {key.rpartition('_')[0].replace('_', ' ')}"
+        changes[name] = lambda s, k=key, d=sd: {"geometry": geometry.changed(k, s * d)}  # type: ignore[misc]
     for key in KEYS:
         if frame.sd.get(key, 0.0) > 0:
-            causes[f"frame: {key}"] = half(
-                lambda s, k=key: whole(frame_values={**frame.values, k: frame[k] + s * frame.sd[k]})  # type: ignore[misc]
-            )
-    return causes
+            changes[f"frame: {key}"] = lambda s, k=key: {  # type: ignore[misc]
+                "frame_values": {**frame.values, k: frame[k] + s * frame.sd[k]}
+            }
+    sets = np.array([whole(densities=name) for name in DENSITY_SETS])  # sample covariance of the three
+    steps = (sets - sets.mean(axis=0)) / math.sqrt(len(sets) - 1)
+    densities = {f"densities after {name}": step for name, step in zip(DENSITY_SETS, steps, strict=True)}
+    return {cause: (whole(**other(1.0)) - whole(**other(-1.0))) / 2 for cause, other in changes.items()} | densities

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
-from bicycle.eigen import eigensystem, projected
+from bicycle.eigen import eigensystem_with_slopes
 from tyre.arrays import Array, Complex
 
 CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
@@ -168,9 +168,7 @@ def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[
         h = 1e-6 * (high - low)
         ahead, behind = np.minimum(at + h, high), np.maximum(at - h, low)
         matrix, up, down = np.split(matrices(np.concatenate([at, ahead, behind])), 3)
-        roots, right, left = eigensystem(matrix)
-        slopes = projected(left, (up - down) / (ahead - behind)[:, None, None], right)
-        return Nodes(at, *(x.astype(complex) for x in (roots, slopes, right, left)))
+        return Nodes(at, *eigensystem_with_slopes(matrix, (up - down) / (ahead - behind)[:, None, None]))
 
     _, branches = follow(compute(values), compute, 2.0**-26 * (high - low))
     return branches.v, branches.values

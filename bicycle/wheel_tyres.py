@@ -14,17 +14,19 @@ from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle
 from tyre.arrays import Array
 from tyre.errors import InputError, Note, is_number, shown
-from tyre.find_tyre import is_file_name, read_tyre
+from tyre.find_tyre import CHOICE, is_file_name, read_tyre
+from tyre.formula_tyre import FormulaTyre
 from tyre.properties import QUANTITIES, JointProperties, TyreProperties, TyreSource, out_of_reach, wheel_properties
 from tyre.units import PASCAL_PER_BAR
 
 TYRE_KEYS = ("tyre", "surface", "pressure_bar")
-EXTRAPOLATE = "extrapolate"
+EXTRAPOLATE, CAMBER_MOMENT = "extrapolate", "camber_moment"
 MOST_BAR = 20.0  # no bicycle tyre holds more; a pressure in kPa or Pa is caught here
 
 
 def _condition(wheel: str, p: TyreProperties) -> str:
-    return f"{wheel} {p.load:.0f} N, {p.pressure / PASCAL_PER_BAR:g} bar, {p.origin}"
+    pressure = "" if p.pressure != p.pressure else f" {p.pressure / PASCAL_PER_BAR:g} bar,"
+    return f"{wheel} {p.load:.0f} N,{pressure} {p.origin}"
 
 
 def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
@@ -44,13 +46,27 @@ def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
 
 
 def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The ``table`` of a contact law with the files of tyres, relative to ``folder``, made absolute."""
+    """The ``table`` of a contact law with the files of tyres, relative to ``folder``, made absolute.
+
+    ``camber_moment`` goes into the names of the files; a pressure that is not given is the one that the tyres hold.
+    """
     if "tyre" not in table:
         return dict(table)
-    tyre = table["tyre"]
-    by_wheel = isinstance(tyre, Mapping)
-    found = {w: tyre_file(one, folder) for w, one in tyre.items()} if by_wheel else tyre_file(tyre, folder)
-    return {**table, "tyre": found}
+    found = {key: value for key, value in table.items() if key != CAMBER_MOMENT}
+    choice = f"{CHOICE}{table[CAMBER_MOMENT]}" if CAMBER_MOMENT in table else ""
+    tyres = table["tyre"] if isinstance(table["tyre"], Mapping) else dict.fromkeys(WHEELS, table["tyre"])
+    found["tyre"] = {
+        w: f"{tyre_file(one, folder)}{choice}" if choice else tyre_file(one, folder) for w, one in tyres.items()
+    }
+    if "pressure_bar" not in table and all(isinstance(one, str) for one in found["tyre"].values()):
+        own = {wheel: read_tyre(one).default_pressure for wheel, one in found["tyre"].items()}
+        if None not in own.values():
+            found["pressure_bar"] = {wheel: (p or 0.0) / PASCAL_PER_BAR for wheel, p in own.items()}
+            if not isinstance(table["tyre"], Mapping):
+                found["pressure_bar"] = found["pressure_bar"][WHEELS[0]]
+    if not isinstance(table["tyre"], Mapping):
+        found["tyre"] = found["tyre"][WHEELS[0]]
+    return found
 
 
 def tyre_file(tyre: Any, folder: Path) -> Any:
@@ -87,7 +103,8 @@ def joint_wheel_tyres(
     conditions = []
     for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
         pressure = choices["pressure_bar"][wheel]
-        if not is_number(pressure) or not 0 < pressure <= MOST_BAR:
+        none = pressure != pressure and sources[wheel].default_pressure is not None  # its values have no pressure
+        if not none and not (is_number(pressure) and 0 < pressure <= MOST_BAR):
             raise InputError(
                 f"pressure_bar = {shown(pressure)} of the {wheel} wheel must be a number above 0 "
                 f"and up to {MOST_BAR:g} bar"
@@ -100,6 +117,28 @@ def joint_wheel_tyres(
             )
         conditions.append((load, pressure * PASCAL_PER_BAR))
     return wheel_properties([sources[wheel] for wheel in WHEELS], conditions)
+
+
+def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, float]]:
+    """Tyres of the contact law that hold whole curves, and their pressures (Pa), by wheel; {} unless both do."""
+    table = next((table for table in effects.values() if isinstance(table, Mapping) and "tyre" in table), None)
+    if table is None:
+        return {}
+    own: dict[str, Any] = {
+        key: value if isinstance(value := table.get(key), Mapping) else dict.fromkeys(WHEELS, value)
+        for key in ("tyre", "surface", "pressure_bar")
+    }
+    found = {}
+    for wheel, source in wheel_sources(own["tyre"], own["surface"]).items():
+        if not isinstance(source, FormulaTyre):
+            return {}
+        pressure = own["pressure_bar"][wheel] * PASCAL_PER_BAR
+        try:
+            source.side_force(slip_angle=0.0, load=source.loads[0], pressure=pressure)
+        except InputError:
+            return {}
+        found[wheel] = source, pressure
+    return found
 
 
 TRAIL = "pneumatic_trail"
@@ -169,12 +208,12 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
                 f"effects {found.law!r} and {identifier!r} exclude each other: both are the contact law of the model; "
                 "keep one"
             )
+        table = located(table, folder)
         for key in ("tyre", "pressure_bar"):
             if key not in table:
                 raise InputError(
                     f"{where}: {key} is missing; a measured tyre needs tyre and pressure_bar (and surface)"
                 )
-        table = located(table, folder)
         joint = joint_wheel_tyres(
             tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table["pressure_bar"], bicycle=bicycle,
             extrapolate=table.get(EXTRAPOLATE, False),
@@ -188,7 +227,9 @@ def with_tyre_values(
 ) -> tuple[dict[str, Any], ParameterCovariance, list[str]]:
     """The table of an effect with numbers where a tyre gives them, their covariance, and names with an assumed sd."""
     mine, where = tyres is not None and tyres.law == kind.identifier, f"effect {kind.identifier!r}"
-    filled = {key: value for key, value in table.items() if not mine or key not in (*TYRE_KEYS, EXTRAPOLATE)}
+    filled = {
+        key: value for key, value in table.items() if not mine or key not in (*TYRE_KEYS, EXTRAPOLATE, CAMBER_MOMENT)
+    }
     assumed: list[str] = []
     asked = list(_asked(kind, table, tyres))
     for parameter, wheels in asked:

@@ -26,6 +26,7 @@ class AligningMoment(Effect):
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7"
     signature = "like pneumatic_trail; a moment that lags more than the force takes damping from wobble"
+    family = "an aligning moment of the tyre"
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

@@ -40,6 +40,7 @@ class ContactLength(Effect):
     )
     source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
     signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
+    family = "an aligning moment of the tyre"
 
     def check(self, parameters: Mapping[str, float]) -> None:
         """Refuse a contact that leaves nothing of the relaxation length, which contains it."""

@@ -12,6 +12,7 @@ class PneumaticTrail(Effect):
 
     slot = "aligning moment"
     requires = ("contact force",)
+    falls_with_slip = True  # its moment in the nonlinear model
     why = "the aligning moment needs a side force"
     trail = Parameter(
         "m", "distance of the side force behind the contact centre",
@@ -20,6 +21,7 @@ class PneumaticTrail(Effect):
     )  # fmt: skip
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 3"
     signature = "lengthens the trail of a bicycle: weave changes its damping and the capsize speed falls"
+    family = "an aligning moment of the tyre"
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

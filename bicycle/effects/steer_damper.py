@@ -10,6 +10,7 @@ class SteerDamper(Effect):
     damping = Parameter("N m s/rad", "steering damper", typical=(0.0, 5.0), default=0.5, neutral=0.0, least=0.02)
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329"
     signature = "wobble gains damping, weave at high speed loses some"
+    family = "damping at the steering"
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_torque(model.steer, -self.damping * model.steer.rate)

@@ -12,6 +12,7 @@ class SteerSpring(Effect):
     )
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50 (stiffness on the steering)"
     signature = "weave becomes stable at a lower speed and capsize unstable at a lower speed"
+    family = "a spring at the steering"
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_torque(model.steer, -self.stiffness * model.steer.angle)

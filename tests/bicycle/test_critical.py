@@ -9,12 +9,13 @@ from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical import (
     CriticalSpeed,
     CrossingIdentity,
-    bialternate_sum,
     critical_speeds,
+    critical_speeds_of_many,
     crossings_of,
     follow_crossing,
     identified,
 )
+from bicycle.crossing_search import bialternate_sum
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
 from bicycle.naming import Rules
@@ -323,3 +324,30 @@ def test_a_stack_has_the_crossings_of_each_bicycle_alone():
         alone = critical_speeds(family.with_values({"mB": mass}), 40.0)
         assert [(c.mode, c.direction) for c in together] == [(c.mode, c.direction) for c in alone]
         np.testing.assert_allclose([c.speed for c in together], [c.speed for c in alone], rtol=1e-9)
+
+
+@pytest.mark.parametrize("further", [{}, {"steer_assist": {"gain": 8.0, "fade_speed": 5.0}}], ids=["smooth", "switch"])
+def test_critical_speeds_of_many_are_those_of_each_and_what_is_refused_says_why(further):
+    assist = tuple(effect_class(name)(**table) for name, table in further.items())
+    family = ModelFamily(Model(load_bicycle("benchmark"), (TYRE, *assist)), ("mB", "IBxx", "w"))
+    key = "relaxation_length.cornering_stiffness.front"
+    numbers = {
+        "mB": np.linspace(60.0, 110.0, 5), "IBxx": np.array([-200.0, 9.2, 9.2, 9.2, 9.2]), "w": 1.05,
+        key: np.array([6000.0, 6000.0, 6000.0, 1e25, 7000.0]),
+    }  # fmt: skip
+    found, refused = critical_speeds_of_many(family, numbers, 5, 40.0)
+    assert sorted(refused) == [0, 3]
+    assert "the mass matrix is not positive definite" in refused[0]
+    assert "too stiff to be computed" in refused[3]
+    for one in (1, 2, 4):
+        own = {name: float(np.broadcast_to(values, 5)[one]) for name, values in numbers.items()}
+        alone = critical_speeds(family.with_values(own), 40.0)
+        assert alone
+        assert [(c.mode, c.direction) for c in found[one]] == [(c.mode, c.direction) for c in alone]
+        np.testing.assert_allclose([c.speed for c in found[one]], [c.speed for c in alone], rtol=1e-9)
+    assert all(
+        "m/s is not allowed: modes are tracked" in why
+        for why in critical_speeds_of_many(family, {}, 2, 1e6)[1].values()
+    )
+    with pytest.raises(InputError, match="max_speed = -1.0 m/s is not allowed"):
+        critical_speeds_of_many(family, {}, 2, -1.0)

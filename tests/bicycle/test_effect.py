@@ -2,15 +2,8 @@
 
 import pytest
 
-from bicycle import effect_class, registry
+from bicycle import effect_class
 from tyre.errors import InputError
-
-
-def test_effects_are_found_by_file_name():
-    assert {"no_slip", "side_slip", "relaxation_length", "pneumatic_trail", "steer_damper", "camber_thrust"} <= set(
-        registry()
-    )
-    assert all(cls.__module__ == f"bicycle.effects.{identifier}" for identifier, cls in registry().items())
 
 
 @pytest.mark.parametrize(

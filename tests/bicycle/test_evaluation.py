@@ -85,21 +85,6 @@ def test_arrays_broadcast_and_no_results_are_an_empty_list():
     assert compiled([X], [])(1.0) == []
 
 
-class Counted:
-    """A number that counts what is done with it."""
-
-    done = 0
-
-    def _count(self, other):
-        Counted.done += 1
-        return self
-
-    __add__ = __radd__ = __mul__ = __rmul__ = __sub__ = __rsub__ = __rtruediv__ = _count
-
-    def __neg__(self):
-        return self
-
-
 def test_a_symbol_that_is_no_argument_is_refused():
     with pytest.raises(InputError, match="an effect puts 'z' where only parameters of bicycle and effects may stand"):
         compiled([X, Y], [X * Y + Z])

@@ -73,7 +73,7 @@ def test_it_survives_a_file(tmp_path):
         (stated(matrix=[[1.0, 0.0], [0.0, "x"]]), "matrix.* must be 2"),
         (stated(matrix=[[1.0, 2.0], [2.0, 1.0]]), "must be symmetric without negative eigenvalues"),
         (stated(matrix=[[5e-324, 1.0], [1.0, 5e-324]]), "must be symmetric without negative eigenvalues"),
-        (DAMPED | {"covariance": {"parameters": ["c"]}}, "matrix is missing"),
+        (DAMPED | {"covariance": {"parameters": ["c"]}}, "give one of matrix and factor"),
         (DAMPED | {"covariance": {"parameters": ["c"], "matrix": [[1.0]], "colour": 1}}, "colour"),
         (DAMPED | {"covariance": 3.0}, "covariance"),
     ],

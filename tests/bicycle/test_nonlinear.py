@@ -6,8 +6,10 @@ from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.inputs import InputHistory, pulse, step
-from bicycle.nonlinear import MagicTyre, magic_formula_model
+from bicycle.model_file import build_model
+from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
 from bicycle.responses import respond
+from tyre import read_tyre
 from tyre.errors import InputError
 
 STIFFNESS = {"rear": 6302.5, "front": 6016.1}  # N/rad
@@ -122,7 +124,8 @@ def test_drag_shifts_load_from_the_front_wheel_to_the_rear():
 def test_slip_step_of_a_bicycle_that_stays_straight_gives_the_magic_formula():
     # F = D Fz sin{C atan[B a - E (B a - atan(B a))]} + Sv Fz by hand at a = 0.1 rad, wheels held by a huge mass
     heavy = load_bicycle("benchmark")
-    heavy = heavy.replace(g=1e-9 * 9.81, **{k: 1e9 * heavy[k] for k in heavy.values if k[0] == "I" or k[0] == "m"})
+    masses = {key: 1e9 * value for key, value in heavy.values.items() if key[0] in "Im"}
+    heavy = heavy.replace(g=1e-9 * 9.81, **masses, allow_unusual=True)
     law = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
     tyre = MagicTyre(friction=0.7, shape_factor=1.4, curvature_factor=-0.5, offset=0.02)
     system = magic_formula_model(Model(heavy, (law,)), speed=5.0, rear=tyre, front=tyre)
@@ -182,3 +185,72 @@ def test_refused_models_and_motions():
 def test_refused_tyres(given, words):
     with pytest.raises(InputError, match=words):
         MagicTyre(**given)
+
+
+CURVED = """[MODEL]
+FITTYP = 61
+UNLOADED_RADIUS = 0.34
+NOMPRES = 500000
+FNOMIN = 450
+LATERAL_STIFFNESS = 60000
+PCY1 = 1.3
+PDY1 = 0.9
+PEY1 = -0.5
+PKY1 = -17
+PKY2 = 1.8
+PKY6 = -0.9
+PVY3 = -0.2
+QBZ1 = 9
+QCZ1 = 1.2
+QDZ1 = 0.05
+QBZ9 = 10
+QDZ8 = -0.02
+"""
+TABLES = {"camber_thrust": {"camber_stiffness": "tyre", "lag_share": 0.6}, "pneumatic_trail": {"trail": "tyre"},
+          "twisting_torque": {"twisting_stiffness": "tyre"}}  # fmt: skip
+
+
+def curved(folder, **tables):
+    (folder / "t.tir").write_text(CURVED)
+    law = {"relaxation_length": {"tyre": str(folder / "t.tir"), "pressure_bar": 5}}
+    model = build_model({"bicycle": "benchmark", "effects": law | tables})
+    return model, CurveTyre(read_tyre(folder / "t.tir"), 5e5)
+
+
+def test_the_linearisation_of_a_file_with_curves_is_the_linear_model(tmp_path):
+    """Beside the lags of camber, which stand apart from those of slip: -v over the relaxation length."""
+    model, tyre = curved(tmp_path, **TABLES)
+    system = magic_formula_model(model, speed=6.5, rear=tyre, front=tyre)
+    found = np.linalg.eigvals(system.jacobian(np.zeros(len(system.states)), np.zeros(len(system.inputs))))
+    lengths = [model.parameters[f"relaxation_length.relaxation_length.{wheel}"] for wheel in ("rear", "front")]
+    expected = np.concatenate([model.linear_model().eigenvalues(6.5), -6.5 / np.array(lengths)])
+    assert_same_eigenvalues(found, expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_forces_and_moments_are_those_of_the_file_at_the_lagged_slip(tmp_path):
+    """The yaw acceleration that is left beside the side force is the moment's, up to full sliding."""
+    model, tyre = curved(tmp_path, pneumatic_trail={"trail": "tyre"})
+    system = magic_formula_model(model, speed=5.0, rear=tyre, front=tyre)
+    state, yaw = np.zeros(len(system.states)), system.states.index("yaw_rate")
+    left, moments = [], []
+    for slip in (1e-5, 0.1, 0.4):
+        state[system.states.index("rear_transient_slip")] = slip
+        at = {"slip_angle": slip, "load": system.loads[0], "pressure": 5e5}
+        force = tyre.source.side_force(**at)
+        assert system.side_forces(system.slip_matrix @ state)[0] == pytest.approx(force, rel=1e-9)
+        rate = system.rate(state, np.zeros(len(system.inputs))) - system.state_matrix @ state
+        left.append((rate - system.force_matrix[:, 0] * force)[yaw])
+        moments.append(float(tyre.source.aligning_moment(**at)))
+    np.testing.assert_allclose(np.array(left) / left[0], np.array(moments) / moments[0], rtol=1e-5)
+
+
+def test_without_a_curve_of_the_moment_the_trail_falls_like_that_of_a_brush():
+    """Half of it where (1 - z)^3 = (1 - z + z^2/3) / 2, z = C slip / (3 D load): Pacejka (2012), section 3.2.1."""
+    z = next(z for z in np.linspace(0, 1, 10001) if (1 - z) ** 3 <= (1 - z + z * z / 3) / 2)
+    model, tyre = build(LAGGED, ("pneumatic_trail", {"trail": 0.017})), MagicTyre(friction=0.7, shape_factor=1.4)
+    system = magic_formula_model(model, speed=5.0, rear=tyre, front=tyre)
+    slip = np.full(2, z * 3 * 0.7 * system.loads / np.array([*STIFFNESS.values()]))
+    trailing = [one.by_trail(s, np.zeros(())) for one, s in zip(system.tyres, slip, strict=True)]
+    np.testing.assert_allclose(trailing, system.side_forces(slip) / 2, rtol=0.01)
+    assert system.trail_matrix.any()
+    assert not magic_formula_model(build(LAGGED), speed=5.0).trail_matrix.any()

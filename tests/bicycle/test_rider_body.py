@@ -89,7 +89,6 @@ def test_a_body_does_not_change_the_next_one():
 def test_a_missing_package_names_the_remedy(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "yeadon", None)
     with pytest.raises(
-        InputError,
-        match=r"needs yeadon: yeadon is not installed; install it with: pip install .*\[rider\]",
+        InputError, match=r"needs yeadon: yeadon is not installed; install it with: pip install .*\[rider\]"
     ):
         human.segments(read_rider("jason"), {}, AT.hip)

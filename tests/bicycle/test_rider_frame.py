@@ -51,17 +51,6 @@ def test_the_cause_torso_lean_is_half_the_difference_of_two_postures(hoods):
     assert math.degrees(ANGLE_SD) == 5
 
 
-def test_the_sd_is_the_root_of_the_sum_of_squares_and_has_every_source(hoods):
-    total = np.sqrt(sum(step**2 for step in hoods.causes.values()))
-    np.testing.assert_allclose([hoods.sd[key] for key in KEYS], total)
-    np.testing.assert_allclose(np.sqrt(np.diag(hoods.covariance)), total)
-    assert hoods.sd["mB"] == pytest.approx(math.hypot(2.0, PISTA.sd["mB"]))
-    for part in ("mass of the rider", "lengths of the legs", "torso lean", "seat: saddle distance", "frame: IBxz"):
-        assert any(cause == part for cause in hoods.causes)
-    densities = [step for cause, step in hoods.causes.items() if cause.startswith("densities")]
-    np.testing.assert_allclose(sum(densities), 0, atol=1e-9)
-
-
 def test_a_scaled_rider_is_less_certain(hoods):
     scaled = rider_on_bicycle(
         PISTA, scaled_rider(height=1.75, mass=78.745), posture="hoods",

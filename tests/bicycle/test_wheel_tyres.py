@@ -26,16 +26,19 @@ def model_of(folder, tyre, pressure=5):
 
 
 def mf61_by_hand(load, pressure):
-    """Besselink, Schmeitz & Pacejka (2010); Pacejka (2012), eqs. 4.E25, 4.E30, 4.E42, 4.E49, A3.9."""
+    """Besselink, Schmeitz & Pacejka (2010); Pacejka (2012), eqs. 4.E25, 4.E30, 4.E42, 4.E32 and 4.E74, A3.9."""
     dfz, dpi, fz0, r0 = load / 450 - 1, pressure / 5e5 - 1, 450.0, 0.336
     kya = -17 * fz0 * (1 + 0.2 * dpi) * math.sin(2 * math.atan(load / (1.8 * (1 + 0.5 * dpi) * fz0)))
     cy = 60000 * (1 + 0.2 * dfz) * (1 + 0.5 * dpi)
+    camber = -load * (-0.8 + 0.1 * dfz) * (1 - 0.3 * dpi) * 0.9
+    trail = load * r0 / fz0 * (0.05 + 0.01 * dfz) * (1 - 0.2 * dpi) * 1.1
+    residual = load * r0 * (0.045 + 0.004 * dfz) * (1 - 0.1 * dpi)
     return {
         "relaxation_length.cornering_stiffness": -kya,
         "relaxation_length.relaxation_length": abs(kya / cy),
-        "camber_thrust.camber_stiffness": -load * (-0.8 + 0.1 * dfz) * (1 - 0.3 * dpi) * 0.9,
-        "pneumatic_trail.trail": load * r0 / fz0 * (0.05 + 0.01 * dfz) * (1 - 0.2 * dpi) * 1.1,
-        "twisting_torque.twisting_stiffness": load * r0 * (0.045 + 0.004 * dfz) * (1 - 0.1 * dpi),
+        "camber_thrust.camber_stiffness": camber,
+        "pneumatic_trail.trail": trail,
+        "twisting_torque.twisting_stiffness": residual + trail * camber,  # the trail acts on the force without camber
     }
 
 
@@ -63,6 +66,32 @@ def test_every_value_is_that_of_the_equations_at_the_wheel_loads(folder, tyre):
             assert model.parameters[f"{key}.{wheel}"] == pytest.approx(value, rel=1e-12), (key, wheel)
     assert any("states no uncertainty" in note for note in model.notes)
     assert any("synthetic" in note for note in model.notes)
+
+
+def test_the_moment_of_camber_of_the_book_is_chosen_in_the_model_file(folder):
+    """4.E49: the trail acts on the camber force, too, so less of it stands in the twisting torque."""
+    tables = {"relaxation_length": {"tyre": "my.tir", "pressure_bar": 5, "camber_moment": "book"}, "pneumatic_trail":
+              {"trail": "tyre"}, "twisting_torque": {"twisting_stiffness": "tyre"}}  # fmt: skip
+    model = build_model({"bicycle": "benchmark", "effects": tables}, folder=folder)
+    for wheel, load in zip(WHEELS, BICYCLE.static_loads, strict=True):
+        hand = mf61_by_hand(load, 5e5)
+        part = hand["pneumatic_trail.trail"] * hand["camber_thrust.camber_stiffness"]
+        expected = hand["twisting_torque.twisting_stiffness"] - part
+        assert model.parameters[f"twisting_torque.twisting_stiffness.{wheel}"] == pytest.approx(expected, rel=1e-12)
+    tables["relaxation_length"]["tyre"] = "my89.toml"
+    with pytest.raises(InputError, match=r"camber_moment = 'book' is of a \.tir file"):
+        build_model({"bicycle": "benchmark", "effects": tables}, folder=folder)
+
+
+@pytest.mark.parametrize("pressure", ["", "[OPERATING_CONDITIONS]\nINFLPRES = 400000\n"])
+def test_a_pressure_that_changes_nothing_is_not_asked_for(folder, pressure):
+    (folder / "old.tir").write_text("[UNITS]\nLENGTH='meter'\n" + pressure + "[MODEL]\nFITTYP=6\nUNLOADED_RADIUS=0.3\n"
+                                    "FNOMIN=500\nPKY1=-14\nPKY2=2\nPTY1=0.4\nPTY2=2\n")  # fmt: skip
+    model = build_model({"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "old.tir"}}}, folder=folder)
+    for wheel, load in zip(WHEELS, BICYCLE.static_loads, strict=True):
+        expected = 14 * 500 * math.sin(2 * math.atan(load / 1000))
+        assert model.parameters[f"relaxation_length.cornering_stiffness.{wheel}"] == pytest.approx(expected)
+    assert not any("nan" in note for note in model.notes)
 
 
 def test_uncertainty_of_a_formula_is_assumed_and_said_so(folder):

@@ -5,9 +5,7 @@ import inspect
 import pytest
 
 from bicycle import Effect, Model, critical_speeds, load_bicycle, modes, registry
-from bicycle.effects.relaxation_length import RelaxationLength
-from bicycle.effects.side_slip import SideSlip
-from bicycle.effects.steer_damper import SteerDamper
+from bicycle.effects import RelaxationLength, SideSlip, SteerDamper
 from tyre import TyreMap
 
 LAGGED = RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000}, relaxation_length=0.1)

@@ -340,3 +340,19 @@ def test_a_steer_spring_lowers_weave_and_capsize_speed(spring):
     for mode in ("weave", "capsize"):
         old, new = (next(c.speed for c in found if c.mode == mode) for found in (before, after))
         assert 0 < new < old
+
+
+@pytest.mark.parametrize(
+    ("effects", "mode", "sign"),
+    [
+        ([effect("overturning_moment", overturning_stiffness=value) for value in (-5.0, 0.0, 5.0)], "weave", -1),
+        ([effect("overturning_moment", overturning_stiffness=value) for value in (0.0, 2.0, 5.0)], "capsize", -1),
+        ([effect("rotating_mass", inertia=0.02, spin=value) for value in (-300.0, 0.0, 300.0)], "capsize", 1),
+    ],
+)
+def test_what_one_sees_of_a_rotor_and_an_overturning_moment_is_as_declared(effects, mode, sign):
+    speeds = [
+        next(one.speed for one in critical_speeds(linear(relaxing(0.1), each), 20.0) if one.mode == mode)
+        for each in effects
+    ]
+    assert (sign * np.diff(speeds) > 0).all()

@@ -130,12 +130,6 @@ def test_a_log_of_half_an_hour_gives_no_warning_of_what_would_grow_all_the_while
     assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd) < 0.5
 
 
-def test_cycles_are_those_of_the_window():
-    """1.6 s in the middle of the record, not what went before them."""
-    found = identify(decay(np.random.default_rng(3), colour=0.0), first_s=1.0, last_s=2.6, thorough=False)
-    assert found.cycles == pytest.approx(1.6 * 4.4 / (2 * np.pi), abs=0.15)
-
-
 def test_the_drift_is_chosen_by_evidence_or_given():
     rng = np.random.default_rng(8)
     t = np.arange(0, 3.0, 0.01)
@@ -271,13 +265,6 @@ def test_whatever_the_window_there_is_an_answer_or_a_reason(seed, samples, step,
             assert min(found.sd) > 0
 
 
-def test_two_equal_modes_in_a_hundredth_of_a_second_are_no_error():
-    rng, t = np.random.default_rng(6), np.arange(96) * 6e-4
-    noise = rng.standard_normal((2, 96))
-    run = Run("r.csv", 5.0, t, {"steer_rate_rad_s": np.exp(4.3 * t) + noise[0], "yaw_rate_rad_s": noise[1]}, {})
-    assert all(found.rejected for found in identify_modes(run, 3, drift="none"))
-
-
 def test_a_faint_fast_mode_beside_a_strong_slow_one_is_found():
     """Of a guess of the strong one more is left than there is of the faint one."""
     rng, t = np.random.default_rng(3), np.arange(0, 2.5, 0.01)
@@ -358,14 +345,6 @@ def test_a_run_that_is_rejected_is_shown_and_kept_out_of_the_table(tmp_path, cap
     assert "cycles tell too little" in capsys.readouterr().out
     rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))
     assert [row["speed_m_s"] for row in rows] == ["4.6"]
-
-
-def test_a_fast_oscillation_is_found_too():
-    """18 Hz, near the fastest that is fitted: the search begins within its bounds."""
-    t = np.arange(0, 1.0, 0.005)
-    wave = np.exp((-3 + 2j * np.pi * 18) * t).real + 0.01 * np.random.default_rng(7).standard_normal(len(t))
-    found = identify(Run("f.csv", 4.8, t, {"steer_rate_rad_s": wave}, {}))
-    assert found.eigenvalue == pytest.approx(complex(-3, 2 * np.pi * 18), abs=0.3)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from lab_recordings import write_motion
 
 from bicycle.identification import identify, read_events, read_run, read_runs
 from studies.cli import main
-from studies.free_decays import with_sd
 from tests.validation.recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
 from tyre.channel_map import ChannelMap, Resampling
 from tyre.errors import InputError
@@ -71,15 +70,6 @@ def test_modal_with_a_map_of_the_command_line_writes_the_same_table(motion, tmp_
     main(["modal", f"{path}@5", "--channels", str(tmp_path / "map.toml"), "--out", str(tmp_path / "lab_table.csv")])
     assert (tmp_path / "lab_table.csv").read_text() == (tmp_path / "own_table.csv").read_text()
     assert "note: run.mf4: roll_rate, pitch_rate, yaw_rate turned" in capsys.readouterr().err
-
-
-def test_modal_with_channels_of_the_command_line(motion, tmp_path, capsys):
-    time, channels = motion
-    write_parquet(tmp_path / "a.parquet", {"t": (time, "s"), "p dot": (-np.rad2deg(channels["roll_rate"]), "deg/s")})
-    main(["modal", f"{tmp_path / 'a.parquet'}@5", "--channel", "time=t", "--channel", "roll_rate='p dot' deg/s -1"])
-    alone = {"roll_rate": channels["roll_rate"]}
-    expected = identify(read_run(write_own(tmp_path, time, alone), 5.0))
-    assert with_sd(expected.eigenvalue.imag, expected.sd[1]) in capsys.readouterr().out
 
 
 def test_several_events_of_one_file_are_several_runs(motion, tmp_path, capsys):
@@ -153,15 +143,6 @@ def test_missing_samples_are_refused(motion, tmp_path):
         with pytest.raises(InputError, match=r"is missing in .*; cut the recording with \[\[windows\]\] or repair it"):
             read_events(tmp_path / "b.parquet", 5.0, channel_map=asked)
         roll[lost] = 0.0
-
-
-def test_messages_of_mapped_files_count_samples(motion, tmp_path):
-    time, channels = motion
-    roll = channels["roll_rate"].copy()
-    roll[30] = 99.0
-    write_parquet(tmp_path / "a.parquet", {"t": (time, "s"), "p": (roll, "rad/s")})
-    with pytest.raises(InputError, match=r"a\.parquet, sample 31: roll_rate_rad_s = 99 is too large"):
-        read_events(tmp_path / "a.parquet", 5.0, channel_map=ChannelMap().with_channels(["time=t", "roll_rate=p"]))
 
 
 def test_simulate_takes_an_input_from_any_file(tmp_path, capsys):

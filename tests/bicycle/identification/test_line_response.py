@@ -39,9 +39,3 @@ def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():
     assert np.mean(variance) == pytest.approx(white * 16 / 14, rel=0.06)
     assert np.mean(np.abs(error) ** 2) / 2 == pytest.approx(white, rel=0.1)
     assert np.std(variance) / np.mean(variance) == pytest.approx(np.sqrt(2 / 16), rel=0.15)
-
-
-def test_the_strength_of_a_line_is_its_power_in_units_of_what_unit_noise_does_to_both_its_numbers():
-    k = 1000
-    u = 3.0 * np.cos(2 * np.pi * 5.0 * np.arange(k) * 0.01)
-    assert line_response(np.array([5.0]), u, u, 0.01).strength == pytest.approx(3.0**2 / (2 * 2 * 1.5 / k), rel=0.01)

@@ -65,10 +65,3 @@ def test_louder_noise_leaves_smaller_odds_whatever_the_units():
         assert one == pytest.approx(two, abs=1e-3)
         odds.append(one)
     assert odds[0] > odds[1] + 5 > odds[2] + 10
-
-
-def test_a_share_that_is_too_small_is_not_rounded_to_one_that_is_not():
-    found = replace(identify(run(np.random.default_rng(3), noise=0.1), thorough=False), doubt=("disturbed", {"p": 0.0}))
-    assert replace(found, r_squared=0.79996).rejected.startswith(
-        "R^2 = 0.799 is below 0.8, and what is left is no noise"
-    )

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from published_bicycle import C1, K0, K2, G, M, gains, held, state_matrix
+from published_bicycle import M, gains, held, state_matrix
 from scipy.linalg import solve_continuous_are
 from scipy.signal import coherence, csd, welch
 
@@ -22,15 +22,6 @@ def controller(speed):
 def errors(found, true):
     e = (found.gain - true) / found.sd
     return np.concatenate([e.real, e.imag])
-
-
-def test_published_matrices_are_held_up():
-    unstable = np.linalg.eigvals(state_matrix(3.5)).real.max()
-    assert unstable > 0.5
-    push = np.concatenate([[0, 0], np.linalg.solve(M, [0, 1.0])])
-    assert np.linalg.eigvals(state_matrix(3.5) - np.outer(push, controller(3.5))).real.max() < 0
-    assert C1.shape == K0.shape == K2.shape
-    assert G == 9.81
 
 
 def test_standard_deviations_hold_without_a_controller():
@@ -73,7 +64,7 @@ def test_recordings_of_lines_and_of_noise_are_not_mixed():
 def test_a_pulse_train_counts_the_segments_that_hold_it():
     """The input moves in one tenth of the record only; noise is everywhere: the sd still hold."""
     rng, z = np.random.default_rng(3), []
-    for _ in range(60):
+    for _ in range(30):
         u = np.zeros(8000)
         u[3000:3800] = rng.standard_normal(800)
         found = spectral_response([u], [u + 0.1 * rng.standard_normal(8000)], 0.01, segment_s=4.0, highest_hz=20.0)

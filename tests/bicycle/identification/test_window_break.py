@@ -1,11 +1,9 @@
 """Breaks within a window: a second kick, a step of a sensor, a spike; and what is unforeseen, by dense covariances."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from bicycle.identification import Break, Run, identify, unforeseen
+from bicycle.identification import Run, identify, unforeseen
 
 TIME = np.arange(0, 6, 0.01)
 ROOT = complex(-0.8, 5.0)
@@ -54,21 +52,6 @@ def test_a_spike_before_which_too_little_lies_is_told_all_the_same():
     found = identify(Run("ride.csv", 5.5, TIME[::2], channels, {}), last_s=3.0)  # 20 samples are needed before it
     assert found.broken.time_s == pytest.approx(0.36, abs=0.1)
     assert set(found.broken.shifts) == {"real part", "imaginary part", "steer_over_lean"}
-
-
-def test_a_refusal_names_time_channel_and_what_moves():
-    found = identify(run(*decay(np.random.default_rng(1))), thorough=False)
-    whole = identify(run(*decay(np.random.default_rng(1))))
-    assert not whole.rejected
-    shifts = dict.fromkeys(("real part", "imaginary part", "steer_over_lean"), 0.0) | {"imaginary part": 0.4}
-    broken = Break(
-        shifts, 4.25, "imaginary part", refused=True, time_s=2.345, until_s=2.25, channel="steer_rad", size=9.0
-    )
-    assert replace(found, broken=broken).rejected == (
-        "imaginary part moves by 4.25 sd (at most 3) when the window ends at 2.25 s, before steer_rad jumps: end it "
-        "there"
-    )
-    assert replace(found, broken=replace(broken, refused=False)).rejected == ""
 
 
 def test_a_step_of_a_sensor_widens_the_ratio_to_where_the_truth_is():
