@@ -24,6 +24,9 @@ from tyre.condition import (
     condition_key,
     near_conditions,
     pooled_repeatability,
+    upright,
+    with_agreement,
+    with_camber,
 )
 from tyre.contact_patch import log_curvature
 from tyre.errors import InputError
@@ -155,8 +158,8 @@ def _assemble(
     groups: dict[Key, list[RecordingSummary]] = defaultdict(list)
     for summary in summaries:
         groups[condition_key(summary)].append(summary)
-    for (tyre, surface, load, pressure), group in groups.items():
-        check_repeats(group, f"{folder}: {tyre}, {surface}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar")
+    for key, group in groups.items():
+        check_repeats(group, f"{folder}: {key}, {key.surface}")
     near = near_conditions(groups)
 
     sweeps, pulls = (
@@ -167,20 +170,16 @@ def _assemble(
         for kind in ("slip_sweep", "pull_test")
     )
     conditions = []
-    for key in sorted(groups, key=lambda k: (k[0], k[1] != "flat", k[1], k[3], k[2])):
-        tyre, surface, load, pressure = key
-        flat = groups.get((tyre, "flat", load, pressure), []) if surface == "drum" else []
+    for key in sorted(groups, key=lambda k: (k.tyre, k.surface != "flat", k.surface, k.pressure, k.load, k.camber)):
+        flat = groups.get(key._replace(surface="flat"), []) if key.surface == "drum" else []
         conditions.append(
             combine(
-                key,
-                groups[key],
-                borrowed=[item for item in flat if item.kind == "pull_test"],
-                sweep_repeatability=sweeps,
-                pull_repeatability=pulls,
-                calibration=settings.calibration,
+                key, groups[key], borrowed=[item for item in flat if item.kind == "pull_test"],
+                sweep_repeatability=sweeps, pull_repeatability=pulls, calibration=settings.calibration,
                 further_warnings=[near[key]] if key in near else [],
             )
-        )
+        )  # fmt: skip
+    conditions = with_agreement(with_camber(conditions, settings.calibration))
     curvature = _curvature(conditions, wheel_radius)
     return Campaign(folder, tuple(conditions), sweeps, pulls, settings, skipped, curvature)
 
@@ -189,7 +188,7 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
     """Exponent n of (1 + R / R_drum)^n from conditions measured on both surfaces."""
     found = []
     for tyre in sorted({condition.tyre for condition in conditions}):
-        mine = [c for c in conditions if c.tyre == tyre and c.cornering_stiffness is not None]
+        mine = [c for c in upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
         flat = {(c.load, c.pressure): c.cornering_stiffness for c in mine if c.surface == "flat"}
         logs, bases, radii = [], [], []
         for c in mine:
@@ -245,9 +244,12 @@ def _condition_json(condition: ConditionResult) -> dict[str, Any]:
         "surface": condition.surface,
         "load_N": condition.load,
         "pressure_bar": round(condition.pressure / PASCAL_PER_BAR, 6),
+        "camber_deg": round(float(np.rad2deg(condition.camber)), 6),
         "cornering_stiffness_N_per_rad": plain(condition.cornering_stiffness),
         "lateral_stiffness_N_per_m": plain(condition.lateral_stiffness),
         "relaxation_length_m": plain(condition.relaxation_length),
+        "camber_stiffness_N_per_rad": plain(condition.camber_stiffness),
+        "twisting_stiffness_N_m_per_rad": plain(condition.twisting_stiffness),
         "r_squared": condition.r_squared,
         "files": list(condition.files),
         "warnings": list(condition.warnings),
@@ -276,7 +278,11 @@ def measured_tables(campaign: Campaign) -> tuple[list[MeasuredTable], list[str]]
         groups[condition.tyre, condition.surface].append(condition)
     tables: list[MeasuredTable] = []
     remarks: list[str] = []
-    for (tyre, surface), members in groups.items():
+    for (tyre, surface), every in groups.items():
+        members = upright(every)
+        if len(members) < len(every):
+            cambered = len(every) - len(members)
+            remarks.append(f"{tyre} on {surface}: {cambered} conditions at more camber are not in the map")
         complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
         if len(complete) < len(members):
             missing = len(members) - len(complete)

@@ -291,15 +291,15 @@ def _from_text(given: str) -> tuple[str, MappedColumn | Clock]:
     how = "write NAME=COLUMN [UNIT] [SIGN], such as roll_rate='Gyro X' deg/s -1"
     if not name or not equals or not 1 <= len(words) <= 3:
         raise InputError(f"channel {given!r}: {how}")
-    column, *words = words
+    column, *others = words
     if name == "time":
-        if len(words) > 1:
+        if len(others) > 1:
             raise InputError(f"channel {given!r}: write time=COLUMN [UNIT] or time=RATE Hz")
-        return name, Clock(column, *words)
-    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(words[-1]) if words else None
-    if len(words) == 2 and sign is None:
+        return name, Clock(column, unit="".join(others))
+    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(others[-1]) if others else None
+    if len(others) == 2 and sign is None:
         raise InputError(f"channel {given!r}: the sign {words[-1]!r} must be 1 or -1; {how}")
-    return name, MappedColumn(column, *(words[:1] if len(words) == 2 or sign is None else [""]), sign=sign or 1.0)
+    return name, MappedColumn(column, "".join(others[: 1 if sign is None else -1]), sign=sign or 1.0)
 
 
 def _mountings(content: Any, where: str) -> tuple[Mounting, ...]:

@@ -1,10 +1,11 @@
 """Recordings of one condition as one result, with their repeatability and consistency."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,16 @@ from scipy import stats
 from tyre.bands import BANDS, doubts
 from tyre.errors import InputError
 from tyre.plausible import suspicion
-from tyre.preflight import LOAD_TOLERANCE
+from tyre.preflight import LOAD_TOLERANCE, TOLERANCES
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.recording import SYNTHETIC_NOTES, Condition
-from tyre.relaxation import Agreement, agreement, mean_of_steps, relaxation_from_stiffness, relaxation_from_two_rates
+from tyre.relaxation import (
+    Agreement,
+    agreement,
+    mean_of_steps,
+    relaxation_from_stiffness,
+    relaxation_from_two_rates,
+)
 from tyre.units import PASCAL_PER_BAR
 
 
@@ -137,7 +144,7 @@ def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
 def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
     """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording."""
     for one, other in combinations(recordings, 2):
-        for name in ("rim", "camber", "drum_radius"):
+        for name in ("rim", "drum_radius"):
             values = [getattr(item.condition, name) for item in (one, other)]
             if values[0] != values[1] and None not in values:
                 raise InputError(
@@ -169,17 +176,29 @@ def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
     return said
 
 
-def near_conditions(keys: Iterable[tuple[str, str, float, float]]) -> dict[tuple[str, str, float, float], str]:
+class Key(NamedTuple):
+    """Tyre, surface, load (N), pressure (Pa) and camber (rad): recordings with one key are repeats."""
+
+    tyre: str
+    surface: str
+    load: float
+    pressure: float
+    camber: float = 0.0
+
+    def __str__(self) -> str:
+        """Write it in the units of the field; no camber is not told."""
+        camber = f", camber {np.rad2deg(self.camber):.4g} deg" if self.camber else ""
+        return f"{self.tyre}, {self.load:g} N, {self.pressure / PASCAL_PER_BAR:g} bar{camber}"
+
+
+def near_conditions(keys: Iterable[Key]) -> dict[Key, str]:
     """Return a warning for every condition so close to another that they were perhaps meant to be one."""
     said = {}
-    for one, other in combinations(sorted(keys), 2):
-        if (one[0].casefold(), one[1]) == (other[0].casefold(), other[1]) and all(
-            abs(a / b - 1) < LIMITS.near for a, b in zip(one[2:], other[2:], strict=True)
+    for one, other in combinations(sorted(Key(*key) for key in keys), 2):
+        if (one.tyre.casefold(), one.surface, one.camber) == (other.tyre.casefold(), other.surface, other.camber) and (
+            all(abs(a / b - 1) < LIMITS.near for a, b in zip(one[2:4], other[2:4], strict=True))
         ):
-            text = " and ".join(
-                f"{tyre}, {load:g} N, {pressure / PASCAL_PER_BAR:g} bar" for tyre, _, load, pressure in (one, other)
-            )
-            said[one] = said[other] = f"nearly the same condition is taken as two: {text}"
+            said[one] = said[other] = f"nearly the same condition is taken as two: {one} and {other}"
     return said
 
 
@@ -191,17 +210,15 @@ def _distance(one: RecordingSummary, other: RecordingSummary) -> float:
     return max(abs(a - b) / max(abs(a), abs(b), 1e-300) for a, b in pairs)
 
 
-Key = tuple[str, str, float, float]
-
-
 @dataclass(frozen=True)
 class ConditionResult:
-    """One tyre at one load (N), pressure (Pa) and surface; None where it was not measured."""
+    """One tyre at one load (N), pressure (Pa), camber (rad) and surface; None where it was not measured."""
 
     tyre: str
     surface: str
     load: float
     pressure: float
+    camber: float
     drum_radius: float | None
     cornering_stiffness: Estimate | None
     lateral_stiffness: Estimate | None
@@ -218,6 +235,9 @@ class ConditionResult:
     pulls: tuple[RecordingSummary, ...]
     steps: tuple[RecordingSummary, ...]
     warnings: tuple[str, ...]
+    # dFy/d(camber) at zero slip, N/rad, and what dMz/d(camber) is beside -t times that, N m/rad: of all cambers
+    camber_stiffness: Estimate | None = None
+    twisting_stiffness: Estimate | None = None
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -226,14 +246,17 @@ class ConditionResult:
 
     @property
     def label(self) -> str:
-        """``tyre, surface, load, pressure`` in the units of the field."""
-        return f"{self.tyre}, {self.surface}, {self.load:g} N, {self.pressure / PASCAL_PER_BAR:g} bar"
+        """Tyre, surface, load, pressure and camber in the units of the field."""
+        key = Key(f"{self.tyre}, {self.surface}", "", self.load, self.pressure, self.camber)
+        return str(key)
 
 
 def condition_key(summary: RecordingSummary) -> Key:
-    """Tyre, surface, load rounded to 0.1 N and pressure to 0.001 bar: recordings with one key are repeats."""
+    """Round a condition to 0.1 N, 0.001 bar and 0.1 deg: recordings with one key are repeats."""
     condition = summary.condition
-    return condition.tyre, condition.surface, round(condition.load, 1), round(condition.pressure / 100.0) * 100.0
+    camber = float(np.deg2rad(round(np.rad2deg(condition.camber), 1))) + 0.0
+    pressure = round(condition.pressure / 100.0) * 100.0
+    return Key(condition.tyre, condition.surface, round(condition.load, 1), pressure, camber)
 
 
 def combine(
@@ -242,7 +265,7 @@ def combine(
     further_warnings: Sequence[str] = (),
 ) -> ConditionResult:  # fmt: skip
     """Combine the recordings of one condition."""
-    tyre, surface, load, pressure = key
+    tyre, surface, load, pressure, camber = Key(*key)
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
         for kind in ("slip_sweep", "pull_test", "slip_step")
@@ -253,7 +276,10 @@ def combine(
     is_borrowed = not pulls and bool(borrowed)
     if is_borrowed:
         pulls = tuple(sorted(borrowed, key=lambda item: item.file))
-        warnings.append("lateral stiffness is that of the flat track (no pull test on the drum)")
+        where = (
+            "flat track (no pull test on the drum)" if surface == "drum" else "upright wheel (no pull test at camber)"
+        )
+        warnings.append(f"lateral stiffness is that of the {where}")
     c = _mean(sweeps, sweep_repeatability, "cornering stiffness", warnings)
     k = _mean(pulls, pull_repeatability, "lateral stiffness", warnings)
     if c is None:
@@ -267,15 +293,13 @@ def combine(
         )
     direct = _direct_routes(sweeps, steps, calibration)
     routes = agreement(({"C/K": length} if length is not None else {}) | direct)
-    if routes is not None and routes.p_value < 0.05:
-        warnings.append(f"routes to the relaxation length disagree: {routes.sentence}")
     scatter = {
         items[0].kind: float(np.std([one.value for one in items], ddof=1) / np.mean([one.value for one in items]))
         for items in (sweeps, pulls, steps)
         if len(items) > 1
     }
     return ConditionResult(
-        tyre=tyre, surface=surface, load=load, pressure=pressure,
+        tyre=tyre, surface=surface, load=load, pressure=pressure, camber=camber,
         drum_radius=next((item.condition.drum_radius for item in recordings), None),
         cornering_stiffness=_with_calibration(c, calibration.force, calibration.slip),
         lateral_stiffness=_with_calibration(k, calibration.force, calibration.displacement), relaxation_length=length,
@@ -343,8 +367,80 @@ def _direct_routes(
     rates = relaxation_from_two_rates(sweeps)
     if rates is not None:
         routes["two sweep rates"] = rates
-    lengths = [Estimate(item.value, item.fit_sd, item.details["dof"]) for item in steps]
-    mean = mean_of_steps(lengths, repeatability=calibration.repeatability)
+    mean = mean_of_steps(steps, sweeps, repeatability=calibration.repeatability)
     if mean is not None:
         routes["slip step"] = mean
     return routes
+
+
+def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
+    """Judge the routes to the relaxation length of all ``conditions`` together, and warn of those that disagree."""
+    tests = sum(c.routes is not None for c in conditions)
+    judged = [c if c.routes is None else replace(c, routes=replace(c.routes, tests=tests)) for c in conditions]
+    return [
+        c if c.routes is None or c.routes.agree
+        else replace(c, warnings=(*c.warnings, f"routes to the relaxation length disagree: {c.routes.sentence}"))
+        for c in judged
+    ]  # fmt: skip
+
+
+def upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
+    """Keep the conditions at the smallest camber that a tyre was run at on its surface: the others are of no map."""
+    least: dict[tuple[str, str], float] = {}
+    for c in conditions:
+        least[c.tyre, c.surface] = min(abs(c.camber), least.get((c.tyre, c.surface), np.inf))
+    return [c for c in conditions if np.isclose(abs(c.camber), least[c.tyre, c.surface], atol=1e-9)]
+
+
+def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration) -> list[ConditionResult]:
+    """Give each condition the slopes over camber of those that differ from it in nothing else, if there are several.
+
+    The scatter about the straight lines of all conditions is pooled, and weighed against the sd of the single fits.
+    """
+    groups: dict[Key, list[ConditionResult]] = {}
+    for c in conditions:
+        groups.setdefault(Key(c.tyre, c.surface, c.load, c.pressure), []).append(c)
+    rows = {  # by the measured camber, as the nominal one is rounded
+        key: [(item.details.get("camber_rad", c.camber), item.details) for c in alike for item in c.sweeps]
+        for key, alike in groups.items() if len({c.camber for c in alike if c.sweeps}) > 1
+    }  # fmt: skip
+    forces = _slopes(rows, "force_at_zero{}_N", calibration.force)
+    moments = _slopes(rows, "moment_at_zero{}_N_m", 0.0)
+    twisting: dict[Key, Estimate] = {}
+    for key in forces.keys() & moments.keys():
+        upright_first = sorted(groups[key], key=lambda c: abs(c.camber))
+        trail = next((c.pneumatic_trail for c in upright_first if c.pneumatic_trail), None)
+        if trail is not None:
+            force, moment = forces[key], moments[key]
+            parts = [(moment.sd, moment.dof), (abs(trail.value) * force.sd, force.dof),
+                     (abs(force.value) * trail.sd, trail.dof)]  # fmt: skip
+            twisting[key] = Estimate(moment.value + trail.value * force.value, *combine_uncertainties(parts))
+    keys = [Key(c.tyre, c.surface, c.load, c.pressure) for c in conditions]
+    return [
+        replace(c, camber_stiffness=forces.get(key), twisting_stiffness=twisting.get(key))
+        for c, key in zip(conditions, keys, strict=True)
+    ]
+
+
+def _slopes(
+    groups: Mapping[Key, Sequence[tuple[float, dict[str, float]]]], name: str, gain: float
+) -> dict[Key, Estimate]:
+    """Weighted straight lines over camber of what the fits call ``name``, with a relative uncertainty ``gain``."""
+    lines: dict[Key, tuple[float, float]] = {}
+    squares, spare = 0.0, 0.0
+    for key, rows in groups.items():
+        points = [(camber, d[name.format("")], d[name.format("_sd")]) for camber, d in rows if name.format("") in d]
+        camber, value, sd = np.array(points or np.zeros((1, 3))).T
+        if np.ptp(camber) < TOLERANCES["camber"].absolute:  # some have no moment
+            continue
+        sd = np.maximum(np.nan_to_num(sd), 1e-9 * np.ptp(value) + 1e-300)
+        design = np.column_stack([np.ones_like(camber), camber]) / sd[:, None]
+        line, *_ = np.linalg.lstsq(design, value / sd, rcond=None)
+        squares += float(np.sum((design @ line - value / sd) ** 2))
+        spare += len(points) - 2.0
+        lines[key] = float(line[1]), float(np.sqrt(np.linalg.inv(design.T @ design)[1, 1]))
+    factor, dof = weighed_scatter(1.0, squares, spare) if spare else (1.0, REPEATABILITY_DOF)
+    return {
+        key: Estimate(slope, *combine_uncertainties([(factor * sd, dof), (gain * abs(slope), np.inf)]))
+        for key, (slope, sd) in lines.items()
+    }

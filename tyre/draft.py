@@ -15,27 +15,32 @@ from tyre.signals import Column, listed
 from tyre.units import SI, quantity_of
 
 _NAMES = {
-    "time": r"^t$|time|zeit|stamp|elapsed",
+    "time": r"^t$|^et$|time|zeit|stamp|elapsed|millis|micros|seconds",
     "slip_angle": r"slip|alpha|^sa$|schr(ä|ae)glauf",
     "side_force": r"\bfy|side.?force|lat.*force|seitenkraft|querkraft",
     "vertical_load": r"\bfz|load|vert.*force|normal.?force|radlast",
     "aligning_moment": r"\bmz|align|r(ü|ue)ckstell",
-    "inclination": r"inclin|camber|gamma|sturz",
-    "speed": r"speed|veloc|^v$|geschw",
+    "inclination": r"incl|camber|gamma|sturz|^ia$",
+    "speed": r"speed|veloc|^v$|geschw|trajvel",
     "temperature": r"temp",
+    "pressure": r"press|druck|^p$|inflpres",
     "plate_displacement": r"plate|table|platte",
     "rim_displacement": r"rim|felge",
-    "roll_rate": r"roll.?(rate|vel|dot)|phi.?dot|(gyro|omega|rate|gyr|w).?x$|lean.?rate|^p$",
+    "roll_rate": r"roll.?(rate|vel|dot)|phi.?dot|(gyro(scope)?|omega|rate|gyr|w).?x$|lean.?rate|^p$",
     "lean": r"lean(?!.?(rate|torque))|roll(?!.?(rate|vel|acc|torque|dot))|phi$",
     "steer_rate": r"steer.*(rate|vel|speed|dot)|delta.?dot",
     "steer_torque": r"steer.*(torque|moment|trq|tq)|t.?delta$",
     "steer": r"steer(?!.*(rate|vel|torque|moment|speed|dot|trq|tq))|delta$|handlebar|lenk",
-    "yaw_rate": r"yaw.?(rate|vel)|(gyro|omega|rate|gyr|w).?z$|psi.?dot|gier|^r$",
+    "yaw_rate": r"yaw.?(rate|vel)|(gyro(scope)?|omega|rate|gyr|w).?z$|psi.?dot|gier|^r$",
     "lateral_acceleration": r"lat.*acc|acc?(el)?.?y$|^ay$",
     "lean_torque": r"(lean|roll).*(torque|moment)",
     "lateral_force": r"\bfy|lat.*force",
 }
 """Channel -> usual names of its column."""
+
+_TIMES = {"millis": "ms", "micros": "us", "nanos": "ns", "seconds": "s"}
+"""Word in the name of a column of times -> its unit."""
+_OF_A_PHONE = "gyroscope"
 
 UNKNOWN = "?"
 """Unit of a guess that only the user knows."""
@@ -85,7 +90,15 @@ def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[st
         if found is not None:
             said = quantity_of(found.unit) == quantity or found.unit == "datetime"
             of_name = next((end for end in _unit_words(found.name) if quantity_of(end) == quantity), "")
-            taken[name] = Guess(found, "" if said else of_name or UNKNOWN)
+            if quantity == "time" and not of_name:
+                of_name = next((unit for word, unit in _TIMES.items() if word in found.name.casefold()), "")
+            others = [
+                c.name for c in columns if _OF_A_PHONE in found.name.casefold() and _OF_A_PHONE in c.name.casefold()
+            ]
+            doubt = (
+                f"the axes of a phone are its own: {listed(others)}" if others and quantity == "angular rate" else ""
+            )
+            taken[name] = Guess(found, "" if said else of_name or UNKNOWN, doubt)
     return taken
 
 

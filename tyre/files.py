@@ -19,7 +19,7 @@ from tyre.errors import InputError
 def replacing(target: str | Path) -> Iterator[Path]:
     """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
     asked, target = str(target), Path(target)
-    if target.is_symlink():
+    if target.is_symlink() or not target.name:  # "." is a folder, which is told below
         target = target.resolve()
     device = target.exists() and not (target.is_file() or target.is_dir())
     part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -16,15 +17,18 @@ from tyre.tyre_map import TyreMap
 if TYPE_CHECKING:
     from tyre.pacejka89 import Pacejka89Tyre
 
+CHOICE = "?camber_moment="
+"""Stands between a .tir file and its moment of camber: ``my.tir?camber_moment=book``."""
+
 FILE_ENDINGS = (".csv", ".tir", ".toml", ".json", ".yaml", ".yml", ".mat")
 
 
 def is_file_name(tyre: str) -> bool:
     """Tell if a tyre is given by a file, not by name."""
-    return tyre.lower().endswith(FILE_ENDINGS)
+    return tyre.lower().partition(CHOICE)[0].endswith(FILE_ENDINGS)
 
 
-def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
+def read_tyre(tyre: str | Path, *, surface: str | None = None, camber_moment: str | None = None) -> TyreSource:
     """Return a packaged tyre, or that of a file.
 
     Parameters
@@ -35,6 +39,8 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
         ``kind = "pacejka89"``, or the same mapping as ``.json``, ``.yaml`` or ``.mat``.
     surface : str, optional
         ``flat`` or ``drum``: of a packaged tyre measured on both (flat if none is given); of any other its own.
+    camber_moment : str, optional
+        Moment of a leaning tyre of a .tir file of MF-Tyre 6.1 or 6.2: ``software`` (default) or ``book``.
 
     Returns
     -------
@@ -46,7 +52,10 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
     InputError
         No such tyre or file, or a surface on which it was not measured.
     """
-    name, tables, formulas = str(tyre), available_tyres(), packaged_formulas()
+    name, _, choice = str(tyre).partition(CHOICE)
+    choice, tables, formulas = camber_moment or choice, available_tyres(), packaged_formulas()
+    if choice and not name.lower().endswith(".tir"):
+        raise InputError(f"{name}: camber_moment = {choice!r} is of a .tir file (MF-Tyre 6.1, 6.2); leave it out")
     if name in tables:
         return TyreMap.load(name, surface=surface or "flat")
     if not is_file_name(name) and name not in formulas:
@@ -57,7 +66,7 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None) -> TyreSource:
             f"no tyre '{name}'{hint}; available are {', '.join(names) or 'none'}; or give a file "
             f"({', '.join(FILE_ENDINGS)})."
         )
-    found = _from_file(Path(name)) if is_file_name(name) else formulas[name]
+    found = _from_file(Path(name), choice) if is_file_name(name) else formulas[name]
     if surface and surface != found.surface:
         raise InputError(f"{name} was not measured on surface '{surface}', only on: {found.surface}; leave surface out")
     return found
@@ -76,21 +85,23 @@ def packaged_formulas() -> Mapping[str, "Pacejka89Tyre"]:
     return MappingProxyType({tyre.tyre: tyre for tyre in tyres})
 
 
-def _from_file(path: Path) -> TyreSource:
+def _from_file(path: Path, camber_moment: str = "") -> TyreSource:
     ending = path.suffix.lower()
     if ending == ".tir":
         from tyre.tir import read_tir
 
-        return read_tir(path)
-    from tyre.pacejka89 import KIND, read_pacejka89
+        return replace(read_tir(path), camber_moment=camber_moment) if camber_moment else read_tir(path)
+    from tyre.pacejka89 import KIND, SIDE, read_pacejka89
 
     if ending not in (".csv", ".toml"):
         return read_pacejka89(path)
     if ending == ".toml" and path.is_file():
         try:
-            kind = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("kind", "map")
+            content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not valid TOML: {error}") from error
+        named = {"a0", SIDE, "set"} & {str(key).lower() for key in content}
+        kind = content.get("kind", KIND if named else "map")
         if kind not in ("map", KIND):
             raise InputError(f"{path}: kind = {kind!r}; a tyre is a table without a kind, or kind = {KIND!r}")
         if kind == KIND:

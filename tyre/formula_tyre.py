@@ -1,12 +1,15 @@
 """Tyres that a formula describes: values at any load and pressure with assumed uncertainty."""
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tyre.arrays import Array
 from tyre.bands import table_doubts
 from tyre.errors import InputError
 from tyre.properties import (
@@ -35,11 +38,23 @@ class FormulaTyre(TyreSource):
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Notes on unusual values at the conditions worth looking at; see :func:`tyre.bands.table_doubts`."""
-        load, pressure = (grid.ravel() for grid in np.meshgrid(self.loads, self.pressures))
+        load, pressure = (
+            grid.ravel() for grid in np.meshgrid(self.loads, self.pressures if self.pressures.size else np.nan)
+        )
         with np.errstate(all="ignore"):
             values = self.linear(load=load, pressure=pressure)
         positive = {name: np.where(np.asarray(value) > 0, value, np.nan) for name, value in values.items()}
         return table_doubts(load, positive, where=self.label)
+
+    @abstractmethod
+    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
+        """Side force (N) of the whole curve, > 0 to the right for a slip angle (rad) > 0; refused if none is held."""
+
+    @abstractmethod
+    def aligning_moment(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Aligning moment (N m) of the whole curve, > 0 turns the wheel to the right; refused if none is held."""
 
     def assuming(self, relative_sd: float, /) -> Self:
         """Return the same tyre with an assumed uncertainty."""
@@ -79,7 +94,8 @@ class FormulaTyre(TyreSource):
                     tyre=self.tyre, surface=self.surface, load=float(load[n]), pressure=float(pressure[n]),
                     covariance=covariance[3 * n : 3 * n + 3, 3 * n : 3 * n + 3].copy(), origin=origin,
                     notes=(*notes, outside) if origin == "extrapolated" else notes, synthetic=self.synthetic,
-                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False, **held,
+                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False,
+                    surface_stated=self.surface_stated, **held,
                 )
             )  # fmt: skip
         return JointProperties(tuple(properties), JointCovariance(covariance, None))

@@ -193,7 +193,7 @@ def without_sidecar(table: Path) -> dict[str, Any]:
     notes = [f"{table.name} has no sidecar {table.stem}.toml; taken is {' and '.join(assumed)}"] if assumed else []
     given = {"tyre": table.stem, "surface": "flat", "source": "not stated"} | said
     keys: dict[str, Any] = read(SIDECAR, given, where=table.name, dotted=True)
-    return keys | {"notes": notes}
+    return keys | {"notes": notes, "surface_stated": "surface" in said}
 
 
 REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
@@ -260,8 +260,9 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         "pressure_bar": table.pressure / PASCAL_PER_BAR,
         "cornering_stiffness_N_per_deg": np.radians(table.cornering_stiffness),
         "lateral_stiffness_N_per_mm": table.lateral_stiffness / 1e3,
-        "lateral_stiffness_sd_N_per_mm": table.lateral_stiffness_sd / 1e3,
     }
+    if table.lateral_stiffness_sd is not None:
+        columns["lateral_stiffness_sd_N_per_mm"] = table.lateral_stiffness_sd / 1e3
     if table.cornering_stiffness_sd is not None:
         columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
     for name in (CORRELATION, *DOF):
@@ -318,7 +319,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         raise InputError(f"{name}: relaxation_length_sd_mm is given, but the column relaxation_length_mm is not.")
     else:
         lateral = columns["lateral_stiffness_N_per_mm"] * 1e3
-    lateral_sd = relative_sd * lateral
+    lateral_sd = relative_sd * lateral if relative_sd.any() else None
     if "lateral_stiffness_sd_N_per_mm" in columns:
         if relative_sd.any():
             raise InputError(f"{name}: standard deviations of relaxation length and lateral stiffness; keep one.")
@@ -345,6 +346,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         notes=tuple(dict.fromkeys((*keys["notes"], *doubts))), synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
         calibration=keys.get("calibration"), stiffness_correlation=columns.get(CORRELATION),
+        surface_stated=keys.get("surface_stated", True),
         cornering_stiffness_dof=columns.get(DOF[0]), lateral_stiffness_dof=columns.get(DOF[1]), pneumatic_trail=trail,
         direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
     )  # fmt: skip

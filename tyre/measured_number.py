@@ -126,7 +126,7 @@ def key_value_lines(path: Path | Traversable, only: Collection[str] | None = Non
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     for row, line in enumerate(raw.decode("utf-8-sig", errors="replace").splitlines(), 1):
-        text = line.partition("#")[0].strip()
+        text = (line.replace("%", "#") if path.name.endswith(".m") else line).partition("#")[0].strip()
         key, separator, value = (part.strip() for part in LINE.match(text).groups())  # type: ignore[union-attr]
         if not text or (only is not None and key not in only):
             continue

@@ -142,6 +142,7 @@ class Pacejka89Tyre(FormulaTyre):
     sets: tuple[Pacejka89, ...]  # by rising pressure
     source: str  # of the coefficients
     notes: tuple[str, ...] = ()  # to be told to a reader of any value
+    surface_stated: bool = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -304,7 +305,10 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         source = data_root() / "tyres" / f"{source}.toml"
     file = Path(source) if isinstance(source, str) else source
     where, stem = str(source), Path(file.name).stem
-    content, unused = _one_mapping(_content(file), stem), []
+    try:
+        content, unused = _one_mapping(_content(file), stem), []
+    except InputError as error:
+        raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from error
     if file.name.lower().endswith(".mat"):  # a workspace holds other things too
         unused = sorted({*content} - {*FILE.keys})
         content = {key: value for key, value in content.items() if key not in unused}
@@ -346,7 +350,7 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
     found = Pacejka89Tyre(
         tyre=tyre, surface=given.get("surface", "flat"), sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
-        source=given["source"], notes=tuple(notes),
+        source=given["source"], notes=tuple(notes), surface_stated="surface" in given,
     )  # fmt: skip
     return replace(found, notes=(*found.notes, *found.doubts))
 
@@ -372,10 +376,23 @@ def _one_mapping(content: Any, stem: str) -> Any:
 
 
 def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys in one spelling; coefficients by name (a0, ..., a111 for a11) as lists."""
     found = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
     for letter, role in (("a", SIDE), ("c", MOMENT)):
-        if f"{letter}0" in found:  # a0 ... a13 by name
-            found[role] = [found.pop(f"{letter}{n}") for n in range(COUNT[role]) if f"{letter}{n}" in found]
+        own = re.compile(rf"{letter}(\d+)", re.IGNORECASE)
+        named = {int(match[1]): found.pop(key) for key in list(found) if (match := own.fullmatch(key))}
+        if letter == "a" and 111 in named:  # Sv = (a111 Fz + a112 Fz^2) camber + ...
+            if named.pop(112, 0.0):
+                raise InputError(
+                    "a112 (camber force with the square of the load) is not in the law; a111 alone is taken"
+                )
+            named[11] = named.pop(111)
+        if missing := [n for n in range(COUNT[role]) if n not in named] if named else []:
+            raise InputError(f"{letter}{missing[0]} is missing; give {letter}0 to {letter}{COUNT[role] - 1}")
+        if named:
+            found[role] = [named.pop(n) for n in range(COUNT[role])]
+        if named:
+            raise InputError(f"unknown key '{letter}{min(named)}'; known: {letter}0 to {letter}{COUNT[role] - 1}")
     return found
 
 

@@ -13,6 +13,50 @@ LOAD_TOLERANCE = 0.05  # of the declared load: the stiffness would be that of an
 
 
 @dataclass(frozen=True)
+class Tolerance:
+    """Width of one condition in a quantity: ``relative`` of its level or ``absolute`` (SI), whichever is more.
+
+    It is shown in a ``unit`` of ``size`` (SI), and a level that lies within a tenth of the width is a multiple of the
+    first fitting one of ``steps`` of that unit.
+    """
+
+    channel: str
+    relative: float
+    absolute: float
+    unit: str
+    size: float = 1.0
+    steps: tuple[float, ...] = ()
+    widened: float = 1.25  # widths, beyond which a sample is outside of a condition
+    beyond: float = 0.1  # share of a recording that may lie there
+
+    def width(self, level: float) -> float:
+        """Distance from ``level`` within which a sample belongs to it, SI."""
+        return max(self.relative * abs(level), self.absolute)
+
+    def nominal(self, level: float) -> float:
+        """The round value that was meant by a measured ``level``, SI; 0 if it is no wider apart than the width."""
+        if abs(level) <= self.absolute:
+            return 0.0
+        shown, width = level / self.size, self.width(level) / self.size
+        rounded = (step * round(shown / step) for step in self.steps)
+        near = next((value for value in rounded if abs(value - shown) <= 0.1 * width), None)
+        return self.size * (float(f"{shown:.4g}") if near is None else near) + 0.0
+
+    def outside(self, channel: Channel) -> float:
+        """Share of a channel, by the means of its parts, that lies beyond a widened width about its median."""
+        median = float(np.nanmedian(channel))
+        return float(np.mean(np.abs(part_means(channel) - median) > self.widened * self.width(median)))
+
+
+TOLERANCES = {
+    "load": Tolerance("vertical_load", LOAD_TOLERANCE, 0.0, "N", 1.0, (50.0, 10.0, 5.0, 1.0)),
+    "pressure": Tolerance("pressure", 0.03, 0.0, "bar", PASCAL_PER_BAR, (0.5, 0.1, 0.05)),
+    "camber": Tolerance("inclination", 0.0, 0.5 * _DEGREE, "deg", _DEGREE, (1.0, 0.5, 0.1)),
+}
+"""What one condition is: the width of its load, pressure and camber."""
+
+
+@dataclass(frozen=True)
 class _Limits:
     """Limits of a sound recording."""
 
@@ -47,13 +91,6 @@ class Preflight:
     missing: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     usable: bool = True
-
-    def __str__(self) -> str:
-        """Several lines for the terminal."""
-        verdict = "usable" if self.usable else "NOT usable"
-        parts = [("there", self.present), ("missing", self.missing), ("problem", self.problems)]
-        lines = [f"{self.source}: {verdict}", *(f"  {label}: {text}" for label, texts in parts for text in texts)]
-        return "\n".join(lines)
 
     def forbids(self, text: str) -> None:
         """Note a problem that forbids a fit."""
@@ -93,6 +130,7 @@ def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
         _check_dropouts(found, "aligning_moment", run.aligning_moment, needed=False)
     _check_stuck(found, run.side_force, run.slip_angle, travel=_LIMITS.stuck_slip * _DEGREE)
     _check_load(found, run, load_tolerance)
+    _check_condition(found, run)
     _check_drifts(found, run)
     span = f"{len(run.time)} samples over {np.nanmax(run.time) - np.nanmin(run.time):.4g} s"
     lowest, highest = float(np.nanmin(run.slip_angle)), float(np.nanmax(run.slip_angle))
@@ -165,6 +203,36 @@ def _check_load(found: Preflight, run: RigRun, tolerance: float) -> None:
     drift = _drift(run.vertical_load) / declared
     if abs(drift) > _LIMITS.load_drift:
         found.problems.append(f"vertical load drifts by {drift:+.1%} over the recording")
+
+
+def _check_condition(found: Preflight, run: RigRun) -> None:
+    """Hold the measured pressure and camber against the declared ones, and forbid what scatters over conditions."""
+    for name, tolerance in TOLERANCES.items():
+        channel: Channel | None = getattr(run, tolerance.channel)
+        if channel is None or not np.isfinite(channel).any():
+            continue
+        declared, median = getattr(run.condition, name) / tolerance.size, float(np.nanmedian(channel)) / tolerance.size
+        width = tolerance.width(tolerance.size * median) / tolerance.size
+        if name != "load" and abs(median - declared) > width:
+            found.forbids(
+                f"median {name} is {median:.4g} {tolerance.unit}, declared are {declared:.4g} {tolerance.unit}, off by "
+                f"more than {width:.2g}: declare what acted, or leave it to the channel"
+            )
+        if (share := tolerance.outside(channel)) > tolerance.beyond:
+            wide, unit = tolerance.widened * width, tolerance.unit
+            found.forbids(
+                f"{name} scatters: {share:.0%} of the recording lies more than {wide:.3g} {unit} from its median "
+                f"{median:.4g} {unit}, which is more than one condition; cut the recording with [[windows]]"
+            )
+
+
+def part_means(channel: Channel) -> Channel:
+    """Means of about a hundred equal parts of a channel, without those that have no sample."""
+    edges = np.arange(0, channel.size, max(channel.size // 100, 5))
+    there = np.isfinite(channel)
+    number = np.add.reduceat(there.astype(float), edges)
+    total = np.add.reduceat(np.where(there, channel, 0.0), edges)
+    return np.asarray(total[number > 0] / number[number > 0])
 
 
 def _check_drifts(found: Preflight, run: RigRun) -> None:

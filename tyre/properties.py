@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tyre.arrays import Array
 from tyre.errors import InputError
-from tyre.units import PASCAL_PER_BAR
+from tyre.units import GRAVITY, PASCAL_PER_BAR
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class TyreProperties:
     load : float
         Vertical load, N.
     pressure : float
-        Inflation pressure, Pa.
+        Inflation pressure, Pa; NaN of a tyre that has none.
     cornering_stiffness : float
         C_Fy = dFy/d(alpha) at zero slip, N/rad.
     lateral_stiffness : float
@@ -118,6 +118,8 @@ class TyreProperties:
         False where the source states none, and an assumed one is in the covariance.
     lateral_stiffness_sd_stated : bool
         The same of the lateral stiffness, and so of the relaxation length.
+    surface_stated : bool
+        False where the source names no surface and a flat one is taken.
     notes : tuple of str
         What a reader of a result must be told (an assumption, a borrowed stiffness, a misfit).
     degrees_of_freedom : ndarray, shape (3,), or None
@@ -157,6 +159,7 @@ class TyreProperties:
     camber_stiffness: float | None = None
     twisting_stiffness: float | None = None
     overturning_stiffness: float | None = None
+    surface_stated: bool = True
 
     @property
     def aligning_stiffness(self) -> float | None:
@@ -205,12 +208,15 @@ def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, 
     return found
 
 
-def stiffness_note(relative_sd: float) -> str:
-    """Return the note on a source that states no uncertainty of C_Fy, for the assumed ``relative_sd``."""
+def stiffness_note(relative_sd: float, quantity: str = "cornering") -> str:
+    """Return the note on a source that states no uncertainty of a stiffness, for the assumed ``relative_sd``."""
     taken = "none is assumed, so it counts as exact where it was measured"
     if relative_sd:
         taken = "assumed is {:g} % (one standard deviation)"
-    return "the source states no uncertainty of the cornering stiffness; " + taken.format(100 * relative_sd)
+    return UNSTATED.format(quantity) + taken.format(100 * relative_sd)
+
+
+UNSTATED = "the source states no uncertainty of the {} stiffness; "
 
 
 class JointCovariance(NamedTuple):
@@ -310,6 +316,10 @@ class TyreSource(ABC):
         Where it holds, N and Pa; (0, inf) where that is not stated.
     range_kind : str
         What the ranges are, in words that follow them: ``at which Tyre1 on flat was measured``.
+    surface_stated : bool
+        False where its source names no surface and a flat one is taken.
+    default_pressure : float or None
+        Pressure (Pa) where none is given: the only one at which it holds, NaN if none is stated; None if it matters.
     """
 
     tyre: str
@@ -325,10 +335,40 @@ class TyreSource(ABC):
     load_range: tuple[float, float]
     pressure_range: tuple[float, float]
     range_kind: str
+    surface_stated: bool = True
+    default_pressure: float | None = None
 
-    def at(self, *, load: float, pressure: float) -> TyreProperties:
-        """Return the properties at one vertical ``load`` (N) and inflation ``pressure`` (Pa)."""
-        return self.jointly([(load, pressure)]).properties[0]
+    def at(self, *, load: float, pressure: float | None = None, extrapolate: bool = False) -> TyreProperties:
+        """Return the properties at one vertical load and inflation pressure.
+
+        Parameters
+        ----------
+        load, pressure : float
+            N and Pa; the pressure may be left out where it changes nothing (``default_pressure``).
+        extrapolate : bool
+            Take a load or pressure, too, that lies farther outside its range than that range is wide.
+
+        Raises
+        ------
+        InputError
+            A condition so far outside, with the unit that may have been meant, or one at which the tyre says nothing.
+        """
+        pressure = self.default_pressure if pressure is None else pressure
+        if pressure is None:
+            raise InputError(f"{self.label}: give a pressure (Pa), {stated_range(self)} {self.range_kind}")
+        found = self.jointly([(load, pressure)]).properties[0]
+        beyond = None if extrapolate else out_of_reach(self, load=load, pressure=pressure)
+        low, high = POSSIBLE_PRESSURE
+        if beyond is None and not extrapolate and not low <= pressure <= high and pressure == pressure:
+            beyond = f"a pressure of {pressure:g} Pa is no tyre's"
+        if beyond is None:
+            return found
+        given = (("pressure", pressure, "Pa", PRESSURE_SLIPS), ("load", load, "N", LOAD_SLIPS))
+        meant = [
+            f"is the {name} in {unit}? give {value * factor:g} {si}" for name, value, si, slips in given
+            for unit, factor in slips if _usual(self, name, value * factor) and not _usual(self, name, value)
+        ]  # fmt: skip
+        raise InputError(f"{self.label}: {'; '.join([beyond, *meant[:1]])}; extrapolate=True takes it as it is")
 
     def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:
         """Return the properties at ``conditions`` (load N, pressure Pa) and their covariance, (3 n, 3 n)."""
@@ -342,7 +382,7 @@ class TyreSource(ABC):
     def origin(self, *, load: float, pressure: float) -> Origin:
         """Return how values come about at a ``load`` (N) and ``pressure`` (Pa)."""
         for value, (low, high) in ((load, self.load_range), (pressure, self.pressure_range)):
-            if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+            if value < low * (1 - 1e-9) or value > high * (1 + 1e-9):
                 return "extrapolated"
         return "interpolated"
 
@@ -352,7 +392,8 @@ class TyreSource(ABC):
             raise InputError(f"{self.label}: no condition asked for; give at least one (load N, pressure Pa).")
         for load, pressure in conditions:
             for name, value, unit in (("load", load, "N"), ("pressure", pressure, "Pa")):
-                if not (np.isfinite(value) and value > 0):
+                free = name == "pressure" and np.isnan(value) and self.default_pressure is not None
+                if not (np.isfinite(value) and value > 0) and not free:
                     raise InputError(f"{self.label}: {name} is {value:g} {unit}; it must be finite and > 0.")
             self._refuse(float(load), float(pressure))
         load, pressure = np.array(conditions, dtype=np.float64).T
@@ -371,6 +412,18 @@ class TyreSource(ABC):
     @abstractmethod
     def assuming(self, relative_sd: float, /) -> Self:
         """Return the same tyre with ``relative_sd`` as standard deviation wherever its source states none."""
+
+
+POSSIBLE_PRESSURE = (0.2e5, 25e5)  # Pa, of a tyre
+PRESSURE_SLIPS = (("bar", PASCAL_PER_BAR), ("kPa", 1e3), ("psi", 6894.757293168))
+LOAD_SLIPS = (("kg", GRAVITY), ("kN", 1e3))
+
+
+def _usual(tyre: TyreSource, name: str, value: float) -> bool:
+    """Tell if a tyre holds at this load or pressure, without a stated range if a tyre can have it."""
+    low, high = tyre.load_range if name == "load" else tyre.pressure_range
+    least, most = POSSIBLE_PRESSURE if name == "pressure" else (0.0, np.inf)
+    return bool(max(low, least) * 0.5 <= value <= min(high, most) * 2)
 
 
 def stated_range(tyre: TyreSource) -> str:

@@ -29,7 +29,10 @@ Channel = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Condition:
-    """Under which condition a recording was made; SI units, None where the lab did not say."""
+    """Under which condition a recording was made; SI units, None where the lab did not say.
+
+    Load, pressure and camber may be NaN until :mod:`tyre.segments` has taken them from the channels.
+    """
 
     tyre: str
     load: float
@@ -62,6 +65,7 @@ class RigRun:
     inclination: Channel | None = None
     speed: Channel | None = None
     temperature: Channel | None = None
+    pressure: Channel | None = None
     source: Path | None = None
     synthetic: bool = False
     kind: Literal["slip_sweep", "slip_step"] = "slip_sweep"
@@ -118,6 +122,7 @@ CHANNELS = {
     "inclination": ChannelKind("angle", "deg", _PER_RADIAN, np.pi / 3),
     "speed": ChannelKind("speed", "km_h", 3.6, 60.0),
     "temperature": ChannelKind("temperature", "C", 1.0, 200.0),
+    "pressure": ChannelKind("pressure", "bar", 1e-5, 20e5),
     "plate_displacement": ChannelKind("length", "mm", 1e3, 0.2, (-1.0, 1.0, 1.0)),
     "rim_displacement": ChannelKind("length", "mm", 1e3, 0.2, (-1.0, 1.0, 1.0)),
 }
@@ -177,7 +182,7 @@ def check_condition(condition: Condition, *, where: str) -> None:
     """Refuse a condition outside of what rigs do; also a drum without a radius, or a flat track with one."""
     for name, (lowest, highest, factor, unit) in _CONDITION_LIMITS.items():
         value = getattr(condition, name)
-        if value is not None and not lowest <= value <= highest:
+        if value is not None and not (lowest <= value <= highest or np.isnan(value)):
             raise InputError(
                 f"{where}: {name.replace('_', ' ')} is {value * factor:g} {unit}, allowed are {lowest * factor:g} to "
                 f"{highest * factor:g} {unit}; check the unit{_guess(name, value)}"
@@ -222,7 +227,7 @@ def _check_load(run: RigRun, where: str) -> None:
             "declare axes = 'SAE' or turn its sign"
         )
     ratio = median / run.condition.load
-    if not 1 / 5 <= ratio <= 5:
+    if ratio < 1 / 5 or ratio > 5:
         times = max(ratio, 1 / ratio) if ratio > SMALLEST else np.inf  # an empty channel is in no other unit
         slips = ((GRAVITY, "kg"), (POUND, "lbf"), (1e3, "kN"))
         said = [f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)" for factor, unit in slips

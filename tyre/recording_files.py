@@ -21,6 +21,7 @@ from tyre.errors import InputError, nearest
 from tyre.files import read_toml, write_text
 from tyre.formats import FORMATS
 from tyre.formats.tydex import ChannelEntry, Entry, TydexDocument, document_text, read_document
+from tyre.preflight import TOLERANCES
 from tyre.recording import (
     CHANNELS,
     COMPUTED_NOTE,
@@ -34,6 +35,7 @@ from tyre.recording import (
     signs,
 )
 from tyre.schema import Check, flag, maybe, number, read, refused, table, text
+from tyre.segments import split
 from tyre.table import csv_text, read_cells
 from tyre.units import PASCAL_PER_BAR, Unit, find_unit, unit_in_name
 
@@ -64,8 +66,6 @@ _CONDITION = {
 _USUAL_KEYS = ("load_N", "pressure_bar", "drum_radius_m", "speed_km_h", "temperature_C", "camber_deg")
 _REQUIRED = {
     "tyre": "name of the tyre",
-    "load": "load_N = vertical load",
-    "pressure": "pressure_bar = inflation pressure",
     "surface": "'flat' or 'drum'",
     "axes": " / ".join(CONVENTIONS) + "; there is no default",
 }
@@ -109,7 +109,7 @@ def read_sidecar(path: Path) -> Sidecar:
         "rigid_rim": values.pop("rigid_rim", False),
     }  # fmt: skip
     signs(other["axes"], where=where)
-    condition = Condition(**values)
+    condition = Condition(**dict.fromkeys(("load", "pressure", "camber"), np.nan) | values)
     check_condition(condition, where=where)
     channel_map = ChannelMap.from_table(tables, path.parent, where=where) if tables else None
     return Sidecar(condition, **other, channel_map=channel_map)
@@ -163,8 +163,9 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
         A ``.csv`` file (its sidecar has the same stem and ends in ``.toml``), that sidecar itself, or a TYDEX file
         (``.tdx``). CSV columns carry their unit: ``time_s``, ``slip_angle_deg`` or ``slip_angle_rad``,
         ``side_force_N``, ``vertical_load_N``, and where recorded ``aligning_moment_Nm``, ``inclination_deg``,
-        ``speed_km_h``, ``temperature_C``; a pull test has ``side_force_N``, ``plate_displacement_mm``,
-        ``rim_displacement_mm`` and perhaps ``time_s``. Commas separate the columns; semicolons with decimal commas
+        ``speed_km_h``, ``temperature_C``, ``pressure_bar``; a pull test has ``side_force_N``,
+        ``plate_displacement_mm``, ``rim_displacement_mm`` and perhaps ``time_s``. Commas separate the columns;
+        semicolons with decimal commas
         are understood too. Empty fields, ``NaN`` and ``NOTAVAIL`` are missing samples. With a channel map in its
         sidecar, a file of any format of :mod:`tyre.formats`, in any columns and units.
 
@@ -179,15 +180,19 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
         When a file is missing, malformed, in unknown units, or beyond what a rig can measure.
     """
     events = read_events(path)
+    first = next(iter(events.values()))
     if len(events) > 1:
-        file = next(iter(events.values())).source
-        raise InputError(f"{file}: holds the events {', '.join(events)}; one recording is needed here: keep one window")
-    return next(iter(events.values()))
+        names = ", ".join(events)
+        raise InputError(f"{first.source}: holds the events {names}; one recording is needed here: keep one window")
+    return first
 
 
 def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | PullTest]:
-    """Read every event of a recording or of its sidecar, by name ("" if it is the only one); ``channel_map`` serves
-    where the sidecar has no map of its own."""
+    """Read every event of a recording or of its sidecar, by name ("" if it is the only one).
+
+    A recording of several conditions is cut into sweeps and steps, see :func:`tyre.segments.split`; ``channel_map``
+    serves where the sidecar has no map of its own.
+    """
     file, sidecar = file_and_sidecar(Path(path))
     suffix = file.suffix.casefold()
     if suffix not in FORMATS:
@@ -197,13 +202,13 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
         sidecar = sidecar or read_sidecar(file.with_suffix(".toml"))
         records = _mapped_records(file, own or ChannelMap(), channel_map)
         names = [record.event for record in records] if len(records) > 1 else [""]
-        return {name: rig_recording(record, sidecar, file) for name, record in zip(names, records, strict=True)}
+        return split({name: rig_recording(record, sidecar, file) for name, record in zip(names, records, strict=True)})
     if suffix == ".tdx":
-        return {"": read_tydex(file)}
+        return split({"": _tydex_recording(file)})
     if suffix != ".csv":
         refuse_unmapped(file, QUANTITIES)
     columns, notes = _read_columns(file)
-    return {"": _assemble(columns, sidecar or read_sidecar(file.with_suffix(".toml")), notes, file)}
+    return split({"": _assemble(columns, sidecar or read_sidecar(file.with_suffix(".toml")), notes, file)})
 
 
 def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
@@ -284,7 +289,13 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
         unused = sorted(set(channels) - set(used))
         if unused:
             everything = (*everything, f"columns not used in a pull test: {', '.join(unused)}")
-        recording = PullTest(sidecar.condition, sidecar.axes, **used, **common, notes=everything)
+        lacking = next((name for name in ("load", "pressure") if np.isnan(getattr(sidecar.condition, name))), "")
+        if lacking:
+            raise InputError(
+                f"{path}: key {lacking!r} is missing in the sidecar; a pull test is not cut by its channels"
+            )
+        condition = replace(sidecar.condition, camber=float(np.nan_to_num(sidecar.condition.camber)))
+        recording = PullTest(condition, sidecar.axes, **used, **common, notes=everything)
     else:
         kind: Any = sidecar.kind or "slip_sweep"
         recording = RigRun(sidecar.condition, sidecar.axes, **channels, **common, kind=kind, notes=everything)
@@ -342,34 +353,32 @@ _TYDEX = {
     "plate_displacement": (("LATDISPW",), "Lateral displacement, plate", "mm"),
     "rim_displacement": (("RIMDISPW",), "Lateral displacement, rim", "mm"),
 }
-_TYDEX_QUANTITIES = {"pressure": "pressure"} | {name: channel.quantity for name, channel in CHANNELS.items()}
+_TYDEX_QUANTITIES = {name: channel.quantity for name, channel in CHANNELS.items()}
 _PULL_CHANNELS = ("time", "side_force", "plate_displacement", "rim_displacement")
 
 
-def read_tydex(path: str | Path) -> RigRun | PullTest:
-    """Read a recording from a TYDEX file, in SI units and adapted SAE axes (``axes`` is ``ISO``, that of TYDEX)."""
+def _tydex_recording(path: Path) -> RigRun | PullTest:
+    """Read TYDEX in SI units and adapted SAE axes; ``axes`` is ``ISO``, that of the format."""
     document = read_document(path)
     notes: list[str] = []
     found = _tydex_channels(document, notes)
     slip = found.get("slip_angle")
     sweeps = slip is not None and np.isfinite(slip).any() and np.nanmax(slip) - np.nanmin(slip) > np.deg2rad(0.5)
     pull = "plate_displacement" in found and not sweeps
-    used = _PULL_CHANNELS if pull else [name for name in _TYDEX if name not in (*_PULL_CHANNELS[2:], "pressure")]
+    used = _PULL_CHANNELS if pull else [name for name in _TYDEX if name not in _PULL_CHANNELS[2:]]
     for name in used[1:3] if pull else used[:4]:
         if name not in found:
             names = " or ".join(_TYDEX[name][0])
             raise InputError(f"{path}: channel {names} is missing (found: {', '.join(document.channels)})")
     sidecar = _tydex_sidecar(document, found, notes)
-    if "pressure" in found:
-        notes.append("channel INFLPRES serves for the condition only")
-    unused = [name for name in document.channels if not any(name in _TYDEX[key][0] for key in (*used, "pressure"))]
+    unused = [name for name in document.channels if not any(name in _TYDEX[key][0] for key in used)]
     if unused:
         notes.append(f"channels not used: {', '.join(unused)}")
     channels = {name: found[name] for name in used if name in found}
     if pull and "rim_displacement" not in channels:
         sidecar = replace(sidecar, rigid_rim=True)
         notes.append("no channel RIMDISPW: the rim is taken as rigid, its displacement as zero")
-    return _assemble(channels, sidecar, notes, Path(path))
+    return _assemble(channels, sidecar, notes, path)
 
 
 def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
@@ -395,6 +404,15 @@ def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
         measured=np.column_stack(columns), source=str(path),
     )  # fmt: skip
     write_text(path, content)
+
+
+def tydex_sidecar(path: str | Path) -> Sidecar | None:
+    """Make a sidecar of the constants of a TYDEX file; None if they do not make one."""
+    try:
+        document = read_document(path)
+        return _tydex_sidecar(document, _tydex_channels(document, []), [])
+    except InputError:
+        return None
 
 
 def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Channel]:
@@ -433,7 +451,7 @@ def _constant_number(document: TydexDocument, name: str, quantity: str) -> float
 
 def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: list[str]) -> Sidecar:
     """Condition and kind by the constants, else by the medians of channels, which ``notes`` tell."""
-    tyre = _constant(document, "IDENTITY", "MANUFACT")
+    tyre = _constant(document, "IDENTITY", "TYREDES", "MANUFACT")
     if tyre is None:
         identity = document.header.get("MEASID")
         tyre = identity.value if identity and identity.value else Path(document.source).stem
@@ -445,8 +463,15 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
         constants = (_constant_number(document, constant, quantity) for constant in exact)
         exactly = next((value for value in constants if value is not None), None)
         channel = found.get(name)
-        if exactly is not None or channel is None or not np.isfinite(channel).any():
+        if channel is None or not np.isfinite(channel).any():
             return _constant_number(document, nominal, quantity) if exactly is None else exactly
+        tolerance = next((one for one in TOLERANCES.values() if one.channel == name), None)
+        if tolerance is not None and tolerance.outside(channel) > tolerance.beyond:  # several levels
+            if exactly is not None:
+                said.append(f"{name.replace('_', ' ')}: its channel varies, so the constant is not taken")
+            return np.nan
+        if exactly is not None:
+            return exactly
         median, value = float(np.nanmedian(channel)), _constant_number(document, nominal, quantity)
         if value is not None and abs(median - value) <= 0.25 * abs(value):
             return value
@@ -458,6 +483,7 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
     if load is None or pressure is None:
         missing = "load (constant FZW or FNOMIN)" if load is None else "pressure (constant INFLPRES or NOMPRES)"
         raise InputError(f"{document.source}: no {missing} and no such channel; add the constant")
+    camber = value_of("inclination", "INCLANGL") if "INCLANGL" in document.constants else None
     radius = _constant_number(document, "DRUMRAD", "length")
     if radius is None:
         _check_flat(document, notes)
@@ -465,7 +491,7 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
         tyre=tyre, load=load, pressure=pressure, surface="flat" if radius is None else "drum", drum_radius=radius,
         rim=_constant(document, "RIMIDENT"), speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
         temperature=value_of("temperature", "AMBITEMP", "TYRETEMP", said=[]),
-        camber=value_of("inclination", "INCLANGL") or 0.0,
+        camber=np.nan if camber is None else camber,
     )  # fmt: skip
     check_condition(condition, where=document.source)
     kind = "slip_step" if _constant(document, "TESTKIND") == "slip_step" else None
@@ -474,7 +500,9 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
 
 def _check_flat(document: TydexDocument, notes: list[str]) -> None:
     """Refuse a drum without a radius; note a surface that nothing names."""
-    words = " ".join(_constant(document, name) or "" for name in ("TRCKSURF", "TESTRIG", "LOCATION")).casefold()
+    words = " ".join(
+        _constant(document, name) or "" for name in ("TRCKSURF", "SURFACE", "TESTRIG", "LOCATION")
+    ).casefold()
     if "drum" in words or "trommel" in words:
         raise InputError(f"{document.source}: was measured on a drum, but constant DRUMRAD (its radius) is missing")
     if "flat" not in words and "belt" not in words:

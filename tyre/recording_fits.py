@@ -51,7 +51,7 @@ def summarise(
 def points_of(summary: RecordingSummary) -> dict[str, Any]:
     """Return the points of a fitted recording for a figure, from the cache; empty if none were kept."""
     found = None if summary.cache is None else _read_kept(summary.cache)
-    points = next((one["points"] for one in found or () if one["event"] == summary.event), {})
+    points: dict[str, Any] = next((one["points"] for one in found or () if one["event"] == summary.event), {})
     return {key: np.array(value) for key, value in points.items()}
 
 
@@ -143,15 +143,20 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "Sh_rad": parameters["horizontal_shift"], "Sh_sd_rad": sd["horizontal_shift"],
         "drift_N": parameters["drift"], "load_N": fit.load, "largest_force_N": largest,
         "branches": float(fit.branches), "residual_sd_N": fit.residual_sd,
+        "force_at_zero_N": fit.force_at_zero[0], "force_at_zero_sd_N": fit.force_at_zero[1],
     }  # fmt: skip
     if fit.apparent_relaxation_length is not None:
         details["apparent_relaxation_length_m"] = fit.apparent_relaxation_length
+    if run.inclination is not None:
+        details["camber_rad"] = float(np.nanmedian(run.inclination))
     if fit.temperature is not None:
         details["temperature_C"] = fit.temperature
     if fit.aligning_moment is not None:
         details["pneumatic_trail_m"] = fit.aligning_moment.pneumatic_trail
         details["pneumatic_trail_sd_m"] = fit.aligning_moment.pneumatic_trail_sd
         details["aligning_moment_slope_N_m_per_rad"] = fit.aligning_moment.slope
+        zero, sd_of_zero = fit.aligning_moment.at_zero
+        details |= {"moment_at_zero_N_m": zero, "moment_at_zero_sd_N_m": sd_of_zero}
     summary = _summary(run, name, "slip_sweep", fit.cornering_stiffness, fit, details)
     summary = replace(summary, rate=fit.rate, speed=fit.speed, half_gap=fit.half_gap, half_gap_sd=fit.half_gap_sd)
     points = {
@@ -175,7 +180,11 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
 
 def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
     fit = fit_slip_step(run)
-    details = {"force_change_N": fit.force_change, "residual_sd_N": fit.residual_sd, "dof": fit.relaxation_length.dof}
+    details = {
+        "force_change_N": fit.force_change, "residual_sd_N": fit.residual_sd, "dof": fit.fit_dof,
+        "slip_before_rad": fit.slip[0], "slip_after_rad": fit.slip[1], "curve_sd_m": fit.curve_sd,
+        "deficit": fit.deficit, "length_by_deficit": fit.length_by_deficit,
+    }  # fmt: skip
     if fit.distance_to_63 is not None:
         details["distance_to_63_m"] = fit.distance_to_63
     return _summary(run, name, "slip_step", fit.relaxation_length, fit, details), {}

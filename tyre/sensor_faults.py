@@ -191,8 +191,8 @@ def _brush_fit(model: SweepModel, solution: SweepSolution) -> Array:
     """
     blocks, used, v = model.blocks, model.blocks.settled, solution.values
     past = blocks.time[used][:, None] - v["lag"] * LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) + v["horizontal_shift"]
-    slip -= v["hysteresis"] * np.sign(blocks.rate[used])[:, None]
+    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + v["horizontal_shift"]
+    slip -= v["hysteresis"] * np.sign(blocks.rate[used])
     measured = blocks.force[used]
     clock = (blocks.time[used] - blocks.time[used].mean()) / np.ptp(blocks.time)
     unit = float(np.max(np.abs(measured)))
@@ -201,7 +201,7 @@ def _brush_fit(model: SweepModel, solution: SweepSolution) -> Array:
         peak = z[1] * unit
         sliding = np.minimum(z[0] * v["cornering_stiffness"] * np.abs(np.tan(slip)) / (3.0 * peak), 1.0)
         brush = np.sign(slip) * peak * (1.0 - (1.0 - sliding) ** 3)
-        return np.asarray(brush @ LAG_WEIGHTS + v["vertical_shift"] + v["drift"] * clock)
+        return np.asarray(brush + v["vertical_shift"] + v["drift"] * clock)
 
     search: Any = least_squares
     limits = ([0.3, 0.7], [3.0, 6.0])

@@ -61,6 +61,20 @@ class Signals:
         return tuple(Column(signal.name, signal.unit) for signal in self.signals.values())
 
 
+BUDGET = 100_000_000
+"""Numbers that are read of one recording at once: 0.8 GB."""
+
+
+def check_budget(path: Any, samples: Iterable[int], most: int | None = None) -> None:
+    """Refuse a recording whose channels of so many ``samples`` hold more numbers than memory, before they are read."""
+    sizes = [size if most is None else min(size, most) for size in samples]
+    if sum(sizes) > BUDGET:
+        raise InputError(
+            f"{path}: {len(sizes)} channels of up to {max(sizes):,} samples are {sum(sizes):,} numbers, at most "
+            f"{BUDGET:,} are read at once; map fewer channels or cut the file"
+        )
+
+
 Load = Callable[[Sequence[str], int | None], Iterable[Signal]]
 
 
@@ -74,6 +88,10 @@ class Contents:
     own_times: bool = False
 
 
+_SEVERAL = "{where}: {name!r} is several columns: {fitting}; give the whole name"
+_NONE = "{where}: no column {name!r} that holds numbers; there are {names}{hint}"
+
+
 def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
     """Find the whole name of a column that is given whole, without its groups, or with its unit in brackets."""
     columns = tuple(columns)
@@ -81,11 +99,11 @@ def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
     for spelled in (lambda column: column.spellings[:1], lambda column: column.spellings):
         fitting = [c.name for c in columns if wanted in [" ".join(text.split()) for text in spelled(c)]]
         if len(fitting) > 1:
-            raise InputError(f"{where}: {name!r} is several columns: {', '.join(fitting)}; give the whole name")
+            raise InputError(_SEVERAL.format(where=where, name=name, fitting=", ".join(fitting)))
         if fitting:
             return fitting[0]
     names = [column.name for column in columns]
-    raise InputError(f"{where}: no column {name!r} that holds numbers; there are {listed(names)}{hint(name, names)}")
+    raise InputError(_NONE.format(where=where, name=name, names=listed(names), hint=hint(name, names)))
 
 
 def listed(names: Sequence[str], *, most: int = 40) -> str:

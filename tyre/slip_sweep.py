@@ -36,6 +36,7 @@ class AligningMoment:
     slope: float  # dMz/d(slip) = -t C_Fy, N m/rad
     offset: float  # N m
     r_squared: float  # of the block means
+    at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
 
 
 def fit_aligning_moment(
@@ -71,13 +72,23 @@ def fit_aligning_moment(
     rho = float(np.clip(left[1:] @ left[:-1] / max(float(left @ left), 1e-300), 0.0, 0.95))
     variance = float(left @ left) / max(left.size - 3, 1) * (1.0 + rho) / (1.0 - rho)
     trail, sd = float(found.x[0]), float(np.sqrt(covariance[0, 0] * variance))
+    shift = parameters["horizontal_shift"]
+    there = _steady(np.zeros(1), cornering_stiffness, parameters)[0][0]
+    row = np.array([-there / (1.0 + (shift / np.exp(found.x[2])) ** 2), 1.0])
     return AligningMoment(
         pneumatic_trail=trail,
         pneumatic_trail_sd=sd,
         slope=-trail * cornering_stiffness,
         offset=float(found.x[1]),
         r_squared=1.0 - float(left @ left) / total if total > 0.0 else 0.0,
+        at_zero=(float(row @ found.x[:2]), float(np.sqrt(row @ covariance[:2, :2] @ row * variance))),
     )
+
+
+def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
+    """Steady side force over recorded slip without its offset, and its derivatives."""
+    shape = {name: parameters[name] for name in ("peak", "shape", "curvature")}
+    return magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
 
 
 def _curve(blocks: Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]) -> Channel:
@@ -113,6 +124,7 @@ class SlipSweepFit:
     branches: int
     samples: int
     slip_range: tuple[float, float]
+    force_at_zero: tuple[float, float]  # steady side force at zero recorded slip and its standard deviation, N
     temperature: float | None
     aligning_moment: AligningMoment | None
     notes: tuple[str, ...]
@@ -122,11 +134,8 @@ class SlipSweepFit:
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady side force, offsets included."""
-        p = self.parameters
-        shape = {name: p[name] for name in ("peak", "shape", "curvature")}
-        x = np.asarray(slip) + p["horizontal_shift"]
-        force, _ = magic_formula(slip=x, cornering_stiffness=self.cornering_stiffness.value, **shape)
-        return force + p["vertical_shift"]
+        force, _ = _steady(np.asarray(slip), self.cornering_stiffness.value, self.parameters)
+        return force + self.parameters["vertical_shift"]
 
 
 def fit_slip_sweep(
@@ -136,10 +145,10 @@ def fit_slip_sweep(
     """Fit the steady side-force curve of one slip sweep.
 
     The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
-    the first-order lag of Dell'Orto et al., eq. (1). Samples within half a metre after a reversal are left out (the
-    lag is not steady there). A robust loss (soft L1 at three standard deviations) holds spikes down; the covariance
-    allows for correlated residuals. Samples in which the force cell or the slip sensor flattens are not used
-    (:mod:`tyre.sensor_faults`).
+    the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
+    proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
+    (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in
+    which the force cell or the slip sensor flattens are not used (:mod:`tyre.sensor_faults`).
 
     Parameters
     ----------
@@ -192,6 +201,10 @@ def fit_slip_sweep(
             (np.hypot(calibration.force, calibration.slip) * c, np.inf),
         ]
     )
+    zero, by_shift = _steady(np.zeros(1), c, parameters)
+    zero_sd = solution.sd_of_sum(
+        horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
+    )
     lag_fitted = model.free[NAMES.index("lag")] and blocks.speed is not None
     least = {"peak": 0.0, "shape": 0.0, "curvature": 0.2}  # a coefficient known to 5 % of itself or of this is told
     loose = tuple(name for name, size in least.items() if not sd[name] < 0.05 * max(abs(parameters[name]), size))
@@ -204,6 +217,7 @@ def fit_slip_sweep(
         r_squared=r_squared, residual_sd=residual_sd, load=load,
         branches=int(np.unique(blocks.branch[blocks.settled]).size), samples=samples,
         slip_range=(float(blocks.slip.min()), float(blocks.slip.max())),
+        force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
         aligning_moment=fit_aligning_moment(blocks, c, parameters), notes=tuple(notes), sensor_faults=tuple(faults),
         blocks=blocks, residuals=solution.residuals,

@@ -13,6 +13,7 @@ from scipy.signal import find_peaks
 from tyre import magic_formula as side_force
 from tyre.errors import InputError
 from tyre.noise import correlated_covariance
+from tyre.quality import noise_level
 from tyre.recording import Channel, RigRun
 
 # two-point Gauss-Laguerre rule: the mean over an exponentially fading past, exact for a cubic history
@@ -49,22 +50,14 @@ def lagged_magic_formula(
     *, time: Channel, slip_time: Channel, slip: Channel, direction: Channel, cornering_stiffness: float, peak: float,
     shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
 ) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
-    """Side force that follows the steady curve with a first-order lag, (lag) dF/dt + F = F_steady(slip)."""
-    force = np.zeros_like(time)
-    derivatives = np.zeros((7, time.size))
-    pace = np.gradient(slip, slip_time)
-    for node, weight in zip(LAG_NODES, LAG_WEIGHTS, strict=True):
-        past = time - lag * node
-        x = np.interp(past, slip_time, slip) + horizontal_shift - hysteresis * direction
-        value, part = magic_formula(
-            slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
-        )
-        force += weight * value
-        derivatives[:4] += weight * part[1:]
-        derivatives[4] += weight * part[0]
-        derivatives[5] -= weight * node * part[0] * np.interp(past, slip_time, pace)
-        derivatives[6] -= weight * part[0] * direction
-    return force, derivatives
+    """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7)."""
+    past = time[:, None] - lag * LAG_NODES
+    x = np.interp(past, slip_time, slip) @ LAG_WEIGHTS + horizontal_shift - hysteresis * direction
+    force, part = magic_formula(
+        slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
+    )
+    pace = np.interp(past, slip_time, np.gradient(slip, slip_time)) @ (LAG_WEIGHTS * LAG_NODES)
+    return force, np.stack([*part[1:], part[0], -part[0] * pace, -part[0] * direction])
 
 
 @dataclass(frozen=True)
@@ -75,6 +68,7 @@ class Blocks:
     slip: Channel
     force: Channel
     moment: Channel | None
+    heavier: Channel  # load over its mean less one, as far as it stands out of the noise of the load cell
     branch: NDArray[np.int64]
     rate: Channel  # d(slip)/dt of the branch, rad/s
     settled: NDArray[np.bool_]
@@ -134,10 +128,21 @@ def block_means(run: RigRun) -> Blocks:
         moment = mean(run.aligning_moment, weight * np.isfinite(run.aligning_moment))
     travelled = (clock[first] - clock[edges[:-1]][owner]) * (speed if speed is not None else 1.0)
     return Blocks(
-        time=mean(clock), slip=mean(slip), force=mean(run.side_force), moment=moment, branch=owner[usable],
+        time=mean(clock), slip=mean(slip), force=mean(run.side_force), moment=moment,
+        heavier=_wander(run.vertical_load, mean(run.vertical_load), size[usable]), branch=owner[usable],
         rate=np.concatenate(rate)[usable], settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
         speed=speed, missing=int(np.sum(~valid)), first=first[usable], size=size[usable],
     )  # fmt: skip
+
+
+def _wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Channel:
+    """Wander of the load in block means (relative), shrunk by the share of its variance that is white noise."""
+    load = load[np.isfinite(load)]
+    if not load.size:
+        return np.zeros(means.size)
+    off = np.nan_to_num(means / load.mean() - 1.0)
+    noise = noise_level(load) / load.mean()
+    return off * max(0.0, 1.0 - float(np.mean(noise**2 / size)) / max(float(np.mean(off**2)), 1e-300))
 
 
 def samples_used(run: RigRun, blocks: Blocks) -> NDArray[np.bool_]:
@@ -230,6 +235,8 @@ class SweepModel:
         )  # fmt: skip
         part[0] *= self.stiffness
         part[1] *= self.force_scale
+        # a wandering load would bend the curve by chance, which lowers its slope in the mean of many sweeps
+        force, part = force * (1.0 + blocks.heavier[used]), part * (1.0 + blocks.heavier[used])
         jacobian = np.column_stack([*part, np.full_like(clock, self.force_scale), self.force_scale * clock])
         zero = self.force_scale * (named["vertical_shift"] + named["drift"] * clock)
         return force + zero - blocks.force[used], jacobian

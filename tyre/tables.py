@@ -98,8 +98,8 @@ class MeasuredTable:
     cornering_stiffness_sd : ndarray, shape (N,), or None
         One standard deviation, N/rad; None where the source states none. Independent between conditions but for
         ``calibration``, which it holds.
-    lateral_stiffness_sd : ndarray, shape (N,)
-        One standard deviation, N/m; it holds the calibration too.
+    lateral_stiffness_sd : ndarray, shape (N,), or None
+        One standard deviation, N/m; None where the source states none. It holds the calibration too.
     calibration : CommonCalibration or None
         Gains of the rig, whose errors are common to all conditions and, the load cell's, to both stiffnesses.
     stiffness_correlation : ndarray, shape (N,), or None
@@ -124,6 +124,8 @@ class MeasuredTable:
         True where no rig measured this.
     drum_diameter, width : float or None
         m.
+    surface_stated : bool
+        False where the source names no surface and a flat one is taken.
     """
 
     tyre: str
@@ -132,7 +134,7 @@ class MeasuredTable:
     pressure: Array
     cornering_stiffness: Array
     lateral_stiffness: Array
-    lateral_stiffness_sd: Array
+    lateral_stiffness_sd: Array | None = None
     cornering_stiffness_sd: Array | None = None
     lateral_stiffness_shared_over: tuple[str, ...] = ()
     resolution: tuple[float, float] | None = None
@@ -149,6 +151,7 @@ class MeasuredTable:
     lateral_stiffness_dof: Array | None = None
     pneumatic_trail: MeasuredColumn | None = None
     direct_relaxation_length: Mapping[str, MeasuredColumn] = field(default_factory=dict)
+    surface_stated: bool = True
 
     def __post_init__(self) -> None:
         if self.surface not in SURFACES:
@@ -165,11 +168,12 @@ class MeasuredTable:
         for name in ("cornering_stiffness_dof", "lateral_stiffness_dof"):
             self._keep(name, lambda a: a > 0, "> 0")
         for name in ("calibration", "stiffness_correlation", "cornering_stiffness_dof"):
-            if self.cornering_stiffness_sd is None and getattr(self, name) is not None:
-                raise InputError(
-                    f"{self.label}: {name} is given, but no standard deviation of the cornering stiffness that it "
-                    "could belong to; give cornering_stiffness_sd too."
-                )
+            for stiffness in ("cornering", "lateral"):
+                if getattr(self, f"{stiffness}_stiffness_sd") is None and getattr(self, name) is not None:
+                    raise InputError(
+                        f"{self.label}: {name} is given, but no standard deviation of the {stiffness} stiffness that "
+                        f"it could belong to; give {stiffness}_stiffness_sd too."
+                    )
         if (self.cornering_stiffness_dof is None) != (self.lateral_stiffness_dof is None):
             raise InputError(f"{self.label}: degrees of freedom of one stiffness only; give those of both or of none")
         for name, column in {"pneumatic_trail": self.pneumatic_trail, **self.direct_relaxation_length}.items():

@@ -1,7 +1,8 @@
-"""Tyre property files (.tir) of MF-Tyre 5.2, 6.1 and 6.2 for small slip and camber: read, checked, fitted, written."""
+"""Tyre property files (.tir) of MF-Tyre 5.2, 6.1, 6.2 and of motorcycle tyres: read, checked, fitted, written."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isfinite, nan
@@ -17,11 +18,14 @@ from tyre.errors import InputError, hint, plain_digits, shown
 from tyre.files import write_text
 from tyre.formula_tyre import FormulaTyre
 from tyre.plausible import LARGEST, SMALLEST
+from tyre.properties import POSSIBLE_PRESSURE
+from tyre.tir_laws import POSITIVE, TAKEN, Coefficients, Version
+from tyre.tir_laws import PRESSURE as PRESSURE_LAW
 from tyre.units import PASCAL_PER_BAR, find_unit
 
 # quantity of the values with a unit; all others are pure numbers
 QUANTITY = dict.fromkeys(("FNOMIN", "FZMIN", "FZMAX"), "force") | dict.fromkeys(("UNLOADED_RADIUS", "WIDTH"), "length")
-QUANTITY |= dict.fromkeys(("NOMPRES", "INFLPRES", "PRESMIN", "PRESMAX"), "pressure")
+QUANTITY |= dict.fromkeys(("NOMPRES", "IP_NOM", "INFLPRES", "IP", "PRESMIN", "PRESMAX"), "pressure")
 QUANTITY |= {"LATERAL_STIFFNESS": "stiffness"}
 
 
@@ -34,6 +38,7 @@ class TirText:
     # values by section and key, in the units of the file; keys without a value are left out
     sections: dict[str, dict[str, float | str]]
     comments: dict[str, str]  # ``TYRE`` and ``SURFACE`` from the comment lines, if the file has them
+    skipped: tuple[str, ...] = ()  # numbers and beginnings of lines that are nothing, such as ends of wrapped comments
 
     @cached_property
     def values(self) -> dict[str, float | str]:
@@ -83,6 +88,7 @@ def parse(text: str, *, source: str) -> TirText:
     """Split the text of a .tir file into sections and keys."""
     sections: dict[str, dict[str, float | str]] = {}
     comments: dict[str, str] = {}
+    skipped: list[str] = []
     current: dict[str, float | str] | None = None
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         where = f"{source}, line {number}"
@@ -98,7 +104,10 @@ def parse(text: str, *, source: str) -> TirText:
         if assignment is None:
             if stripped[0] == "{" or re.fullmatch(r"[-+.\deE\s]+", re.split(r"[$!]", stripped)[0]):
                 continue  # a table such as [SHAPE], of no use here and kept in the text
-            raise InputError(f"{where}: {stripped[:60]!r} is no section, assignment, table row or comment")
+            if "=" in stripped:
+                raise InputError(f"{where}: {stripped[:60]!r} is no section, assignment, table row or comment")
+            skipped.append(f"line {number} {stripped[:30]!r}")
+            continue
         if current is None:
             raise InputError(f"{where}: {stripped[:60]!r} stands before the first [SECTION]; is this a .tir file?")
         key, value = assignment[1].upper(), _value(assignment[2].strip())
@@ -109,7 +118,7 @@ def parse(text: str, *, source: str) -> TirText:
         current[key] = value
     if not sections:
         raise InputError(f"{source}: has no [SECTION]; is this a .tir file?")
-    return TirText(source, text, sections, comments)
+    return TirText(source, text, sections, comments, tuple(skipped))
 
 
 def _value(text: str) -> float | str:
@@ -122,171 +131,143 @@ def _value(text: str) -> float | str:
         return text
 
 
-# coefficients that are read; those that begin with L are scale factors
-NAMES = (
-    "FNOMIN", "NOMPRES", "UNLOADED_RADIUS", "LATERAL_STIFFNESS", "PKY1", "PKY2", "PKY3", "PKY4", "PPY1", "PPY2",
-    "PCFY1", "PCFY2", "PCFY3", "PTY1", "PTY2", "LFZO", "LKY", "LSGAL",
-    "PKY6", "PKY7", "PPY5", "LKYC", "PHY3", "PVY3", "PVY4", "LGAY", "LMUY", "QDZ1", "QDZ2", "PPZ1", "LTR", "QDZ8",
-    "QDZ9", "PPZ2", "LKZC", "LGAZ", "QSX2", "QSX4", "QSX5", "QSX6", "QSX7", "QSX10", "QSX11", "PPMX1", "LMX",
-)  # fmt: skip
-POSITIVE = ("FNOMIN", "NOMPRES", "LATERAL_STIFFNESS", "PKY2", "PTY2", "LFZO", "LKY", "LSGAL")
-DEFAULTS = {"PKY4": 2.0, "PTY2": 1.0, "LATERAL_STIFFNESS": nan, "UNLOADED_RADIUS": nan, "NOMPRES": nan}
+NEW, OLD, EITHER = (60.0, 61.0, 62.0), (5.0, 6.0, 21.0, "PAC2002", "MF05", "MFTYRE"), (51.0, 52.0)
+MOTORCYCLE = ("PACMC", "MFMCTYRE")
+PRESSURES = ("NOMPRES", "IP_NOM", "INFLPRES", "IP")
+# coefficients that velotyre's quantities depend on in one law or another
+OF_SIDE_FORCE = re.compile(r"(P[CDEKHV]Y|PP[YZ]|PTY|Q[BCDEH]Z|QSX|PPMX)\d+")
+LEAST_CHANGE = {"cornering stiffness": 0.005, "moment of camber": 0.02}  # relative, by shifts, that is worth a word
+LATER = ("PKY4", "PKY5", "PKY6", "PKY7")  # coefficients that MF-Tyre 5.2 does not have
 
 
-@dataclass(frozen=True)
-class Coefficients:
-    """Coefficients by their names in a .tir file, those with a unit in SI, and the ranges in which they hold.
-
-    MF-Tyre 5.2 (``old``) has one pressure, NOMPRES, and PTY1 and PTY2 for the relaxation length; 6.1 and 6.2 have
-    the lateral stiffness over load and pressure.
-    """
-
-    values: Mapping[str, float]
-    old: bool
-    load_range: tuple[float, float]
-    pressure_range: tuple[float, float] = (0.0, inf)
-
-    def __getitem__(self, name: str) -> float:
-        return self.values.get(name, DEFAULTS.get(name, 1.0 if name.startswith("L") else 0.0))
-
-    @property
-    def nominal_load(self) -> float:
-        """FNOMIN' = LFZO FNOMIN, N."""
-        return self["LFZO"] * self["FNOMIN"]
-
-    def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """C_Fy, N/rad, > 0 whatever the signs of the file."""
-        by_pressure = {} if self.old else {name: self[name] for name in ("PPY1", "PPY2", "PKY4")}
-        return mf61.cornering_stiffness(
-            load, pressure, PKY1=self["LKY"] * abs(self["PKY1"]), PKY2=self["PKY2"], FNOMIN=self.nominal_load,
-            NOMPRES=1.0 if self.old else self["NOMPRES"], **by_pressure,
-        )  # fmt: skip
-
-    def lateral_stiffness(self, *, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """K_y, N/m; NaN if the coefficients do not hold it."""
-        stiffness = self["LATERAL_STIFFNESS"]
-        if not self.old:
-            return mf61.lateral_stiffness(
-                load, pressure, LATERAL_STIFFNESS=stiffness, FNOMIN=self.nominal_load, NOMPRES=self["NOMPRES"],
-                **{name: self[name] for name in ("PCFY1", "PCFY2", "PCFY3")},
-            )  # fmt: skip
-        if self["PTY1"] <= 0:
-            return np.full(np.shape(load), stiffness)
-        relative = np.asarray(load, dtype=np.float64) / self.nominal_load
-        length = self["PTY1"] * mf61.saturation(relative / self["PTY2"]) * self["UNLOADED_RADIUS"]
-        cornering = self.cornering_stiffness(load=load, pressure=pressure)
-        return cornering / (length * self["LFZO"] * self["LSGAL"])
-
-    def linear(self, *, load: Array, pressure: Array) -> dict[str, Array]:
-        """Return what the coefficients hold, by the name of a field of `TyreProperties`."""
-        cornering = self.cornering_stiffness(load=load, pressure=pressure)
-        lateral = self.lateral_stiffness(load=load, pressure=pressure)
-        held = {"cornering_stiffness": cornering}
-        if isfinite(self["LATERAL_STIFFNESS"]) or (self.old and self["PTY1"] > 0):
-            held |= {"lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
-        side = -1.0 if self["PKY1"] < 0 else 1.0  # ISO signs, or adapted SAE
-        relative = load / self.nominal_load
-        dfz, dpi = relative - 1, np.zeros_like(load) if self.old else pressure / self["NOMPRES"] - 1
-        if self.old and self._has("PHY3", "PVY3", "PVY4"):
-            upright = side * load * (self["PVY3"] + self["PVY4"] * dfz) * self["LMUY"]
-            held["camber_stiffness"] = self["LGAY"] * (self["PHY3"] * cornering + upright)
-        if not self.old and self._has("PKY6", "PKY7"):
-            by_load = load * (self["PKY6"] + self["PKY7"] * dfz)
-            held["camber_stiffness"] = side * by_load * (1 + self["PPY5"] * dpi) * self["LKYC"]
-        if not self["UNLOADED_RADIUS"] > 0:
-            return held
-        arm = load * self["UNLOADED_RADIUS"]
-        if self._has("QDZ1", "QDZ2"):
-            by_load = arm / self.nominal_load * (self["QDZ1"] + self["QDZ2"] * dfz)
-            held["pneumatic_trail"] = by_load * (1 - self["PPZ1"] * dpi) * self["LTR"]
-        if self._has("QDZ8", "QDZ9"):
-            scale = self["LMUY"] * self["LGAZ" if self.old else "LKZC"]
-            by_load = arm * (self["QDZ8"] + self["QDZ9"] * dfz)
-            held["twisting_stiffness"] = side * by_load * (1 + self["PPZ2"] * dpi) * scale
-        if self._has("QSX2", "QSX4", "QSX10"):
-            share = self["QSX2"] * (1 + self["PPMX1"] * dpi) - self["QSX10"] * np.arctan(self["QSX11"] * relative)
-            share -= self["QSX4"] * self["QSX7"] * np.cos(self["QSX5"] * np.arctan((self["QSX6"] * relative) ** 2))
-            held["overturning_stiffness"] = arm * share * self["LMX"]
-        return held
-
-    def _has(self, *names: str) -> bool:
-        return any(self[name] for name in names)
-
-
-def coefficients_of(file: TirText) -> Coefficients:
-    """Return the coefficients of a file; its model must be MF-Tyre 5.2, 6.1 or 6.2."""
-    model = file.values.get("FITTYP", file.values.get("PROPERTY_FILE_FORMAT"))
-    versions, names = {"6.1 or 6.2": (60, 61, 62), "5.2": (5, 6, 21, 51, 52)}, ("PAC2002", "MF_05", "MF-TYRE")
-    old = model in versions["5.2"] or str(model).upper() in names
-    if not old and model not in versions["6.1 or 6.2"]:
+def version_of(file: TirText) -> Version:
+    """Tell the model of a file by its name (FITTYP or PROPERTY_FILE_FORMAT) and by its coefficients."""
+    stated = file.values.get("FITTYP", file.values.get("PROPERTY_FILE_FORMAT"))
+    model = re.sub(r"[\W_]", "", stated).upper() if isinstance(stated, str) else stated
+    later = [name for name in LATER if file.values.get(name)]
+    if model is not None and model not in (*NEW, *OLD, *EITHER, *MOTORCYCLE):
         raise InputError(
-            f"{file.source}: tyre model FITTYP or PROPERTY_FILE_FORMAT = {model!r} is neither MF-Tyre 5.2 "
-            f"({versions['5.2']}, {names}) nor 6.1 or 6.2 ({versions['6.1 or 6.2']})"
+            f"{file.source}: tyre model FITTYP or PROPERTY_FILE_FORMAT = {stated!r} is neither MF-Tyre 5.2 (5, 6, 21, "
+            "PAC2002, MF_05, MF-TYRE), nor 6.1 or 6.2 (60, 61, 62), nor of a motorcycle tyre (PAC_MC, MF-MCTyre)"
         )
-    needed = ("PKY1", "PKY2", "FNOMIN", "UNLOADED_RADIUS" if old else "NOMPRES")
-    absent = ("LATERAL_STIFFNESS",) if file.values.get("LATERAL_STIFFNESS") == 0 else ()
+    if file.values.get("PCY2") or model in MOTORCYCLE:
+        if model in NEW:
+            raise InputError(f"{file.source}: PCY2 is of a motorcycle tyre, FITTYP = {stated:g} is not; correct one")
+        return "motorcycle"
+    if model in NEW or (model is None and later):
+        return "6.1"
+    if later:
+        raise InputError(
+            f"{file.source}: {later[0]} is no coefficient of MF-Tyre 5.2 ({stated!r}); write FITTYP = 61 if it is of "
+            "6.1, or give PCY2 if it is of a motorcycle tyre"
+        )
+    return "5.2"
+
+
+def coefficients_of(file: TirText, *, camber_in_trail: bool = False) -> Coefficients:
+    """Return the coefficients of a file."""
+    version = version_of(file)
+    old = version == "5.2"
+    needed = {"FNOMIN", "PKY1", "PKY2"} | ({"NOMPRES"} if version == "6.1" else set())
+    needed |= {"PKY3", "PCY2"} if version == "motorcycle" else set()
+    if old and file.values.get("PTY1"):
+        needed |= {"UNLOADED_RADIUS"}
+    zero = {name for name in ("LATERAL_STIFFNESS", "PTY2") if file.values.get(name) == 0}  # it was not fitted
     values = {
         name: file.number(name, positive=name in POSITIVE or (old and name == "UNLOADED_RADIUS"))
-        for name in NAMES if (name in file.values and name not in absent) or name in needed
+        for name in dict.fromkeys(("FNOMIN", "UNLOADED_RADIUS", *TAKEN[version], *sorted(needed)))
+        if (name in file.values and name not in zero) or name in needed
     }  # fmt: skip
-    pressure = "INFLPRES" if old and "INFLPRES" in file.values else "NOMPRES"
-    if isinstance(file.values.get(pressure), float):
-        values["NOMPRES"] = file.number(pressure)
-        if not 0.2e5 <= values["NOMPRES"] <= 25e5:
-            given = f"{pressure} is {values['NOMPRES']:g} Pa"
-            raise InputError(f"{file.source}: {given}, tyres have 2e4 to 2.5e6 Pa; check [UNITS]")
-    if old:
-        return Coefficients(values, old, file.range("FZMIN", "FZMAX"))
-    return Coefficients(values, old, file.range("FZMIN", "FZMAX"), file.range("PRESMIN", "PRESMAX"))
+    stated = {name: file.number(name) for name in PRESSURES if isinstance(file.values.get(name), float)}
+    for name, pressure in stated.items():
+        if not POSSIBLE_PRESSURE[0] <= pressure <= POSSIBLE_PRESSURE[1]:
+            raise InputError(f"{file.source}: {name} is {pressure:g} Pa, tyres have 2e4 to 2.5e6 Pa; check [UNITS]")
+    nominal = stated.get("NOMPRES", stated.get("IP_NOM", nan))
+    if version != "6.1" and not (nominal > 0 and any(values.get(name) for name in PRESSURE_LAW)):
+        nominal = stated.get("INFLPRES", stated.get("IP", nominal))  # the only one for which the file holds
+        values = {name: value for name, value in values.items() if name not in PRESSURE_LAW}
+    values |= {"NOMPRES": nominal} if nominal > 0 else {}
+    pressures = file.range("PRESMIN", "PRESMAX") if version == "6.1" else (0.0, inf)
+    return Coefficients(values, version, file.range("FZMIN", "FZMAX"), pressures, camber_in_trail)
+
+
+CAMBER_MOMENTS = ("software", "book")
+KINDS = {"5.2": "MF-Tyre 5.2", "6.1": "MF-Tyre 6.1", "motorcycle": "motorcycle tyre"}
 
 
 @dataclass(frozen=True, eq=False)
 class TirTyre(FormulaTyre):
-    """The tyre of a property file of MF-Tyre 5.2 (PAC2002), 6.1 or 6.2.
+    """The tyre of a property file of MF-Tyre 5.2 (PAC2002), 6.1, 6.2 or of a motorcycle tyre.
 
     Attributes
     ----------
     file : TirText
         The file as it stands; its comments ``TYRE`` and ``SURFACE`` name the tyre, if there are any.
+    camber_moment : str
+        Moment of a leaning tyre of MF-Tyre 6.1 and 6.2: ``software`` takes -t times the side force without camber, as
+        the programs do that write such files (Pacejka 2012, 4.E32, 4.E74); ``book`` takes -t times the whole (4.E49).
     coefficients : Coefficients
         In SI units, signs as in the file.
     """
 
     file: TirText
+    camber_moment: str = "software"
     coefficients: Coefficients = field(init=False)
-    same_pressure: ClassVar[float] = 0.02  # MF-Tyre 5.2 has one pressure; a rig sets it within this share
+    same_pressure: ClassVar[float] = 0.02  # a file without a law of pressure has one; a rig sets it within this share
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        file, model = self.file, coefficients_of(self.file)
+        if self.camber_moment not in CAMBER_MOMENTS:
+            raise InputError(f"camber_moment = {self.camber_moment!r} must be {' or '.join(map(repr, CAMBER_MOMENTS))}")
+        file, model = self.file, coefficients_of(self.file, camber_in_trail=self.camber_moment == "book")
         tyre, surface = file.comments.get("TYRE", Path(file.source).stem), file.comments.get("SURFACE", "flat")
         width, nominal, pressure_range = file.number("WIDTH", 0.0), model["NOMPRES"], model.pressure_range
-        if model.old and isfinite(nominal):
+        if not model.by_pressure and nominal > 0:
             pressure_range = (1 - self.same_pressure) * nominal, (1 + self.same_pressure) * nominal
+        own = file.number("IP", nan) if model.by_pressure and isinstance(file.values.get("IP"), float) else nan
         lines = [line.lower() for line in file.text.splitlines() if line.startswith(("!", "$"))]
         label = f"{tyre} on {surface} ({Path(file.source).name})"
         vars(self).update(
             coefficients=model, tyre=tyre, surface=surface, label=label, source=file.source,
-            description=f"MF-Tyre {'5.2' if model.old else '6.1'} coefficients", width=width if width > 0 else None,
-            load_range=model.load_range, pressure_range=pressure_range, range_kind=f"for which {label} holds",
-            loads=_known(*model.load_range, model["FNOMIN"]), pressures=_known(*model.pressure_range, nominal),
+            description=f"{KINDS[model.version]} coefficients",
+            width=width if width > 0 else None, load_range=model.load_range, pressure_range=pressure_range,
+            range_kind=f"for which {label} holds", loads=_known(*model.load_range, model["FNOMIN"]),
+            pressures=_known(*model.pressure_range, nominal, own),
+            default_pressure=None if model.by_pressure else nominal, surface_stated="SURFACE" in file.comments,
             synthetic=any("synthetic" in line for line in lines),
         )  # fmt: skip
 
     @cached_property
     def notes(self) -> tuple[str, ...]:  # type: ignore[override]
         """Notes that a reader of any value must be told."""
-        model, any_pressure = self.coefficients, self.pressure_range[1] == inf
+        model, file, any_pressure = self.coefficients, self.file, self.pressure_range[1] == inf
+        unused = [n for n, v in file.values.items() if v and OF_SIDE_FORCE.fullmatch(n) and n not in model.values]
+        changes = zip(LEAST_CHANGE.items(), model.change_by_shifts, strict=True)
+        shifted = [f"{name} {100 * by:+.1f} %" for (name, least), by in changes if abs(by) > least]
+        leans = model.version == "6.1" and model.has("PKY6", "PKY7") and model.has("QDZ1", "QDZ2")
+        trail, other = ("the side force without camber (4.E32, 4.E74)", "book")
+        if model.camber_in_trail:
+            trail, other = "the whole side force (4.E49)", "software"
         told = {
             "synthetic: no rig measured this tyre": self.synthetic,
             "from a .tir file": True,
+            f"the file names no model; its coefficients are taken as those of MF-Tyre {model.version}":
+                not {"FITTYP", "PROPERTY_FILE_FORMAT"} & set(file.values),
+            "coefficients of a motorcycle tyre: side force after Pacejka (2012), chapter 11; its moments are not taken":
+                model.version == "motorcycle",
             "PKY1 is positive: the file does not keep ISO signs, adapted SAE signs are taken": model["PKY1"] > 0,
-            "the file names no surface: taken as flat": "SURFACE" not in self.file.comments,
-            "the file states no pressure: its values are taken at the one asked for": model.old and any_pressure,
-            "the file states no range of pressures (PRESMIN, PRESMAX)": not model.old and any_pressure,
+            "the file names no surface: taken as flat": "SURFACE" not in file.comments,
+            "the file states no pressure": self.default_pressure is not None and any_pressure,
+            "the file states no range of pressures (PRESMIN, PRESMAX)": model.by_pressure and any_pressure,
             "the file states no range of loads (FZMIN, FZMAX)": self.load_range[1] == inf,
             "no relaxation coefficients PTY1, PTY2: LATERAL_STIFFNESS gives the relaxation length":
                 model.old and model["PTY1"] <= 0 and isfinite(model["LATERAL_STIFFNESS"]),
+            f"moment of camber: -t times {trail} and the residual moment; camber_moment = '{other}' takes the other":
+                leans,
+            f"not used of the file: {', '.join(unused)}": bool(unused),
+            f"its shifts of the curve are left out; with them {' and '.join(shifted)}": bool(shifted),
+            f"{len(file.skipped)} lines that are neither section, assignment nor comment are passed over: "
+            f"{', '.join(file.skipped)}": bool(file.skipped),
         }  # fmt: skip
         return (*(note for note, holds in told.items() if holds), *self.doubts)
 
@@ -294,11 +275,30 @@ class TirTyre(FormulaTyre):
         """Return the quantities of the file at many conditions; nothing is checked."""
         return self.coefficients.linear(load=load, pressure=pressure)
 
+    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
+        """Side force of the whole curve, N; adapted SAE signs."""
+        with self._named():
+            return self.coefficients.side_force(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
+
+    def aligning_moment(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Aligning moment of the whole curve, N m; adapted SAE signs."""
+        with self._named():
+            return self.coefficients.aligning_moment(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        try:
+            yield
+        except InputError as error:
+            raise InputError(f"{self.file.source}: {error}") from error
+
     def _refuse(self, load: float, pressure: float) -> None:
         nominal = self.coefficients["NOMPRES"]
-        if self.coefficients.old and abs(pressure - nominal) > self.same_pressure * nominal:
+        if not self.coefficients.by_pressure and abs(pressure - nominal) > self.same_pressure * nominal:
             raise InputError(
-                f"{self.file.source}: an MF-Tyre 5.2 file holds one pressure, here {nominal / PASCAL_PER_BAR:g} "
+                f"{self.file.source}: it holds one pressure, here {nominal / PASCAL_PER_BAR:g} "
                 f"bar; {pressure / PASCAL_PER_BAR:g} bar needs a file of its own"
             )
 
@@ -331,9 +331,9 @@ def fit_mf61(
     """Fit the MF-Tyre 6.1 form to measured stiffnesses: the coefficients are those of the trends of a `TyreMap`."""
     fz, p, c, k = (np.asarray(one, float) for one in (load, pressure, cornering_stiffness, lateral_stiffness))
     cornering, lateral = mf61.fit(mf61.CORNERING, fz, p, c), mf61.fit(mf61.LATERAL, fz, p, k)
-    found = cornering.coefficients | lateral.coefficients | cornering.nominal
+    found = cornering.coefficients | lateral.coefficients | cornering.nominal | {"PKY4": 2.0}
     found["PKY1"] *= -1
-    return Coefficients(found, False, (float(fz.min()), float(fz.max())), (float(p.min()), float(p.max())))
+    return Coefficients(found, "6.1", (float(fz.min()), float(fz.max())), (float(p.min()), float(p.max())))
 
 
 def fit_mf52(
@@ -347,7 +347,7 @@ def fit_mf52(
     length, place = _arch(fz / nominal, c / k / unloaded_radius)
     found = {"FNOMIN": nominal, "NOMPRES": float(pressure), "UNLOADED_RADIUS": float(unloaded_radius)}
     found |= {"PKY1": -height, "PKY2": position, "PTY1": length, "PTY2": place}
-    return Coefficients(found, True, (float(fz.min()), float(fz.max())))
+    return Coefficients(found, "5.2", (float(fz.min()), float(fz.max())))
 
 
 def _arch(relative_load: Array, value: Array) -> tuple[float, float]:

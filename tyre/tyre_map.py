@@ -49,8 +49,8 @@ class TyreMap(TyreSource):
     measured : MeasuredTable
         The measured conditions.
     relative_cornering_stiffness_sd : float
-        Assumed sd(C_Fy) / C_Fy, independent between conditions, for tables that state none (the paper's do not).
-        It adds to the uncertainty of the relaxation length, whose stated part is carried by K_y.
+        Assumed sd(C_Fy) / C_Fy for tables that state none (the paper's do not), mostly common to all conditions; as
+        much of K_y if the table states none of it either. It adds to the uncertainty of the relaxation length.
 
     Raises
     ------
@@ -65,9 +65,9 @@ class TyreMap(TyreSource):
         table, assumed = self.measured, self.relative_cornering_stiffness_sd
         if not (np.isfinite(assumed) and assumed >= 0):
             raise InputError(f"relative_cornering_stiffness_sd is {assumed:g}; it must be finite and >= 0 (0.02: 2 %)")
-        if assumed > 0 and table.cornering_stiffness_sd is not None:
+        if assumed > 0 and table.cornering_stiffness_sd is not None and table.lateral_stiffness_sd is not None:
             raise InputError(f"{table.label} states its own standard deviations; leave the assumption out")
-        same = ("tyre", "surface", "label", "description", "source", "notes", "synthetic", "width")
+        same = ("tyre", "surface", "surface_stated", "label", "description", "source", "notes", "synthetic", "width")
         vars(self).update({name: getattr(table, name) for name in (*same, "loads", "pressures")})
         vars(self)["load_range"] = float(table.load.min()), float(table.load.max())
         vars(self)["pressure_range"] = float(table.pressure.min()), float(table.pressure.max())
@@ -133,8 +133,8 @@ class TyreMap(TyreSource):
         write_table(self.measured, path)
 
     def assuming(self, relative_sd: float, /) -> "TyreMap":
-        """Return the same tyre with sd(C_Fy) / C_Fy (0.03 is 3 %) assumed, unless its table states its own."""
-        if self.measured.cornering_stiffness_sd is not None:
+        """Return the same tyre with sd / value (0.03 is 3 %) assumed of stiffnesses of which its table states none."""
+        if self.measured.cornering_stiffness_sd is not None and self.measured.lateral_stiffness_sd is not None:
             return self
         return replace(self, relative_cornering_stiffness_sd=relative_sd)
 
@@ -148,16 +148,9 @@ class TyreMap(TyreSource):
         """The linear trend of the measured K_y: parameters, residuals and misfit in N/m."""
         return fit_law(LATERAL, self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
 
-    @property
-    def cornering_stiffness_sd(self) -> Array:
-        """Stated or assumed standard deviation of C_Fy at the measured conditions, N/rad, shape (N,)."""
-        if self.measured.cornering_stiffness_sd is not None:
-            return self.measured.cornering_stiffness_sd
-        return self.relative_cornering_stiffness_sd * self.measured.cornering_stiffness
-
     @cached_property
     def _covariance(self) -> StiffnessCovariance:
-        return stiffness_covariance(self.measured, self.cornering_stiffness_sd)
+        return stiffness_covariance(self.measured, assumed=self.relative_cornering_stiffness_sd)
 
     @property
     def table(self) -> "pd.DataFrame":
@@ -176,7 +169,7 @@ class TyreMap(TyreSource):
             "cornering_stiffness_N_per_deg": np.radians(c),
             "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)),
             "lateral_stiffness_N_per_mm": k / 1e3,
-            "lateral_stiffness_sd_N_per_mm": table.lateral_stiffness_sd / 1e3,
+            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3,
             "relaxation_length_mm": length * 1e3,
             "relaxation_length_sd_mm": relative * length * 1e3,
         }
@@ -238,6 +231,8 @@ class TyreMap(TyreSource):
                     origin=origin, notes=self._notes(origin), degrees_of_freedom=freedom, synthetic=table.synthetic,
                     lateral_stiffness_origin=table.lateral_stiffness_origin,
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
+                    lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
+                    surface_stated=table.surface_stated,
                     pneumatic_trail=here.value if here else None, pneumatic_trail_sd=here.sd if here else None,
                     direct_relaxation_lengths={
                         name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
@@ -273,6 +268,8 @@ class TyreMap(TyreSource):
         notes = ["synthetic: no rig measured this tyre"] * table.synthetic + list(table.notes)
         if table.cornering_stiffness_sd is None:
             notes.append(stiffness_note(self.relative_cornering_stiffness_sd))
+        if table.lateral_stiffness_sd is None:
+            notes.append(stiffness_note(self.relative_cornering_stiffness_sd, "lateral"))
         if origin == "measured":
             return tuple(notes)
         way, law = "between measured conditions", "bilinear in the measured values"
@@ -282,7 +279,7 @@ class TyreMap(TyreSource):
             f"cornering stiffness {way}: MF6.1 form through the measured values, "
             f"misfit {np.radians(cornering.misfit):.1f} N/deg"
         )
-        jumps, stated = "", float(np.sqrt(np.mean(table.lateral_stiffness_sd**2)))
+        jumps, stated = "", float(np.sqrt(np.mean(np.diag(self._covariance.lateral))))
         if lateral.misfit > stated > 0:
             jumps = f", more than its measured {stated / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
         notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")

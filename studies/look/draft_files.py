@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
 
+import numpy as np
+
 from studies.look.motion_uses import DECAY, Motion
 from studies.look.opened import MOTION, QUANTITIES, TORQUES, Roles
 from studies.look.overview import Look
@@ -15,17 +17,22 @@ from tyre.channel_map import Reading, Window
 from tyre.draft import UNKNOWN
 from tyre.errors import InputError
 from tyre.files import own_ends, slug, slugs, write_text
-from tyre.units import SI
+from tyre.preflight import TOLERANCES
+from tyre.units import PASCAL_PER_BAR, SI, quantity_of
 
 FILL, CHECK = "FILL IN", "CHECK"
 SIDECAR = {
     "head": "# Draft of a sidecar by `velotyre look`. Fill in what is marked {FILL}, check what is marked {CHECK}.",
     "recording": "recording = {recording}",
     "tyre": 'tyre = ""  # {FILL}: name of the tyre',
+    "known tyre": "tyre = {tyre}  # {CHECK}: of the constants of the file",
     "no load": 'load_N = ""  # {FILL}: vertical load in N',
-    "load": "load_N = {nominal:g}  # {CHECK}: the declared vertical load in N; the median of the file is {load:.4g}",
+    "load": "load_N = {load:g}  # {CHECK}: the declared vertical load in N; the median of the file is {measured:.4g}",
+    "levels": "# {levels}: by the channels",
     "pressure": 'pressure_bar = ""  # {FILL}: inflation pressure in bar',
+    "known pressure": "pressure_bar = {pressure:.6g}  # {CHECK}: of the constants of the file",
     "surface": 'surface = ""  # {FILL}: "flat", or "drum" and a line drum_radius_m = ...',
+    "known surface": "surface = {surface}  # {CHECK}: of the constants of the file{drum}",
     "no axes": 'axes = ""  # {FILL}: "ISO", "SAE" or "adapted SAE" (conventions: docs/conventions.md)',
     "axes": "axes = {axes}  # {CHECK}: guessed, as the side force would have the wrong sign in {other} axes; ISO, SAE "
     "or adapted SAE",
@@ -98,6 +105,8 @@ def drafts(found: Look, folder: Path, stem: str = "") -> list[Draft]:
             made.append(Draft(f"{stem}.decays.toml", text, "channel map of the free decays, with their windows"))
     if motion is not None and motion.replayed:
         made.append(Draft(f"{stem}.measurement.toml", _measurement(found, motion, folder, stem), "file for diagnose"))
+    if not made and roles.map is None and roles.sidecar is None:
+        made.append(Draft(f"{stem}.channels.toml", _candidates(found), "channel map with all candidates"))
     return made
 
 
@@ -117,48 +126,58 @@ def write_drafts(made: Iterable[Draft], folder: Path, *, force: bool) -> list[Pa
 
 
 def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Draft]:
-    """Draft one sidecar for every load, as it describes one condition: events within 5 % of their loads."""
+    """Draft one sidecar for the sweeps and one for the steps: `tyre fit` tells their conditions by the channels."""
     if not given.axes and not roles.unknown_units([*ALL_ROLLING, *ALL_PULL]):
         return []
     if not given.windows:
         kind = "pull test" if given.pull else "slip step" if given.step else "slip sweep"
         name = f"{stem}.pull.toml" if given.pull else f"{stem}.toml"
-        return [Draft(name, _sidecar(roles, given, folder, given.load, ()), f"sidecar for tyre fit, {kind}")]
-    groups: list[tuple[float, bool, list[Window]]] = []
-    for window, load, step in given.windows:
-        group = next((g for g in groups if g[1] == step and abs(g[0] / load - 1) < 0.05), None)
-        if group is None:
-            groups.append((load, step, [window]))
-        else:
-            group[2].append(window)
-    plain = [f"{stem}_{'step_' if step else ''}{load:.0f}N" for load, step, _ in groups]
+        return [Draft(name, _sidecar(roles, given, folder), f"sidecar for tyre fit, {kind}")]
     made = []
-    for place, (load, step, windows) in enumerate(groups):
-        name = stem if len(groups) == 1 else plain[place]
-        name += f"_{place + 1}" if plain.count(name) > 1 else ""
-        text = _sidecar(roles, replace(given, step=step), folder, load, windows)
-        what = f"sidecar for tyre fit, {'steps' if step else 'slip sweeps'} at {load:.0f} N"
-        made.append(Draft(f"{name}.toml", text, what))
+    for step in (False, True):
+        windows = tuple(found for found in given.windows if found.step == step)
+        if windows:
+            name = f"{stem}{'_step' * step}.toml"
+            what = f"sidecar for tyre fit, {len(windows)} {'steps' if step else 'slip sweeps'}"
+            made.append(Draft(name, _sidecar(roles, replace(given, step=step, windows=windows), folder), what))
     return made
 
 
-def _sidecar(roles: Roles, given: Supposed, folder: Path, load: float | None, windows: Iterable[Window]) -> str:
-    """Fill the lines of a sidecar; a round load within 1 %, as events of one condition must declare the same."""
-    axes, speed = bool(given.axes) and not given.pull, not given.pull and given.speed_missing
-    used = {
-        "no load": load is None, "load": load is not None, "no axes": not axes, "axes": axes, "step": given.step,
-        "rigid rim": given.rigid_rim, "step speed": speed and given.step, "sweep speed": speed and not given.step,
+def _sidecar(roles: Roles, given: Supposed, folder: Path) -> str:
+    """Fill the lines of a sidecar."""
+    conditions = [found.condition for found in given.windows] or ([given.condition] if given.condition else [])
+    levels = {
+        name: sorted({round(getattr(c, name) / TOLERANCES[name].size, 6) for c in conditions})
+        for name in TOLERANCES if not given.pull and (name == "load" or name in given.recorded)
     }  # fmt: skip
-    rounded = (step * round((load or 0.0) / step) for step in (50.0, 10.0, 5.0, 1.0))
-    nominal = next((value for value in rounded if load and abs(value / load - 1) < 0.01), load)
-    other = "ISO" if given.axes == "adapted SAE" else "adapted SAE"
-    recording = _quoted(_relative(roles.opened.path, folder))
-    lines = [
-        line.format(FILL=FILL, CHECK=CHECK, recording=recording, nominal=nominal, load=load, axes=_quoted(given.axes),
-                    other=other)
-        for name, line in SIDECAR.items() if used.get(name, True)
-    ]  # fmt: skip
-    lines += [*_channels(roles, ALL_PULL if given.pull else ALL_ROLLING), *_windows(windows)]
+    known, axes = given.known.condition if given.known else None, bool(given.axes) and not given.pull
+    speed = not given.pull and "speed" not in given.recorded
+    one_load = not given.pull and len(levels.get("load", ())) == 1
+    told = {name: values for name, values in levels.items() if values and not (name == "load" and one_load)}
+    used = {
+        "tyre": "tyre" in given.unsaid, "known tyre": "tyre" not in given.unsaid,
+        "no load": given.pull or not conditions, "load": one_load, "levels": bool(told),
+        "pressure": "pressure" in given.unsaid,
+        "known pressure": known is not None and not np.isnan(known.pressure) and "pressure" not in told,
+        "surface": "surface" in given.unsaid, "known surface": "surface" not in given.unsaid,
+        "no axes": not axes, "axes": axes, "step": given.step, "rigid rim": given.rigid_rim,
+        "step speed": speed and given.step, "sweep speed": speed and not given.step,
+    }  # fmt: skip
+    content = {
+        "FILL": FILL, "CHECK": CHECK, "recording": _quoted(_relative(roles.opened.path, folder)),
+        "load": levels["load"][0] if one_load else np.nan, "axes": _quoted(given.axes),
+        "measured": given.load,
+        "levels": "; ".join(f"{n} {', '.join(f'{x:g}' for x in v)} {TOLERANCES[n].unit}" for n, v in told.items()),
+        "other": "ISO" if given.axes == "adapted SAE" else "adapted SAE", "tyre": _quoted(known.tyre if known else ""),
+        "pressure": known.pressure / PASCAL_PER_BAR if known else np.nan,
+        "surface": _quoted(known.surface if known else ""),
+        "drum": f"\ndrum_radius_m = {known.drum_radius:g}" if known and known.drum_radius else "",
+    }  # fmt: skip
+    lines = [line.format(**content) for name, line in SIDECAR.items() if used.get(name, True)]
+    lines += _channels(roles, ALL_PULL if given.pull else ALL_ROLLING)
+    for window, condition, _ in given.windows:
+        levels_here = (f"{getattr(condition, n) / TOLERANCES[n].size:.6g} {TOLERANCES[n].unit}" for n in told)
+        lines += _windows([window], "  # " + ", ".join(levels_here) if told else "")
     return "\n".join([*lines, *_reading(roles.opened.reading, folder), ""])
 
 
@@ -174,10 +193,10 @@ def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
     return [*lines, *roles.resampling(wanted)]
 
 
-def _windows(windows: Iterable[Window]) -> list[str]:
+def _windows(windows: Iterable[Window], comment: str = "") -> list[str]:
     lines = []
     for window in windows:
-        lines += ["", "[[windows]]", f"name = {_quoted(window.name)}", f"from_s = {window.first:.10g}"]
+        lines += ["", "[[windows]]", f"name = {_quoted(window.name)}{comment}", f"from_s = {window.first:.10g}"]
         lines.append(f"to_s = {window.last:.10g}")
     return lines
 
@@ -193,6 +212,20 @@ def _motion_map(found: Look, windows: Iterable[Window], kept: Sequence[str]) -> 
     lines = [*_channels(found.roles, tuple(kept) or (*MOTION, *TORQUES)), *_windows(windows)]
     lines += _reading(found.opened.reading, found.opened.path.parent)
     return MOTION_MAP.format(FILL=FILL, channels="\n".join(lines))
+
+
+def _candidates(found: Look) -> str:
+    """List every column with the channels that it could be, where no use of the recording was recognised."""
+    signals, clock = found.opened.signals, found.opened.clock
+    lines = ["[channels]", *([clock.line("time")] if clock else ["# time = {rate_hz = ...}  # FILL IN"])]
+    for column in signals.columns:
+        if clock is None or column.name != clock.column.name:
+            quantity = quantity_of(column.unit)
+            fitting = [name for name, measured in QUANTITIES.items() if quantity in ("", measured)]
+            entry = {"column": column.name} | ({} if quantity else {"unit": UNKNOWN})
+            keys = ", ".join(f"{key} = {_quoted(value)}" for key, value in entry.items())
+            lines.append(f"# {' or '.join(fitting) if quantity and fitting else 'NAME'} = {{{keys}}}")
+    return MOTION_MAP.format(FILL=FILL, channels="\n".join([*lines, *_reading(found.opened.reading, Path())]))
 
 
 def _measurement(found: Look, motion: Motion, folder: Path, stem: str) -> str:

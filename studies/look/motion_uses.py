@@ -29,6 +29,7 @@ from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import records
 from tyre.errors import InputError
+from tyre.quality import runs as stretches_of
 from tyre.units import find_unit, quantity_of
 
 DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
@@ -123,14 +124,11 @@ def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[
         return channel_map, ()
     (whole,) = records(roles.opened.signals, channel_map.only(QUANTITIES), QUANTITIES)
     good = np.all([np.isfinite(x) for x in whole.values.values()], axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], good, [0]]).astype(np.int8)))
-    if good.all() or not edges.size:
+    starts, lengths = stretches_of(good)
+    if good.all() or lengths.max(initial=0) <= FEWEST:
         return channel_map, ()
-    longest = int(np.argmax(edges[1::2] - edges[::2]))
-    first, last = edges[2 * longest], edges[2 * longest + 1] - 1
-    if last - first < FEWEST:
-        return channel_map, ()
-    begin, end = (float(whole.time[place] - whole.time[0]) for place in (first, last))
+    first = starts[lengths.argmax()]
+    begin, end = (float(whole.time[place] - whole.time[0]) for place in (first, first + lengths.max() - 1))
     part = (Window("complete", round(begin, 6), round(end, 6)),)
     return replace(channel_map, windows=part), part
 

@@ -17,9 +17,10 @@ from tyre.formats import contents, read_signals
 from tyre.quality import Quality, quality
 from tyre.recording_files import QUANTITIES as OF_RIG
 from tyre.recording_files import Sidecar, file_and_sidecar
-from tyre.signals import Column, Signal, Signals, listed
+from tyre.signals import Column, Signals, listed
 from tyre.units import GRAVITY, SI, find_unit, quantity_of
 
+CLOCK_UNITS = (("s", 1.0, 0.0), ("ms", 1e-3, 0.0), ("us", 1e-6, 2e3), ("ns", 1e-9, 1e6))  # with the least usual step
 LONGEST_STEP = 1.0  # s; a column of times with longer steps is rather in ms, or counts samples
 
 
@@ -69,20 +70,15 @@ def _load(path: Path, columns: Sequence[Column], reading: Reading) -> tuple[Sign
         return load([column.name for column in columns]), {}
     except InputError as error:
         first = error
-    found: dict[str, Signal] = {}
     unread: dict[str, str] = {}
-    notes: tuple[str, ...] = ()
     for column in columns:
         try:
-            signals = load([column.name])
+            load([column.name])
         except InputError as error:
             unread[column.name] = str(error).removeprefix(f"{path}, ").removeprefix(f"{path}: ")
-            continue
-        found |= signals.signals
-        notes = signals.notes
-    if not found:
+    if len(unread) == len(columns):
         raise first
-    return Signals(str(path), found, notes), unread
+    return load([column.name for column in columns if column.name not in unread]), unread
 
 
 def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | None, Array | None, tuple[str, ...]]:
@@ -113,26 +109,39 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
 
 
 def guess_clock(signals: Signals) -> Guess | None:
-    """Guess the column of the time; its unit is taken as s or ms if the file says none and that is plausible."""
-    found = guesses(signals.columns, {"time": "time"}).get("time")
-    if found is None:
-        changes = {name: np.diff(signal.values) for name, signal in signals.signals.items()}
-        rising = [name for name, step in changes.items() if step.size and (step > 0).all()]
-        timed = [c for c in signals.columns if quantity_of(c.unit) == "time" and c.name in rising]
-        found = Guess(timed[0], "", "a rising column in a unit of time, its name says little") if timed else None
-    if found is None or found.unit != UNKNOWN:
-        return found
-    values = signals.signals[found.column.name].values
-    steps = np.diff(values[np.isfinite(values)])
-    usual = float(np.median(steps)) if steps.size else 0.0
-    if not usual > 0:
-        return found
-    for unit, factor in (("s", 1.0), ("ms", 1e-3)):
-        if usual * factor < LONGEST_STEP and not (unit == "ms" and usual == 1.0):
-            return replace(
-                found, unit=unit, doubt=f"the file says no unit of time; taken as {unit}: {1 / (usual * factor):.6g} Hz"
-            )
-    return found
+    """Guess the column of the time: one whose unit is known, else one that is plausible in s, ms, µs or ns."""
+    candidates: list[Guess] = []
+    while found := guesses([c for c in signals.columns if c not in [g.column for g in candidates]], {"time": "time"}):
+        candidates.append(found["time"])
+    values = {name: signal.values for name, signal in signals.signals.items()}
+    rising = [name for name, x in values.items() if x.size > 1 and (np.diff(x) > 0).all()]
+    if not candidates:
+        known = ("time", "datetime")
+        timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in known]
+        return Guess(timed[0], "", "a rising column in a unit of time, its name says little") if timed else None
+    ranked = []
+    for place, guess in enumerate(candidates):
+        x = values[guess.column.name]
+        steps = np.diff(x[np.isfinite(x)])
+        usual = float(np.median(steps)) if steps.size else 0.0
+        rank = 0
+        if guess.unit == UNKNOWN and usual > 0:
+            rank, unit = next(
+                ((rank, unit) for rank, (unit, factor, least) in enumerate(CLOCK_UNITS, 1)
+                 if least <= usual and usual * factor < LONGEST_STEP and not (unit == "ms" and usual == 1.0)),
+                (9, UNKNOWN),
+            )  # fmt: skip
+            hertz = 1 / (usual * next((factor for name, factor, _ in CLOCK_UNITS if name == unit), 1.0))
+            doubt = f"the file says no unit of time; taken as {unit}: {hertz:.6g} Hz" * (unit != UNKNOWN)
+            guess = replace(guess, unit=unit, doubt=doubt)
+        ranked.append((guess.column.name not in rising, rank, place, guess))
+    return min(ranked, key=lambda one: one[:3])[3]
+
+
+def _is_uneven(time: Array) -> bool:
+    """Tell if steps differ or single samples are missing, without a gap that resampling leaves open."""
+    longest = float(np.diff(time).max(initial=0.0)) * usual_rate(time) if np.isfinite(time).all() else 0.0
+    return 1.05 < longest <= GAP
 
 
 def _odd(time: Array) -> list[str]:
@@ -228,7 +237,8 @@ class Roles:
             rates.append(usual_rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
         sparse = any(own < 0.99 * usual_rate(time) for own, time in zip(rates, times, strict=True))
         same = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
-        if not times or (same and not sparse) or not min(rates) > 0:
+        holes = any(name in MOTION for name in wanted) and any(map(_is_uneven, times))
+        if not times or (same and not sparse and not holes) or not min(rates) > 0:
             return []
         return ["", "[resampling]", f"rate_hz = {min(rates):.6g}  # CHECK: the lowest rate of these channels"]
 
@@ -270,11 +280,13 @@ def roles(opened: Opened, given: ChannelMap | None) -> Roles:
     sidecar = _sidecar(opened.path)
     columns = [c for c in opened.signals.columns if opened.clock is None or c.name != opened.clock.column.name]
     live = [c for c in columns if opened.quality[c.name].samples > opened.quality[c.name].missing]
-    found = {**guesses(live, OF_RIG), **guesses(live, OF_MOTION)}
+    found = guesses(live, OF_RIG)
+    rolling = {found[name].column.name for name in found} if set(ROLLING) <= set(found) else set()
+    found |= guesses([column for column in live if column.name not in rolling], OF_MOTION)
     for needed in (ROLLING, ("side_force", "plate_displacement")):
         if "side_force" in found or any(name in found for name in needed):
             found |= _by_unit(live, found, needed)
-    found |= _by_unit(live, found, ("speed", "temperature"))
+    found |= _by_unit(live, found, ("speed", "temperature", "pressure"))
     if "side_force" not in found:
         found |= _by_unit(live, found, PULL, both=True)
     return Roles(opened, given, sidecar, found)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from studies.look.opened import PULL, ROLLING, Roles
-from studies.look.stretches import moving, with_rest
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import Record, records
@@ -18,9 +17,10 @@ from tyre.condition import FitSettings
 from tyre.errors import InputError
 from tyre.preflight import preflight
 from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
-from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording
+from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
 from tyre.recording_fits import fit_read
 from tyre.relaxation import complete_samples, is_slip_step
+from tyre.segments import level_conditions, stretches
 from tyre.sweep_curve import block_means, samples_used
 
 SWEEP, PULLED, STEP = "slip sweep", "pull test", "step (relaxation)"
@@ -79,15 +79,16 @@ OTHERWISE = {
 """What makes a recording the other use."""
 
 KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}
-ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature")
+ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature", "pressure")
+CHANNEL_OF = {"load": "vertical_load", "camber": "inclination"}
 ALL_PULL = (*PULL, "rim_displacement")
 
 
 class Found(NamedTuple):
-    """An event: its window, its median load in N, and whether it is a step."""
+    """An event: its window, its condition by the levels of the channels, and whether it is a step."""
 
     window: Window
-    load: float
+    condition: Condition
     step: bool
 
 
@@ -95,13 +96,24 @@ class Found(NamedTuple):
 class Supposed:
     """Suppositions of the drafts for a recording without a sidecar."""
 
+    known: Sidecar | None = None  # that the constants of a TYDEX file make
     axes: str = ""  # under which the signs are right; empty where none was found
     windows: tuple[Found, ...] = ()
-    load: float | None = None  # median of the whole, N
+    condition: Condition | None = None  # of the whole, by the channels
+    load: float = np.nan  # median of the whole, N
     rigid_rim: bool = False  # a pull test without rim displacement
     pull: bool = False
     step: bool = False  # the whole recording is a step
-    speed_missing: bool = False  # a step needs the speed, which is not recorded
+    recorded: tuple[str, ...] = ()  # channels of the condition
+
+    @property
+    def unsaid(self) -> list[str]:
+        """Keys that the user must fill in, as neither the recording nor its constants say them."""
+        known = [] if self.known is None else ["tyre", "surface", "axes"]
+        if self.known is not None:
+            known += [name for name in ("load", "pressure") if not np.isnan(getattr(self.known.condition, name))]
+        known += [] if self.pull else [*self.recorded, "load"]
+        return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in known]
 
 
 def oriented(whole: Record, given: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
@@ -126,10 +138,11 @@ def oriented(whole: Record, given: Supposed, path: Path, load: float | None) -> 
 
 def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | PullTest:
     """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``given``) is filled in."""
-    load = record.values.get("vertical_load")
-    middle = 400.0 if load is None or given.pull else float(np.nanmedian(np.abs(load)))  # no check hinges on it
-    condition = Condition("?", load=middle, pressure=5e5, surface="flat")
-    sidecar = Sidecar(condition, axes, None, synthetic=False, notes=(), rigid_rim=given.rigid_rim)
+    assumed = Condition("?", load=400.0, pressure=5e5, surface="flat") if given.pull else Condition(
+        "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
+    )  # fmt: skip
+    sidecar = given.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
+    sidecar = replace(sidecar, axes=axes, rigid_rim=given.rigid_rim)
     found = rig_recording(record, sidecar, path)
     if isinstance(found, RigRun) and is_slip_step(found):
         return rig_recording(record, replace(sidecar, kind="slip_step"), path)
@@ -138,6 +151,8 @@ def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | P
 
 def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> tuple[str, Event, str]:
     """Judge one event: its use, its samples, and why they cannot be fitted (empty if they can)."""
+    if isinstance(recording, RigRun):
+        recording = replace(recording, condition=level_conditions({"": recording})[""])
     if isinstance(recording, PullTest):
         kind, used, lacks = PULLED, recording.complete, "lack a reading"
     elif is_slip_step(recording):
@@ -242,7 +257,9 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
         reasons = (f"no channel could be the {', the '.join(name.replace('_', ' ') for name in lacking)}",)
         return [Use(name, (), reasons, (roles.lacking(*lacking),)) for name in names], None
     unsure = roles.unknown_units(needed if pull else [*needed, "time"])
-    given = Supposed(pull=pull, rigid_rim=pull and "rim_displacement" not in there)
+    path = roles.opened.path
+    known = tydex_sidecar(path) if path.suffix.casefold() == ".tdx" else None
+    given = Supposed(known, pull=pull, rigid_rim=pull and "rim_displacement" not in there)
     if unsure:
         mass = {column: re.search(r"[\[(](kg|lb)s?[\])]$", column) for column in unsure.values()}
         more = {column: f": {unit[1]} is a mass, {unit[1]}f a force" if unit else "" for column, unit in mass.items()}
@@ -265,11 +282,12 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
     (whole,) = records(roles.opened.signals, plain, QUANTITIES, timed=not given.pull)
     load = whole.values.get("vertical_load")
     middle = None if load is None or given.pull else float(np.nanmedian(load))
+    recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
+    given = replace(given, recorded=recorded, load=np.nan if middle is None else abs(middle))
     axes, recording = oriented(whole, given, path, middle)
-    given = replace(
-        given, axes=axes, load=None if middle is None else abs(middle), speed_missing="speed" not in whole.values,
-        step=isinstance(recording, RigRun) and recording.kind == "slip_step",
-    )  # fmt: skip
+    if isinstance(recording, RigRun):
+        given = replace(given, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step")
+    given = replace(given, axes=axes)
     if own:
         spans = [(record.event, record) for record in records(
             roles.opened.signals, replace(plain, windows=own), QUANTITIES, timed=not given.pull)]  # fmt: skip
@@ -282,10 +300,10 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
     made = "the channels are there, but what was recorded is a"
     mend = "mend it in the file or in the draft: each reason says how"
     uses = _by_kind(tried, names, made, mend, windows=bool(given.windows))
-    says = "tyre, load, pressure, surface{} and axes, which no recording says"
-    speeds = [", the speed" * (use.name == STEP and given.speed_missing) for use in uses]
+    lacking = [[*given.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
     return [
-        replace(use, provided=says.format(speed) * use.usable) for use, speed in zip(uses, speeds, strict=True)
+        replace(use, provided=f"{', '.join(names)}, which no recording says" if use.usable and names else "")
+        for use, names in zip(uses, lacking, strict=True)
     ], given
 
 
@@ -295,30 +313,27 @@ def _found(
     """Judge the whole recording if it is one event, else the events in it that can be fitted."""
     path = roles.opened.path
     at_once = judge("", run, roles, path)
-    stretches = moving(run)
-    found, windows, failed = [], [], []
-    for place in range(len(stretches)):
-        judged = at_once
-        for first, last in (stretches[place], with_rest(stretches, place, run)):
-            kind = "sweep" if (first, last) == stretches[place] else "step"
-            window = _window(f"{kind}{place + 1}", whole.time, first, last)
-            part = slice(*np.searchsorted(whole.time - whole.time[0], (window.first - 1e-9, window.last + 1e-9)))
-            event = replace(whole, time=whole.time[part], values={name: x[part] for name, x in whole.values.items()})
-            try:
-                judged = judge(window.name, as_rig(event, given, run.axes, path), roles, path)
-            except InputError:
-                continue
-            if not judged[2] and (judged[0] == SWEEP) == (kind == "sweep"):
-                found.append(judged)
-                load = float(np.nanmedian(np.abs(event.values["vertical_load"])))
-                windows.append(Found(window, load, kind == "step"))
-                break
-        else:
-            if judged is not at_once and judged[2]:
-                failed.append(judged)
+    found, failed = [], []
+    events: dict[str, tuple[Window, RigRun]] = {}
+    for number, cut in enumerate(stretches(run), 1):
+        window = _window(f"{cut.kind}{number}", whole.time, cut.first, cut.last)
+        part = slice(*np.searchsorted(whole.time - whole.time[0], (window.first - 1e-9, window.last + 1e-9)))
+        event = replace(whole, time=whole.time[part], values={name: x[part] for name, x in whole.values.items()})
+        try:
+            rig = as_rig(event, given, run.axes, path)
+            judged = judge(window.name, rig, roles, path)
+        except InputError:
+            continue
+        if isinstance(rig, RigRun) and not judged[2] and (judged[0] == SWEEP) == (cut.kind == "sweep"):
+            found.append(judged)
+            events[window.name] = window, rig
+        elif judged[2]:
+            failed.append(judged)
     much = sum(event.last - event.first + 1 for _, event, _ in found) > 0.9 * run.time.size
     if not found or (not at_once[2] and len(found) == 1 and (much or at_once[0] == STEP)):
         return [at_once], ()
+    conditions = level_conditions({name: rig for name, (_, rig) in events.items()})
+    windows = [Found(window, conditions[name], rig.kind == "slip_step") for name, (window, rig) in events.items()]
     return [*found, *failed], tuple(windows)
 
 

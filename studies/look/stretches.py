@@ -1,4 +1,4 @@
-"""Find stretches in which something happens: the slip angle moves, or a motion dies away after a kick."""
+"""Find the stretches in which a motion of the bicycle dies away after a kick."""
 
 import math
 from dataclasses import replace
@@ -12,75 +12,12 @@ from bicycle.identification.recording import Run
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.quality import noise_level
-from tyre.recording import RigRun
 
-PARTS = 400  # of a recording, in which movement is told from rest
-LOAD_CHANGE = 0.08  # of the largest load within three parts: the wheel is being set down, or the load changed
 STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s
 ORDER = ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s", "lean_rad", "steer_rad")
 """In which kicks are sought."""
 MOST_SAMPLES = 100_000
 """Of a run that is fitted as a whole."""
-
-
-def moving(run: RigRun) -> list[tuple[int, int]]:
-    """Find where the slip angle moves under a steady load: first sample and the one after the last, from 0."""
-    count = run.time.size
-    size = max(count // PARTS, 5)
-    edges = np.arange(0, count, size)
-    if edges.size < 4:
-        return []
-    slip, load = _means(run.slip_angle, edges), _means(run.vertical_load, edges)
-    span = float(np.ptp(slip))
-    if span == 0:
-        return []
-    noise = noise_level(run.slip_angle[np.isfinite(run.slip_angle)])
-    change = np.abs(_ahead(slip)) / 2
-    active = change > max(4 * noise / np.sqrt(size), 2e-3 * span)
-    heavy = float(np.quantile(load, 0.9))
-    active &= (np.abs(_ahead(load)) < LOAD_CHANGE * heavy) & (load > 0.3 * heavy)
-    found: list[list[int]] = []
-    for place in np.flatnonzero(active):
-        steady = found and abs(load[place] - load[found[-1][1] - 1]) < LOAD_CHANGE * heavy
-        if found and place - found[-1][1] <= 5 and steady:  # parts of rest within one event: a sweep turns round
-            found[-1][1] = int(place) + 1
-        else:
-            found.append([int(place), int(place) + 1])
-    return [
-        (int(edges[first]), min(int(edges[last - 1]) + size, count))
-        for first, last in found
-        if np.ptp(slip[max(first - 1, 0) : last + 1]) > 0.05 * span
-    ]
-
-
-def with_rest(stretches: list[tuple[int, int]], place: int, run: RigRun) -> tuple[int, int]:
-    """The stretch number ``place`` of ``stretches`` with the rest before and after it in a ``run``: a step of slip."""
-    first, last = stretches[place]
-    before = stretches[place - 1][1] if place else 0
-    after = stretches[place + 1][0] if place + 1 < len(stretches) else run.time.size
-    load = float(np.nanmedian(run.vertical_load[first:last]))
-    near = np.abs(run.vertical_load - load) < 2 * LOAD_CHANGE * abs(load)
-    lifted = np.flatnonzero(~near & np.isfinite(run.vertical_load))
-    before = max([before, *(lifted[lifted < first][-1:] + 1).tolist()])
-    after = min([after, *lifted[lifted >= last][:1].tolist()])
-    return int(before), int(after)
-
-
-def _means(channel: Array, edges: NDArray[np.intp]) -> Array:
-    """Means between ``edges``, those without a sample filled from the side."""
-    there = np.isfinite(channel)
-    total = np.add.reduceat(np.where(there, channel, 0.0), edges)
-    number = np.add.reduceat(there.astype(float), edges)
-    known = number > 0
-    if not known.any():
-        return np.zeros(edges.size)
-    return np.interp(np.arange(edges.size), np.flatnonzero(known), total[known] / number[known])
-
-
-def _ahead(means: Array) -> Array:
-    """Change from the part before to the part after, shape as given."""
-    padded = np.pad(means, 1, mode="edge")
-    return np.asarray(padded[2:] - padded[:-2])
 
 
 def decays(run: Run) -> list[tuple[float, float, Decay]]:

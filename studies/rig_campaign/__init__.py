@@ -3,7 +3,10 @@
 from importlib import import_module
 from typing import Any
 
-PLACES = {"figures": ("save_figures", "stiffness_over_load"), "report": ("report_text", "write_campaign")}
+PLACES = {
+    "figures": ("save_figures", "stiffness_over_load"),
+    "report": ("campaign_table", "report_text", "write_campaign"),
+}
 
 
 def __getattr__(name: str) -> Any:

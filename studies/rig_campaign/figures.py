@@ -8,7 +8,7 @@ import numpy as np
 
 from studies.reporting.plotting import settle
 from tyre.campaign import Campaign
-from tyre.condition import ConditionResult, RecordingSummary
+from tyre.condition import ConditionResult, RecordingSummary, upright
 from tyre.files import replacing, slugs
 from tyre.recording import Channel
 from tyre.recording_fits import points_of
@@ -33,11 +33,14 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
     with matplotlib.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
         drawn: dict[str, Figure] = {}
         for tyre, stem in slugs(sorted({c.tyre for c in campaign.conditions})).items():
-            mine = [c for c in campaign.conditions if c.tyre == tyre]
+            mine = [c for c in upright(campaign.conditions) if c.tyre == tyre]
             for surface in sorted({c.surface for c in mine}, reverse=True):
                 chosen = [c for c in mine if c.surface == surface and c.sweeps]
                 if chosen:
                     drawn[f"carpet_{stem}_{surface}"] = carpet(chosen)
+                leaning = [c for c in campaign.conditions if (c.tyre, c.surface) == (tyre, surface)]
+                if any(c.camber_stiffness for c in leaning):
+                    drawn[f"camber_{stem}_{surface}"] = over_camber(leaning)
             drawn[f"stiffness_{stem}"] = stiffness_over_load(mine)
             pairs = surface_pairs(mine)
             if pairs:
@@ -173,6 +176,33 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
     return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0])
 
 
+def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
+    """Draw side force and aligning moment at zero slip over camber, a line per load and pressure."""
+    quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
+    there = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
+    figure, axes = _empty_figure(1, len(there), width=4.6 * len(there) + 0.4, height=4.4)
+    loads, pressures = (sorted({getattr(c, name) for c in conditions}) for name in ("load", "pressure"))
+    for panel, (name, label) in zip(axes, there, strict=True):
+        for load, pressure in ((load, pressure) for load in loads for pressure in pressures):
+            mine = [c for c in conditions if (c.load, c.pressure) == (load, pressure) and c.camber_stiffness]
+            rows = [(c, i.details) for c in mine for i in c.sweeps if name.format("") in i.details]
+            if rows:
+                x, y, sd = np.array(
+                    [(d.get("camber_rad", c.camber), d[name.format("")], d[name.format("_sd")]) for c, d in rows]
+                ).T
+                x = np.rad2deg(x)
+                number, row = loads.index(load) % 6, pressures.index(pressure) % 6
+                panel.errorbar(
+                    x, y, 1.96 * sd, color=COLOURS[number], marker=MARKERS[row], ls="none", ms=5, capsize=2,
+                    label=f"{load:g} N, {pressure / PASCAL_PER_BAR:g} bar",
+                )  # fmt: skip
+                ends = np.array([x.min(), x.max()])
+                panel.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=COLOURS[number], ls=DASHES[row], lw=1.0)
+        panel.set(xlabel="camber (deg)", ylabel=label)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    return _titled(figure, f"{conditions[0].tyre}, {conditions[0].surface}: at zero slip over camber", conditions[0])
+
+
 def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "Figure":
     """Draw the ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n."""
     figure, (panel,) = _empty_figure(1, 1, width=6.4, height=4.2)
@@ -209,38 +239,44 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
 
 def sweep_residuals(summary: RecordingSummary) -> "Figure":
     """Draw measured block means and residuals of one sweep over slip, up and down branches apart."""
-    figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
     points = points_of(summary)
     slip, rising = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0
-    for chosen, marker, colour, label in ((rising, "^", COLOURS[0], "up"), (~rising, "v", COLOURS[2], "down")):
-        style = {"ls": "none", "marker": marker, "ms": 3.5, "color": colour, "label": f"{label} branch"}
-        above.plot(slip[chosen], points["force_N"][chosen], **style)
-        below.plot(slip[chosen], points["residual_N"][chosen], **style)
     fine = np.linspace(slip.min(), slip.max(), 200)
-    above.plot(fine, _sweep_curve(summary, np.deg2rad(fine)), color="k", lw=1.2, label="steady curve (lag removed)")
-    above.set_ylabel("side force (N)")
-    above.legend(fontsize=8)
-    below.axhline(0.0, color="k", lw=0.8)
-    below.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
+    branches = [
+        (slip[chosen], points["force_N"][chosen], points["residual_N"][chosen], style | {"ms": 3.5})
+        for chosen, style in ((rising, {"marker": "^", "color": COLOURS[0], "label": "up branch"}),
+                              (~rising, {"marker": "v", "color": COLOURS[2], "label": "down branch"}))
+    ]  # fmt: skip
+    curve = (fine, _sweep_curve(summary, np.deg2rad(fine)), "k", "steady curve (lag removed)")
+    labels = "measured - fitted with lag (N)", "slip angle (deg)"
     text = f"{summary.file}: R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
-    return _titled(figure, text, summary)
+    return _titled(_with_residuals(branches, curve, *labels), text, summary)
 
 
 def pull_loop(summary: RecordingSummary) -> "Figure":
     """Draw force over deflection of one pull test with the fitted friction loop, and its residuals."""
+    points, friction = points_of(summary), summary.details["friction_N"]
+    x, force, fitted = 1e3 * points["deflection_m"], points["force_N"], points["fitted_N"]
+    read = [(x, force, force - fitted, {"marker": "o", "mfc": "white", "color": COLOURS[0], "ms": 4, "label": "read"})]
+    loop = (x, fitted, COLOURS[1], "loop of one slope and Dahl friction")
+    text = f"{summary.file}: K = {1e-3 * summary.value:.2f} N/mm, friction ±{friction:.2f} N"
+    figure = _with_residuals(read, loop, "read - fitted (N)", "tyre deflection, plate - rim (mm)")
+    return _titled(figure, text, summary)
+
+
+def _with_residuals(measured: Sequence[Any], curve: Any, below_label: str, x_label: str) -> "Figure":
+    """Draw what was ``measured`` (x, force, residual, style) with a ``curve`` above, and the residuals below."""
     figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
-    points = points_of(summary)
-    x = 1e3 * points["deflection_m"]
-    above.plot(x, points["force_N"], ls="none", marker="o", mfc="white", color=COLOURS[0], ms=4, label="read")
-    above.plot(x, points["fitted_N"], color=COLOURS[1], lw=1.0, label="loop of one slope and Dahl friction")
+    for x, force, residual, style in measured:
+        above.plot(x, force, ls="none", **style)
+        below.plot(x, residual, ls="none", **style)
+    x, force, colour, label = curve
+    above.plot(x, force, color=colour, lw=1.2, label=label)
     above.set_ylabel("side force (N)")
     above.legend(fontsize=8)
-    below.plot(x, points["force_N"] - points["fitted_N"], ls="none", marker="o", color=COLOURS[0], ms=4)
     below.axhline(0.0, color="k", lw=0.8)
-    below.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
-    friction = summary.details["friction_N"]
-    text = f"{summary.file}: K = {1e-3 * summary.value:.2f} N/mm, friction ±{friction:.2f} N"
-    return _titled(figure, text, summary)
+    below.set(ylabel=below_label, xlabel=x_label)
+    return figure
 
 
 def repeats(campaign: Campaign) -> "Figure":

@@ -4,21 +4,31 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from studies.reporting.command_context import made_by
-from studies.reporting.markdown_text import code, render_file
+from studies.reporting.markdown_text import code, render_file, write_pages
 from studies.rig_campaign import figures as drawn
 from tyre.campaign import Campaign, write_tables
-from tyre.condition import ConditionResult
+from tyre.condition import ConditionResult, Key, upright
 from tyre.files import write_text
 from tyre.properties import Estimate
 from tyre.table import write_csv
 from tyre.units import PASCAL_PER_BAR
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 N_PER_DEG = math.pi / 180.0
+
+SIMULATED = (
+    ("C (N/deg)", "cornering_stiffness", "cornering_stiffness_N_per_rad", N_PER_DEG, 2),
+    ("K (N/mm)", "lateral_stiffness", "lateral_stiffness_N_per_m", 1e-3, 2),
+    ("C/K (mm)", "relaxation_length", "relaxation_length_m", 1e3, 1),
+)
+"""Quantities whose truth the simulator writes: label, name in a result and in truth.json, factor and digits."""
 
 
 def write_campaign(
@@ -29,14 +39,21 @@ def write_campaign(
 
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "conditions.csv", out / "recordings.csv", out / "conditions.json"]
-    write_csv(written[0], pd.DataFrame([_condition_row(c) for c in campaign.conditions]))
+    write_csv(written[0], campaign_table(campaign))
     write_csv(written[1], pd.DataFrame(_recording_rows(campaign)))
     write_text(written[2], json.dumps(campaign.as_json(), indent=1, allow_nan=False) + "\n")
     maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = drawn.save_figures(campaign, out / "figures", every_recording=every_recording)
-    report = out / "report.md"
-    write_text(report, report_text(campaign, figures, remarks, out))
-    return [*written, *maps, *figures, report]
+    text = report_text(campaign, figures, remarks, out)
+    pages = write_pages(out, title=f"Rig campaign: {campaign.folder.name}", text=text)
+    return [*written, *maps, *figures, *pages]
+
+
+def campaign_table(campaign: Campaign) -> "pd.DataFrame":
+    """Table of the conditions of a campaign, a row each, in the units of the field."""
+    import pandas as pd
+
+    return pd.DataFrame([_condition_row(c) for c in campaign.conditions])
 
 
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
@@ -47,13 +64,41 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
         medians[name] = 100 * float(np.median([e.sd / e.value for e in estimates])) if estimates else None
     borrowed = sum(len(c.pulls) for c in conditions if c.borrowed_stiffness)
     content = {
-        "campaign": campaign, "conditions": conditions, "calibration": campaign.settings.calibration,
-        "medians": medians, "remarks": remarks,
+        "campaign": campaign, "conditions": conditions, "upright": upright(conditions),
+        "calibration": campaign.settings.calibration, "medians": medians, "remarks": remarks,
+        "compared": against_truth(campaign),
         "recordings": sum(len(c.sweeps) + len(c.steps) + len(c.pulls) for c in conditions) - borrowed,
         "figures": [(path.stem, path.relative_to(out).as_posix()) for path in figures],
     }  # fmt: skip
     filters = {"interval": interval, "code": code}
     return render_file("studies.rig_campaign", "report.md.j2", content, filters=filters).rstrip() + made_by()
+
+
+def against_truth(campaign: Campaign) -> list[dict[str, Any]]:
+    """Compare C, K and C/K of a simulated campaign with its truth.json, a row each; empty without one."""
+    file = campaign.folder / "truth.json"
+    if not file.is_file():
+        return []
+    try:
+        truth = {
+            Key(t["tyre"], t["surface"], round(t["load_N"], 1), round(1e3 * t["pressure_bar"])): t
+            for t in json.loads(file.read_text(encoding="utf-8"))["conditions"]
+        }
+    except (ValueError, KeyError, TypeError):  # of another program
+        return []
+    rows = []
+    for c in campaign.conditions:
+        if not c.synthetic or c.camber != 0.0:  # the simulator runs upright wheels
+            continue
+        true = truth.get(Key(c.tyre, c.surface, c.load, round(c.pressure / 100.0)), {})
+        for label, name, key, factor, digits in SIMULATED:
+            if (fitted := getattr(c, name)) is not None and key in true:
+                rows.append({
+                    "label": c.label, "quantity": label, "true": f"{factor * true[key]:.{digits}f}",
+                    "fitted": interval(fitted, factor, digits), "error": 100.0 * (fitted.value / true[key] - 1.0),
+                    "inside": fitted.covers(true[key]),
+                })  # fmt: skip
+    return rows
 
 
 def interval(estimate: Estimate | None, factor: float, digits: int) -> str:
@@ -67,7 +112,7 @@ def interval(estimate: Estimate | None, factor: float, digits: int) -> str:
 def _condition_row(c: ConditionResult) -> dict[str, Any]:
     row: dict[str, Any] = {
         "tyre": c.tyre, "surface": c.surface, "load_N": c.load, "pressure_bar": c.pressure / PASCAL_PER_BAR,
-        "drum_radius_m": c.drum_radius,
+        "camber_deg": c.camber / N_PER_DEG, "drum_radius_m": c.drum_radius,
     }  # fmt: skip
     for name, unit, factor, estimate in (
         ("cornering_stiffness", "N_per_deg", N_PER_DEG, c.cornering_stiffness),
@@ -76,6 +121,8 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         ("pneumatic_trail", "mm", 1e3, c.pneumatic_trail),
         ("relaxation_length_two_rates", "mm", 1e3, c.direct.get("two sweep rates")),
         ("relaxation_length_slip_step", "mm", 1e3, c.direct.get("slip step")),
+        ("camber_stiffness", "N_per_deg", N_PER_DEG, c.camber_stiffness),
+        ("twisting_stiffness", "N_m_per_deg", N_PER_DEG, c.twisting_stiffness),
     ):
         scaled = None if estimate is None else estimate.scaled(factor)
         numbers = (None,) * 4 if scaled is None else (scaled.value, scaled.sd, *scaled.ci95)
@@ -95,7 +142,8 @@ def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
         item.file: {
             "file": item.file, "kind": item.kind, "tyre": item.condition.tyre, "surface": item.condition.surface,
             "load_N": item.condition.load, "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
-            "quantity": quantities[item.kind], "value": item.value, "fit_sd": item.fit_sd,
+            "camber_deg": item.condition.camber / N_PER_DEG, "quantity": quantities[item.kind],
+            "value": item.value, "fit_sd": item.fit_sd,
             "r_squared": item.r_squared, "slip_rate_rad_s": item.rate or None, **item.details,
             "notes": "; ".join(item.notes),
         }

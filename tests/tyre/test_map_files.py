@@ -248,7 +248,11 @@ def test_without_a_sidecar_comments_say_what_it_is_or_it_is_told(tmp_path):
     head = "# tyre: Road 28\n# surface = drum\n# source: a rig\n"
     found = read_table(put_plain(tmp_path, head + OWN))
     assert (found.tyre, found.surface, found.source, found.notes) == ("Road 28", "drum", "a rig", ())
-    said = TyreMap.from_file(put_plain(tmp_path, OWN)).at(load=400, pressure=3.5e5).notes
+    assert found.surface_stated
+    assert found.lateral_stiffness_sd is None
+    here = TyreMap.from_file(put_plain(tmp_path, OWN)).at(load=400, pressure=3.5e5)
+    assert not here.surface_stated
+    said = here.notes
     assert "mine.csv has no sidecar mine.toml; taken is tyre = 'mine' and surface = 'flat'" in said
     with pytest.raises(InputError, match="surface is 'ice'; allowed are 'flat', 'drum'"):
         read_table(put_plain(tmp_path, "# surface: ice\n" + OWN))

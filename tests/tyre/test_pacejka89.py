@@ -159,7 +159,10 @@ ONE = [
     ("bare_p300.json", FY, False),
     ("psi.json", {"side_force": FY, "pressure_psi": 43.511321319062764}, False),
     ("named.json", NAMED | {"pressure_bar": 3}, True),
-]
+    ("split.json", {"a111": FY[11], "a112": 0} | {k.upper(): v for k, v in NAMED.items() if k != "a11"}
+     | {"pressure_bar": 3}, True),
+    ("named.toml", "".join(f"{k} = {v!r}\n" for k, v in NAMED.items()) + "pressure_kPa = 300\n", True),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "content", "moment"), ONE, ids=[name for name, *_ in ONE])
@@ -231,6 +234,9 @@ def test_an_aborted_fit_is_refused(tmp_path):
         ("a_p300.json", {"Fy": MZ}, "side_force = .* must be a list of 14 numbers"),
         ("a_p300.json", {"Fy": FY, "Mz": FY}, "aligning_moment = .* must be a list of 18 numbers"),
         ("a_p300.json", {"Fx": FY}, "unknown key 'Fx'"),
+        ("a_p300.json", {k: v for k, v in NAMED.items() if k != "a9"}, "a_p300.json: a9 is missing; give a0 to a13"),
+        ("a_p300.json", NAMED | {"a14": 1}, "unknown key 'a14'; known: a0 to a13"),
+        ("a_p300.json", NAMED | {"a111": 1, "a112": 2}, r"a112 \(camber force with the square of the load\) is not"),
         ("a_p300.json", {"Fy": FY, "slip_unit": "grad"}, "slip_unit = 'grad' is neither 'deg' nor 'rad'"),
         ("a_p300.json", {"Fy": FY, "surface": "ice"}, "surface = 'ice' must be 'flat' or 'drum'"),
         ("a_p300.json", {"Fy": FY, "pressure_kPa": -1}, "pressure_kPa = -1.* must be a finite number above 0"),

@@ -156,6 +156,10 @@ def test_bom_blank_lines_and_missing_samples(folder):
     ("change", "message"),
     [
         (lambda s: s.replace("399.0", "399.0,5"), "line 4: 5 cells where the header has 4 columns"),
+        (
+            lambda s: s.replace("400.0", "400.0,5").replace(",401.0", ""),
+            "line 2: 5 cells where the header has 4 columns",
+        ),
         (lambda s: s[:-8], "line 4: 3 cells where the header has 4 columns; was the file cut off"),
         (lambda s: s.replace("110.0,400", "11o.0,400"), r"line 2: side_force_N = '-11o.0' is not a number"),
         (lambda s: s.replace("1.0,110.0", "1,0,110,0"), "decimal commas need semicolons"),

@@ -70,6 +70,17 @@ def test_a_curve_of_another_form_gives_its_slope(rate, length):
     assert fit.steady_force(np.array([0.0]))[0] == pytest.approx(-6.0, abs=0.3)
 
 
+@pytest.mark.parametrize("frequency", [0.13, 0.29, 0.61])
+def test_a_wandering_load_does_not_bend_the_curve(frequency):
+    steady = own_sweep(stiffness=5500.0, saturation=420.0, length=0.1, offset=0.0, rate=1.0)
+    load = 400.0 * (1 + 0.02 * np.sin(2 * np.pi * frequency * steady.time + 1))
+    noise = 3.0 * np.random.default_rng(5).standard_normal(load.size)
+    run = replace(steady, side_force=steady.side_force * load / 400.0, vertical_load=load + noise)
+    assert fit_slip_sweep(run).cornering_stiffness.value == pytest.approx(5500.0, rel=1e-3)  # 2.5e-3 to 2e-2 without
+    noisy = fit_slip_sweep(replace(steady, vertical_load=400.0 + 5 * noise)).cornering_stiffness.value
+    assert noisy == pytest.approx(fit_slip_sweep(steady).cornering_stiffness.value, rel=2e-4)
+
+
 def test_without_lag_correction_a_fast_sweep_is_biased():
     without = fit_slip_sweep(sweep(rate=2.0), lag_correction=False).cornering_stiffness.value
     assert without / C - 1 < -1e-3

@@ -315,3 +315,47 @@ def test_assumption_is_checked() -> None:
     stated = synthetic(cornering_stiffness_sd=np.full(9, 50.0))
     with pytest.raises(InputError, match="states its own standard deviations; leave the assumption out"):
         TyreMap(stated, relative_cornering_stiffness_sd=0.01)
+
+
+def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions() -> None:
+    """4/5 of the variance is a common gain: sd is 3 % where it was measured, and the mean of two has 3 % sqrt(0.9)."""
+    plain = TyreMap(synthetic(lateral_stiffness_sd=None))
+    assert not plain.at(load=400, pressure=5e5).covariance.any()
+    tyre_map = plain.assuming(0.03)
+    (one, other, between), covariance = tyre_map.joint([(300.0, 5e5), (400.0, 5e5), (350.0, 5e5)])
+    for place, name in enumerate(("cornering_stiffness", "lateral_stiffness")):
+        values = [getattr(p, name) for p in (one, other, between)]
+        relative = covariance[place::3, place::3] / np.outer(values, values)
+        np.testing.assert_allclose(np.diag(relative), [9e-4, 9e-4, 8.1e-4], rtol=0.01)
+        assert relative[0, 1] == pytest.approx(7.2e-4, rel=1e-6)
+    assert not one.cornering_stiffness_sd_stated
+    assert not one.lateral_stiffness_sd_stated
+    for stiffness in ("cornering", "lateral"):
+        assert any(f"no uncertainty of the {stiffness} stiffness; assumed is 3 %" in note for note in one.notes)
+    stated = TyreMap(synthetic()).assuming(0.03).at(load=300, pressure=5e5)
+    assert stated.lateral_stiffness_sd == pytest.approx(1500.0)
+    assert stated.lateral_stiffness_sd_stated
+
+
+@pytest.mark.parametrize(
+    ("load", "pressure", "words"),
+    [
+        (
+            400,
+            5.5,
+            "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True takes it",
+        ),
+        (400, 80.0, r"is the pressure in psi[?] give 551581 Pa"),
+        (400, 550.0, r"is the pressure in kPa[?] give 550000 Pa"),
+        (40.8, 5.5e5, r"40\.8 N is farther outside .*is the load in kg[?] give 400\.1\d* N"),
+        (3000, 5.5e5, r"3000 N is farther outside .* is wide; extrapolate=True takes it as it is"),
+    ],
+)
+def test_a_condition_far_outside_is_refused_with_the_unit_that_may_be_meant(
+    load: float, pressure: float, words: str
+) -> None:
+    tyre_map = TyreMap.load("Tyre1")
+    with pytest.raises(InputError, match=words):
+        tyre_map.at(load=load, pressure=pressure)
+    if pressure > 1e5 and load < 1e3:
+        assert tyre_map.at(load=load, pressure=pressure, extrapolate=True).origin == "extrapolated"

@@ -4,7 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -29,14 +29,16 @@ _SAMPLE = 60  # lines by which delimiter and decimal sign are told
 _NUMBER = {sign: re.compile(rf"[+-]?(\d+{re.escape(sign)}?\d*|{re.escape(sign)}\d+)([eE][+-]?\d+)?") for sign in ".,"}
 _BRACKETS = re.compile(r"^(.*\S)\s*[\[(]([^\[\]()]*)[\])]$")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?)?")
-_CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,"
-                    if (delimiter, sign) != (",", ","))  # fmt: skip
+_OF_DAY = re.compile(r"(\d{1,2}):(\d\d):(\d\d)(?:[:.,](\d+))?")
+GARBLED = 200  # lines, one of which may be damaged: it counts as a missing sample
+_CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,")
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Layout of a text table; ``first_line`` counts from 1, ``dates`` are numbers of columns from 0."""
+    """Layout of a text table; ``first_line`` counts from 1, ``dates`` and ``numeric`` are numbers of columns from
+    0."""
 
     encoding: str
     delimiter: str
@@ -44,6 +46,7 @@ class _Layout:
     names: tuple[str, ...]
     units: tuple[str, ...]
     dates: frozenset[int]
+    numeric: tuple[int, ...]
     first_line: int
     trailing: bool
     notes: tuple[str, ...]
@@ -125,7 +128,7 @@ def _lines_of_names(
         apart = bool(block) and (index + 1 not in above or sum(map(bool, row)) < 0.5 * width)  # a title, padded
         if len(row) != width or apart:
             break
-        wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)]
+        wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)] if not _are_places(row) else []
         if wrong and not block and len(wrong) < width:
             raise InputError(
                 f"{where}, line {index + 1}: names of columns were expected above the samples, it holds "
@@ -160,6 +163,13 @@ def _are_units(cells: list[str]) -> bool:
     return sum(known) >= 0.5 * len(known) and any(map(quantity_of, cells))
 
 
+def _are_places(cells: list[str]) -> bool:
+    """True if the cells count the columns, from 0 or 1: a header of bare numbers."""
+    if len(cells) < 3 or not all(cell.isascii() and cell.isdigit() for cell in cells):
+        return False
+    return [int(cell) - int(cells[0]) for cell in cells] == list(range(len(cells))) and int(cells[0]) < 2
+
+
 def _split(line: str, delimiter: str) -> list[str]:
     """Cells of one line, without blanks around them."""
     if delimiter == "blanks":
@@ -176,6 +186,11 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
     lines, encoding, notes = _head(path, reading)
     delimiter, decimal, width, first = _table(path, lines, reading)
     rows = [_split(line, delimiter) for line in lines]
+    following = rows[first + 1] if first + 1 < len(rows) else []
+    if not reading.first_line and not reading.names_line and _are_places(rows[first]) and not _are_places(following):
+        title = next((row for row in reversed(rows[:first]) if any(row)), [])
+        if len(title) != width:
+            reading, first = replace(reading, names_line=first + 1), first + 1
     body = [row for row in rows[first : first + _SAMPLE] if any(row)]
     above = next((row for row in reversed(rows[:first]) if any(row)), [])
     trailing = (
@@ -186,10 +201,15 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
     dates = frozenset(
         place for place in range(width - trailing)
         if (cells := [row[place] for row in body if len(row) > place and row[place] not in MISSING])
-        and all(_DATE.fullmatch(cell) for cell in cells)
+        and all(_DATE.fullmatch(cell) or _OF_DAY.fullmatch(cell) for cell in cells)
+    )  # fmt: skip
+    signs = decimal if delimiter == "," else ".,"
+    numeric = tuple(
+        place for place in range(width - trailing)
+        if place in dates or _share_of_numbers([row[place] for row in body if len(row) > place], signs) > 0.5
     )  # fmt: skip
     units = tuple("datetime" if place in dates else unit for place, unit in enumerate(units))
-    return _Layout(encoding, delimiter, decimal, names, units, dates, first + 1, trailing, (*notes, *said))
+    return _Layout(encoding, delimiter, decimal, names, units, dates, numeric, first + 1, trailing, (*notes, *said))
 
 
 def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
@@ -230,7 +250,8 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
     start = (reading.first_line or max(reading.names_line, reading.units_line) + 1) - 1
     filled = [index for index, line in enumerate(lines) if line.strip()]
     for delimiter, decimal in _CANDIDATES if not reading.delimiter else ((reading.delimiter, s) for s in ".,"):
-        if reading.decimal not in ("", decimal):
+        quoted = any('"' in lines[index] for index in filled[-_SAMPLE:])  # decimal commas between commas need quotes
+        if reading.decimal not in ("", decimal) or ((delimiter, decimal) == (",", ",") and not quoted):
             continue
         sample = [_split(lines[index], delimiter) for index in filled[len(filled) // 2 :][-_SAMPLE:] if index >= start]
         if not sample:
@@ -246,7 +267,9 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
         header = not above or len(_split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
         columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
         filled_share = sum(shares[place] for place in numeric) / columns
-        score = (float(header), filled_share, float(len(numeric)), -first, len(whole) / len(sample))
+        head = [cell for index in filled[:_SAMPLE] for cell in _split(lines[index], delimiter)]
+        alike = _share_of_numbers(head, decimal)
+        score = (float(header), filled_share, float(len(numeric)), -first, alike, len(whole) / len(sample))
         if best is None or score > best[0]:
             best = score, (delimiter, decimal, width, first)
     if best is None:
@@ -257,16 +280,18 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
     return best[1]
 
 
-def _share_of_numbers(cells: list[str], decimal: str) -> float:
+def _share_of_numbers(cells: list[str], signs: str) -> float:
+    """Share of the filled cells that are numbers with one of the decimal ``signs``."""
     filled = [cell for cell in cells if cell not in MISSING]
-    hits = sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in filled)
+    hits = sum(any(_NUMBER[sign].fullmatch(cell) for sign in signs) for cell in filled)
     return hits / len(filled) if filled else 0.0
 
 
 def _first(
     lines: list[str], filled: list[int], delimiter: str, decimal: str, width: int, numeric: list[int], start: int
 ) -> int | None:
-    """Index of the first line in which most of the columns of numbers hold numbers."""
+    """Index of the first line in which most of the columns of numbers hold numbers, of either decimal sign."""
+    signs = decimal if delimiter == "," else ".,"
     for place, index in enumerate(filled):
         if index < start:
             continue
@@ -274,7 +299,8 @@ def _first(
             return index
         row = _split(lines[index], delimiter)
         hits = sum(
-            len(row) > column and (_NUMBER[decimal].fullmatch(row[column]) is not None or row[column] in MISSING[1:])
+            len(row) > column
+            and (row[column] in MISSING[1:] or any(_NUMBER[sign].fullmatch(row[column]) for sign in signs))
             for column in numeric
         )
         if len(row) != width or hits <= 0.5 * len(numeric):
@@ -286,14 +312,17 @@ def _first(
 
 def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -> tuple[list[Array], list[str]]:
     found = [np.empty(0) for _ in places]
-    rows, notes = 0, []
+    rows, notes, garbled = 0, [], list[str]()
     size = path.stat().st_size
     with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > _LARGE) as bar:
         for text, line, done, ended in _blocks(path, layout):
             if not ended:
                 notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
                 continue
-            block = _samples(path, layout, places, text, line)
+            block, damaged = _samples(path, layout, places, text, line)
+            garbled += damaged
+            if len(garbled) > max(50, rows / GARBLED):
+                raise InputError(garbled[0])
             count = len(block[0]) if block else 0
             if block and rows + count > found[0].size:
                 room = int((rows + count) * max(1.25, 1.05 * size / max(done, 1) if not rows else 0.0))
@@ -306,12 +335,19 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
             bar.update(done)
             if most is not None and rows >= most:
                 break
+    if len(garbled) * GARBLED > rows:
+        raise InputError(garbled[0])
+    if garbled:
+        first = garbled[0].removeprefix(f"{path}, ")
+        notes.append(f"damaged lines that count as missing samples: {len(garbled)}, the first {first}")
     if not rows and places:
         raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
     found = [x[: rows if most is None else min(rows, most)] for x in found]
     for k, place in enumerate(places):
         if place in layout.dates:
-            found[k] = np.round(found[k] - found[k][0], 6)
+            # times without a date begin anew at midnight
+            midnights = np.cumsum(np.diff(found[k], prepend=found[k][0]) < -43_200)
+            found[k] = np.round(found[k] - found[k][0] + 86_400 * midnights, 6)
     return found, notes
 
 
@@ -336,46 +372,77 @@ def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]
         yield rest, line, len(rest), False
 
 
-def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> list[Array]:
-    """Samples of a block: fast if every row is as it should be, else line by line, blaming the one that is not."""
+def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> tuple[list[Array], list[str]]:
+    """Samples of a block, and what is wrong with its damaged lines, which are left out.
+
+    It is fast if every row is as it should be; else every column of numbers of a line must be sound.
+    """
     if '"' not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
         fast = fast_numbers(
             text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING
         )  # fmt: skip
         if fast and all(not np.isinf(x).any() for x in fast):
-            return fast
+            return fast, []
     found: list[list[float]] = [[] for _ in places]
-    for number, row in enumerate(text.split("\n"), line):
-        if not row.strip():
+    damaged: list[str] = []
+    every = dict.fromkeys((*layout.numeric, *places))
+    rows = [(line + k, _split(row, layout.delimiter)) for k, row in enumerate(text.split("\n")) if row.strip()]
+    for (number, cells), decimal in zip(rows, _decimals([cells for _, cells in rows], layout), strict=True):
+        where = f"{path}, line {number}"
+        try:
+            if len(cells) != layout.width:
+                short = len(cells) < layout.width
+                how = "was the file cut off?" if short else "is the delimiter inside a number or a text?"
+                raise InputError(f"{where}: {len(cells)} cells where others have {layout.width}; {how}")
+            read = {
+                p: (_date(cells[p], f"{where}: {layout.names[p]}") if p in layout.dates
+                    else _number(cells[p], decimal, f"{where}: {layout.names[p]}"))
+                for p in every
+            }  # fmt: skip
+        except InputError as error:
+            damaged.append(str(error))
             continue
-        cells = _split(row, layout.delimiter)
-        if len(cells) != layout.width:
-            how = (
-                "was the file cut off?" if len(cells) < layout.width else "is the delimiter inside a number or a text?"
-            )
-            raise InputError(f"{path}, line {number}: {len(cells)} cells where others have {layout.width}; {how}")
-        for column, place in zip(found, places, strict=True):
-            where = f"{path}, line {number}: {layout.names[place]}"
-            column.append(_date(cells[place], where) if place in layout.dates else _number(cells[place], layout, where))
-    return [np.array(column, float) for column in found]
+        for place, x in zip(places, found, strict=True):
+            x.append(read[place])
+    return [np.array(column, float) for column in found], damaged
 
 
-def _number(cell: str, layout: _Layout, where: str) -> float:
+def _decimals(rows: list[list[str]], layout: _Layout) -> list[str]:
+    """Decimal sign of every row: that of the table, but for a part of it that begins or ends with the other sign."""
+    own, other = layout.decimal, "." if layout.decimal == "," else ","
+    if layout.delimiter == ",":
+        return [own] * len(rows)
+    places = [place for place in layout.numeric if place not in layout.dates]
+    with_own, with_other = (
+        [k for k, cells in enumerate(rows)
+         if any(sign in cells[p] and _NUMBER[sign].fullmatch(cells[p]) for p in places if p < len(cells))]
+        for sign in (own, other)
+    )  # fmt: skip
+    mixed = with_own and with_other and not (with_own[-1] < with_other[0] or with_other[-1] < with_own[0])
+    if len(with_other) < 3 or mixed:  # a few cells are rather damaged, or have a point between thousands
+        return [own] * len(rows)
+    return [other if with_other[0] <= k <= with_other[-1] else own for k in range(len(rows))]
+
+
+def _number(cell: str, decimal: str, where: str) -> float:
     if cell in MISSING:
         return np.nan
-    if layout.decimal == "," and "." in cell:
+    if decimal == "," and "." in cell:
         raise InputError(
             f"{where} = {cell[:40]!r} has a decimal point in a table with decimal commas; mend it, or give "
             "decimal in [reading]"
         )
-    value = number_in(cell, decimal=layout.decimal)
+    value = number_in(cell, decimal=decimal)
     if not np.isfinite(value):
         raise InputError(f"{where} = {cell[:40]!r} is not a finite number; missing samples are empty or NaN")
     return value
 
 
 def _date(cell: str, where: str) -> float:
-    """A date in s since 2000, in steps of 1e-6 s or finer."""
+    """A date in s since 2000, in steps of 1e-6 s or finer, or a time of the day in s."""
+    if match := _OF_DAY.fullmatch(cell):
+        hours, minutes, whole, part = match.groups()
+        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(f"{whole}.{part or 0}")
     try:
         moment = datetime.fromisoformat(cell)
     except ValueError:

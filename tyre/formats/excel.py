@@ -1,5 +1,6 @@
 """Spreadsheets: names, units and samples as in a text table, or a whole sheet with its words."""
 
+import zipfile
 from collections.abc import Sequence
 from datetime import datetime, time, timedelta
 from pathlib import Path
@@ -15,6 +16,7 @@ from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal
 
 Rows = list[list[Any]]
+LARGEST = 250_000_000  # bytes of an unpacked spreadsheet
 
 
 def excel_contents(path: Path, reading: Reading) -> Contents:
@@ -68,6 +70,15 @@ def _plain(cell: Any) -> Any:
 
 def _sheets(path: Path) -> dict[str, Rows]:
     calamine = optional_module("python_calamine", extra="formats")
+    size = path.stat().st_size
+    if zipfile.is_zipfile(path):
+        with zipfile.ZipFile(path) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+    if size > LARGEST:
+        raise InputError(
+            f"{path}: holds {size / 1e6:,.0f} MB once unpacked, at most {LARGEST / 1e6:,.0f} MB are read of a "
+            "spreadsheet; export the table as CSV"
+        )
     with calamine.load_workbook(path) as book:
         return {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
 

@@ -9,7 +9,7 @@ import numpy as np
 from tyre.channel_map import Reading
 from tyre.errors import InputError
 from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, columns_of
+from tyre.signals import Column, Contents, Signal, check_budget, columns_of
 
 _UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
@@ -20,6 +20,7 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
     with h5py.File(path, "r") as file:
         if reading.table and reading.table not in file:
             raise InputError(f"{path}: no group {reading.table!r}; there are {', '.join(file)}")
+        refuse_foreign(h5py, path, file, reading.table)
         columns = {
             signal.name: (name, signal.unit)
             for name, dataset in _datasets(h5py, file, reading.table)
@@ -29,6 +30,7 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
     def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
         kept: dict[str, dict[str, Signal]] = {}
         with h5py.File(path, "r") as file:
+            check_budget(path, [file[home].size for home in {columns[name][0] for name in names}])
             for name in names:
                 home, unit = columns[name]
                 if home not in kept:
@@ -37,6 +39,27 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
                 yield Signal(name, signal.values[:most], signal.unit)
 
     return Contents(tuple(Column(name, unit) for name, (_, unit) in columns.items()), load)
+
+
+def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
+    """Refuse datasets whose values lie in other files, which the one at ``path`` may name as it likes."""
+
+    def check(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
+            raise InputError(f"{path}: {name} has its values in other files, which are not read; copy them into one")
+
+    if root and any(isinstance(file.get(part, getlink=True), h5py.ExternalLink) for part in _parts(root)):
+        raise InputError(f"{path}: {root} is a link to another file, which is not read; copy it into one")
+    if root and isinstance(file[root], h5py.Dataset):
+        check(root, file[root])
+    else:
+        (file[root] if root else file).visititems(check)
+
+
+def _parts(root: str) -> list[str]:
+    """Paths of a group and of all groups above it."""
+    names = root.strip("/").split("/")
+    return ["/".join(names[: count + 1]) for count in range(len(names))]
 
 
 def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
@@ -56,9 +79,9 @@ def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
 
 def _few(dataset: Any) -> Any:
     """Zeros of the type and proportions of a dataset, but only as many as tell its columns."""
-    width = min(dataset.shape, default=1)
+    width = min(dataset.shape) if len(dataset.shape) > 1 else 1
     zeros = np.broadcast_to(np.zeros((), dataset.dtype), dataset.shape)
-    return np.asarray(zeros[tuple(slice(2 * width) for _ in dataset.shape)])
+    return np.asarray(zeros[tuple(slice(2 * min(width, 10_000)) for _ in dataset.shape)])
 
 
 def _signals(name: str, values: Any, unit: str) -> Iterator[Signal]:

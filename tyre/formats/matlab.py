@@ -1,27 +1,39 @@
 """MATLAB files of versions 4 to 7.3: vectors, matrices, structures, tables and timetables."""
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from tyre.channel_map import Reading
 from tyre.errors import InputError, hint
+from tyre.formats.hdf5 import refuse_foreign
 from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, columns_of, seconds
+from tyre.signals import Column, Contents, Signal, check_budget, columns_of, seconds
+
+NAMES, UNITS = ("name", "names", "channel", "channels"), ("unit", "units")
+"""Fields of a structure that say what the variables beside it are called and measured in."""
 
 
 def matlab_contents(path: Path, reading: Reading) -> Contents:
     """List the channels: ``x``, ``s.field``, ``imu.gyro`` of a timetable, ``m(1)`` of a matrix."""
     matio = optional_module("matio", extra="formats")
-    if reading.table:
-        known = list(matio.whosmat(str(path)))
-        if reading.table not in known:
-            raise InputError(
-                f"{path}: no variable {reading.table!r}{hint(reading.table, known)}; there are {', '.join(known)}"
-            )
+    h5py = optional_module("h5py", extra="formats")
+    if h5py.is_hdf5(path):  # version 7.3
+        with h5py.File(path, "r") as file:
+            refuse_foreign(h5py, path, file)
+    known = matio.whosmat(str(path))
+    check_budget(path, [math.prod(shape or ()) for name, (shape, _) in known.items() if reading.table in ("", name)])
+    if reading.table and reading.table not in known:
+        raise InputError(
+            f"{path}: no variable {reading.table!r}{hint(reading.table, known)}; there are {', '.join(known)}"
+        )
     content = matio.load_from_mat(str(path), variable_names=reading.table or None, add_table_attrs=True)
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
     found = {signal.name: signal for name, value in variables.items() for signal in _signals(name, value)}
+    units = {name: unit for value in variables.values() for name, unit in _listed_units(value)}
+    found |= {name: replace(found[name], unit=unit) for name, unit in units.items() if name in found and unit}
 
     def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
         for name in names:
@@ -34,6 +46,24 @@ def matlab_contents(path: Path, reading: Reading) -> Contents:
     return Contents(columns, load, own_times=own)
 
 
+def _listed_units(value: Any) -> Iterator[tuple[str, str]]:
+    """Names and units that stand side by side in a structure (``channel.name``, ``channel.units``)."""
+    fields = getattr(getattr(value, "dtype", None), "names", None) or ()
+    name, unit = (next((field for field in fields if field.casefold() in words), "") for words in (NAMES, UNITS))
+    for entry in value.reshape(-1) if name and unit else ():
+        names, units = _texts(entry[name]), _texts(entry[unit])
+        yield from zip(names, units, strict=True) if len(names) == len(units) else ()
+
+
+def _texts(value: Any) -> list[str]:
+    """Texts of a cell array or of one text."""
+    if isinstance(value, str):
+        return [value.strip()]
+    if getattr(value, "dtype", None) is None or value.dtype.kind not in "OU":
+        return []
+    return [text for one in value.reshape(-1) for text in (_texts(one) if not isinstance(one, str) else [one.strip()])]
+
+
 def _signals(name: str, value: Any) -> Iterator[Signal]:
     if hasattr(value, "columns"):
         yield from _columns_of_frame(name, value)
@@ -41,8 +71,10 @@ def _signals(name: str, value: Any) -> Iterator[Signal]:
         entries = value.reshape(-1)
         for place, entry in enumerate(entries, 1):
             outer = name if len(entries) == 1 else f"{name}({place})"
+            unit = next((_texts(entry[field]) for field in value.dtype.names if field.casefold() in UNITS), [])
             for field in value.dtype.names:
-                yield from _signals(f"{outer}.{field}", entry[field])
+                for signal in _signals(f"{outer}.{field}", entry[field]):
+                    yield replace(signal, unit=unit[0]) if len(unit) == 1 and not signal.unit else signal
     elif getattr(value, "dtype", None) is not None and value.dtype.kind == "m":
         yield Signal(name, seconds(value.reshape(-1)), "s")
     else:

@@ -1,6 +1,7 @@
 """Measurement data format (ASAM MDF 3 and 4), also not finalised; CAN frames decoded with databases."""
 
 import logging
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,17 +12,17 @@ import numpy as np
 from tyre.channel_map import Reading
 from tyre.errors import InputError
 from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal
+from tyre.signals import Column, Contents, Signal, check_budget
 
+LARGEST = 64_000_000  # bytes of a database
+_DBC = re.compile(rb"(\xef\xbb\xbf)?(\s|//[^\n]*\n)*(VERSION|NS_|BS_|BU_|BO_|CM_)\b")
+_POWERS = re.compile(r"(?:\*\*|\^)\s*(?:(?!\d(?![\d.]))|\d\s*(?:\*\*|\^))")  # but to one digit, or chained
 _MASTER = (2, 3)  # channel types that are the times of others
 _NOT_DECODED = ("CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorFrame", "CAN_OverloadFrame", "LIN_Frame")
 
 
 def mdf_contents(path: Path, reading: Reading) -> Contents:
     """Channels by name, ``group/channel`` where a name stands in several groups; each has its own times."""
-    for file in reading.dbc:
-        if not file.is_file():
-            raise InputError(f"{path}: [reading]: no such database {file}")
     with _opened(path, reading) as (mdf, notes):
         places = _places(mdf)
         frames = any(channel.name.startswith(_NOT_DECODED) for channel in _channels(mdf))
@@ -33,6 +34,8 @@ def mdf_contents(path: Path, reading: Reading) -> Contents:
 
     def load(names: Sequence[str], most: int | None) -> list[Signal]:
         with _opened(path, reading) as (mdf, _):
+            groups = [mdf.groups[places[name][0]].channel_group for name in names]
+            check_budget(path, [2 * int(group.cycles_nr) for group in groups], most)
             return [_signal(path, mdf, name, *places[name], most) for name in names]
 
     return Contents(columns, load, notes, own_times=True)
@@ -49,6 +52,7 @@ def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
         raise InputError(f"{path}: no measurement file (it begins with {start!r}); is it damaged or another format?")
     if start == b"UnFinMF ":
         notes.append("the file was not finalised when the logger stopped: read as far as it was written")
+    databases = [(_database(file, path), 0) for file in reading.dbc]
     try:
         mdf = asammdf.MDF(path)
     except Exception as error:
@@ -58,12 +62,27 @@ def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
         if not reading.dbc:
             yield mdf, notes
             return
-        with mdf.extract_bus_logging({"CAN": [(str(file), 0) for file in reading.dbc]}) as decoded:
+        with mdf.extract_bus_logging({"CAN": databases}) as decoded:
             if not any(True for _ in _channels(decoded)):
                 raise InputError(f"{path}: {', '.join(map(str, reading.dbc))} decode none of its CAN frames")
             yield decoded, notes
     finally:
         mdf.close()
+
+
+def _database(file: Path, path: Path) -> Any:
+    """Parse a CAN database as what its content is: other types, which may hold code, never reach the library."""
+    from asammdf.blocks.utils import load_can_database
+
+    if not file.is_file():
+        raise InputError(f"{path}: [reading]: no such database {file}")
+    content = file.read_bytes() if file.stat().st_size <= LARGEST else b""
+    kind = "dbc" if _DBC.match(content) else "arxml" if b"<AUTOSAR" in content[:4096] and b"<!" not in content else ""
+    found = load_can_database(f"database.{kind}", contents=content) if kind else None
+    if found is None:
+        most = LARGEST // 1_000_000
+        raise InputError(f"{path}: [reading]: {file} is no CAN database in text as .dbc or .arxml, of up to {most} MB")
+    return found
 
 
 def _close_half_opened(error: BaseException) -> None:
@@ -105,6 +124,10 @@ def _places(mdf: Any) -> dict[str, tuple[int, int, str]]:
 
 
 def _signal(path: Path, mdf: Any, name: str, group: int, index: int, unit: str, most: int | None) -> Signal:
+    conversion = mdf.groups[group].channels[index].conversion
+    formula = str(getattr(conversion, "formula", "") or "")
+    if len(formula) > 500 or _POWERS.search(formula) or formula.count("**") + formula.count("^") > 4:
+        raise InputError(f"{path}: {name} is converted by the formula {formula[:60]!r}, which is not evaluated")
     found = mdf.get(group=group, index=index, record_count=most)
     values = found.samples
     if values.ndim != 1 or values.dtype.kind not in "fiub":

@@ -11,7 +11,7 @@ from tyre.arrays import Array
 from tyre.channel_map import Reading
 from tyre.formats.csv import names_and_units
 from tyre.progress import optional_module, progress_bar
-from tyre.signals import Column, Contents, Signal
+from tyre.signals import Column, Contents, Signal, check_budget
 
 LARGE = 1 << 23  # samples; more show how far they are read
 
@@ -38,7 +38,10 @@ def parquet_contents(path: Path, reading: Reading) -> Contents:
 
 def parquet_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
     """Names of the columns and then all rows, each with its place; empty text for what is missing."""
-    frame = optional_module("pyarrow.parquet", extra="formats").read_table(path).to_pandas()
+    parquet = optional_module("pyarrow.parquet", extra="formats")
+    metadata = parquet.read_metadata(path)
+    check_budget(path, [metadata.num_rows] * metadata.num_columns)
+    frame = parquet.read_table(path).to_pandas()
     if frame.index.name is not None:
         frame = frame.reset_index()
     rows = [("header", tuple(map(str, frame.columns)))]
@@ -61,6 +64,7 @@ def _read(path: Path, names: list[str], most: int | None) -> list[Array]:
     parquet = optional_module("pyarrow.parquet", extra="formats")
     with parquet.ParquetFile(path, page_checksum_verification=True, pre_buffer=False) as file:
         rows = file.metadata.num_rows if most is None else min(most, file.metadata.num_rows)
+        check_budget(path, [rows] * len(names))
         found = [np.empty(rows) for _ in names]
         starts: list[int | None] = [None] * len(names)
         done = 0

@@ -11,7 +11,7 @@ from tyre.arrays import Array
 from tyre.channel_map import Reading
 from tyre.errors import InputError
 from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, seconds
+from tyre.signals import Column, Contents, Signal, check_budget, seconds
 
 
 def tdms_contents(path: Path, reading: Reading) -> Contents:
@@ -33,6 +33,7 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
 
     def load(names: Sequence[str], most: int | None) -> list[Signal]:
         with nptdms.TdmsFile.open(path) as file:
+            check_budget(path, [len(file[homes[name][0]][homes[name][1]]) for name in names], most)
             return [_signal(file, name, *homes[name], most) for name in names]
 
     own = bool(listed) and all(timed for *_, timed in listed)

@@ -26,7 +26,9 @@ _SINGLE = ("HEADER", "CONSTANTS", "MEASURCHANNELS", "MEASURDATA", "END")
 _KEYWORDS = (*_SINGLE, "COMMENTS", "MODELDEFINITION", "MODELPARAMETERS", "MODELCOEFFICIENTS", "MODELCHANNELS",
              "MODELOUTPUTS", "MODELEND")  # fmt: skip
 _KEYWORD_LINE = re.compile(r"^\*\*[^\r\n]*(?:\r\n|\r|\n|\Z)", re.MULTILINE)
+_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 _FIELD = 10  # columns
+_TOO_WIDE = "{source}: channel {name} reaches {largest:g}, too wide for its field"
 
 
 @dataclass(frozen=True)
@@ -154,6 +156,8 @@ def _parsed(text: str, source: str) -> TydexDocument:
         raise InputError(f"{source}: keyword **HEADER is missing; is this a TYDEX file?")
     if "END" not in names:
         raise InputError(f"{source}: keyword **END is missing; the file seems to be cut off")
+    if "," in (data := bodies.get("MEASURDATA", "")) and "." not in data:  # decimal commas, in the whole file
+        bodies |= {name: _DECIMAL_COMMA.sub(".", bodies.get(name, "")) for name in _SINGLE[1:4]}
     return TydexDocument(bodies, announced, source)
 
 
@@ -191,7 +195,7 @@ def _print_numbers(measured: Array, names: Sequence[str], source: str) -> str:
         largest = float(np.nanmax(np.abs(measured[:, index]), initial=0.0))
         digits = len(str(int(largest + 0.5))) if np.isfinite(largest) else _FIELD
         if digits > _FIELD - 3:
-            raise InputError(f"{source}: channel {name} reaches {largest:g}, too wide for its field")
+            raise InputError(_TOO_WIDE.format(source=source, name=name, largest=largest))
         decimals = _FIELD - 3 - digits
         rounded[:, index] = np.round(measured[:, index], decimals) + 0.0  # no negative zero
         template += f"%{_FIELD}.{decimals}f"

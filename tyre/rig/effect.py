@@ -12,7 +12,6 @@ import numpy as np
 
 from tyre.arrays import Array
 from tyre.errors import InputError, is_number, shown
-from tyre.magic_formula import magic_formula
 from tyre.recording import Condition
 
 
@@ -21,7 +20,7 @@ class RigTyre:
     """The truth of one tyre at one load and pressure (SI units).
 
     Steady side force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
-    aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2).
+    aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2). The slip of a rolling tyre lags.
     """
 
     cornering_stiffness: float  # N/rad
@@ -34,7 +33,7 @@ class RigTyre:
     offset_force: float = 0.0  # Sv, N
     offset_slip: float = 0.0  # Sh, rad
     rim_stiffness: float = np.inf  # N/m; inf for a rigid rim
-    relaxation: bool = True  # the force of the rolling tyre lags
+    relaxation: bool = True  # the slip of the rolling tyre lags
     softening: float = 0.0  # share by which a pull is softer at its end
 
     @property
@@ -45,8 +44,8 @@ class RigTyre:
     def steady_force(self, slip: Array) -> Array:
         """Side force of the steadily rolling tyre, N (n,), at ``slip`` (n,), rad."""
         u = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
-        curve = magic_formula(u, shape_factor=self.shape, curvature_factor=self.curvature)
-        return np.asarray(self.offset_force + self.peak_force * curve)
+        bent = (1.0 - self.curvature) * u + self.curvature * np.arctan(u)
+        return np.asarray(self.offset_force + self.peak_force * np.sin(self.shape * np.arctan(bent)))
 
 
 Contribution = Array | float

@@ -1,4 +1,7 @@
-"""A simulated rig: synthetic slip sweeps, pulls and campaigns of the paper's protocol."""
+"""A simulated rig: synthetic slip sweeps, pulls and campaigns of the paper's protocol.
+
+It computes with no code of the fits, which are judged by it.
+"""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -8,12 +11,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from scipy.signal import lsim
 
 from tyre.errors import InputError, refuse_unknown
 from tyre.files import write_text
-from tyre.magic_formula import saturation
 from tyre.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
-from tyre.relaxation import first_order_lag
 from tyre.rig.effect import Channels, RigEffect, RigTyre, simulated_effects
 from tyre.rig.effects.mechanics import Remounting, RigFriction, RimCompliance
 from tyre.rig.effects.sensors import DialGauge, LoadCellDrift, Noise, SensorGain
@@ -98,11 +100,12 @@ def _roll(
 ) -> RigRun:  # fmt: skip
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
-    steady = tyre.steady_force(slip)
-    step = (time[1] - time[0]) * speed / tyre.relaxation_length
-    force = first_order_lag(steady, step=step) if tyre.relaxation else steady
-    x = slip + tyre.offset_slip
-    trail = tyre.pneumatic_trail / (1.0 + (x / tyre.trail_slip) ** 2)
+    lagged = slip
+    if tyre.relaxation:  # length d(lagged)/d(distance) = slip - lagged, with slip linear between the samples
+        rate = speed / tyre.relaxation_length
+        _, lagged, _ = lsim(([[-rate]], [[rate]], [[1.0]], [[0.0]]), slip, time - time[0], slip[0])
+    force = tyre.steady_force(lagged)
+    trail = tyre.pneumatic_trail / (1.0 + ((lagged + tyre.offset_slip) / tyre.trail_slip) ** 2)
     full = np.full_like(time, 1.0)
     channels: Channels = {
         "time": time,
@@ -140,7 +143,7 @@ class CampaignPlan:
 def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
     """A made-up tyre of the size of a 26 mm racing tyre, smooth in ``load`` (N) and ``pressure`` (Pa)."""
     f, p = load / 400.0, pressure / 5.5e5
-    stiffness = 7600.0 * saturation(load / (560.0 * p**0.15)) / p**0.05
+    stiffness = 7600.0 * np.sin(2.0 * np.arctan(load / (560.0 * p**0.15))) / p**0.05
     return RigTyre(
         cornering_stiffness=float(stiffness), lateral_stiffness=float(60e3 * p**0.65 * f**0.05),
         peak_force=float(1.05 * load), shape=1.4, curvature=0.1, pneumatic_trail=float(0.018 * f**0.5 / p**0.3),

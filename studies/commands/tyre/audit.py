@@ -15,8 +15,11 @@ from studies.reporting.command_context import example
     "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True,
     help="Folder for paper_audit.csv and paper_audit.md, or one .csv or .md file.",
 )  # fmt: skip
+@click.option(
+    "--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for its Figs. 1, 5-6 and 9-14, redrawn."
+)
 @click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
-def command(out: Path, json_file: str | None) -> None:
+def command(out: Path, figures: Path | None, json_file: str | None) -> None:
     """Test every quantitative claim of the tyre paper on the values of its own tables.
 
     Prints claim, value of the text, value from the tables and verdict (holds, partly, fails), and writes the same with
@@ -27,13 +30,16 @@ def command(out: Path, json_file: str | None) -> None:
 
     from tabulate import tabulate
 
-    from studies.paper_audit import audit, write
+    from studies.paper_audit import audit, draw_paper_figures, write
     from studies.reporting.manifest import results
     from tyre.files import write_text
 
     records = audit()
     with nullcontext() if out.suffix and not out.is_dir() else results(out):
         files = write(records, out)
+    if figures:
+        figures.mkdir(parents=True, exist_ok=True)
+        draw_paper_figures(figures)
     text = json.dumps({"claims": records}, indent=2)
     if json_file == "-":
         click.echo(text)

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from studies.channel_options import chosen_map, takes_channels
+from studies.command_options import FINITE, WORKERS
 from studies.reporting.command_context import example
 from tyre.errors import InputError
 
@@ -20,18 +21,46 @@ from tyre.errors import InputError
     "--skip-bad/--stop-at-bad", default=True, show_default=True,
     help="Leave out files that cannot be used and list them with the reason, or stop at the first.",
 )  # fmt: skip
-@click.option("--jobs", type=click.IntRange(min=1), help="Worker processes (default: one per processor).")
-@click.option("--force-calibration", default=0.3, show_default=True, help="Standard uncertainty of the force gain, %.")
-@click.option("--slip-calibration", default=0.3, show_default=True, help="Standard uncertainty of the slip gain, %.")
-@click.option("--gauge-calibration", default=0.2, show_default=True, help="Standard uncertainty of the dial gauges, %.")
+@click.option("--jobs", type=WORKERS, help="Worker processes (default: one per processor).")
 @click.option(
-    "--repeatability", default=1.0, show_default=True, help="Scatter of one recording where there are no repeats, %."
+    "--force-calibration",
+    type=FINITE,
+    default=0.3,
+    show_default=True,
+    help="Standard uncertainty of the force gain, %.",
 )
 @click.option(
-    "--load-tolerance", default=5.0, show_default=True,
+    "--slip-calibration",
+    type=FINITE,
+    default=0.3,
+    show_default=True,
+    help="Standard uncertainty of the slip gain, %.",
+)
+@click.option(
+    "--gauge-calibration",
+    type=FINITE,
+    default=0.2,
+    show_default=True,
+    help="Standard uncertainty of the dial gauges, %.",
+)
+@click.option(
+    "--repeatability",
+    type=FINITE,
+    default=1.0,
+    show_default=True,
+    help="Scatter of one recording where there are no repeats, %.",
+)
+@click.option(
+    "--load-tolerance", type=FINITE, default=5.0, show_default=True,
     help="Largest distance of the measured from the declared load, %.",
 )  # fmt: skip
-@click.option("--wheel-radius", default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
+@click.option(
+    "--wheel-radius",
+    type=FINITE,
+    default=0.34,
+    show_default=True,
+    help="Radius of wheel and tyre, m.",
+)
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
 @click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
 def command(
@@ -39,11 +68,12 @@ def command(
     skip_bad: bool, jobs: int | None, force_calibration: float, slip_calibration: float, gauge_calibration: float,
     repeatability: float, load_tolerance: float, wheel_radius: float, every_residual: bool, no_lag_correction: bool,
 ) -> None:  # fmt: skip
-    """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write tables, maps, .tir files and figures.
+    """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write a report, tables, maps and .tir files.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
 
-    Results of single files are kept in OUT/cache, so an interrupted run goes on where it was.
+    Fits of single files are kept in OUT/.cache, so an interrupted run goes on where it was. Beside a campaign of
+    `velotyre tyre simulate`, the report compares the fit with the truth.
     """
     import json
 
@@ -66,7 +96,7 @@ def command(
     for path in passed_over(folder, exclude=out):
         click.echo(f"note: {path.relative_to(folder)}: passed over, for it has no sidecar", err=True)
     campaign = fit_campaign(
-        folder, settings=settings, cache_folder=out / "cache", exclude=out, skip_bad=skip_bad, jobs=jobs,
+        folder, settings=settings, cache_folder=out / ".cache", exclude=out, skip_bad=skip_bad, jobs=jobs,
         wheel_radius=wheel_radius, channel_map=chosen_map(channels_file, channel_texts),
     )  # fmt: skip
     for name, reason in campaign.skipped.items():
@@ -82,7 +112,7 @@ def command(
             write_text(json_file, text)
     click.echo(
         f"{len(campaign.conditions)} conditions, {len(campaign.skipped)} files skipped; "
-        f"{len(written)} files in {out}, see {out / 'report.md'}",
+        f"{len(written)} files in {out}, see {out / 'report.html'}",
         err=to_stdout,
     )
     for table in sorted((out / "maps").glob("*.csv")):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.command_options import COUNT, SEED
 from studies.reporting.command_context import example
 from tyre.errors import InputError
 
@@ -15,15 +16,15 @@ if TYPE_CHECKING:
 
 @click.command(epilog=example("velotyre tyre simulate campaign --seed 1"))
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--seed", type=click.IntRange(0), required=True, help="Seed of the random numbers.")
+@click.option("--seed", type=SEED, required=True, help="Seed of the random numbers.")
 @click.option("--name", default="Synthetic tyre", show_default=True, help="Name of the tyre.")
 @click.option("--loads", default="340,400,490", show_default=True, help="Vertical loads, N.")
 @click.option("--pressures", default="3.5,5.5,7.5", show_default=True, help="Inflation pressures, bar.")
 @click.option("--surfaces", default="flat", show_default=True, help="flat, drum or flat,drum.")
 @click.option("--rates", default="1,2", show_default=True, help="Slip rates, deg/s.")
-@click.option("--sweeps", default=1, show_default=True, help="Slip sweeps per condition and rate.")
-@click.option("--pulls", default=2, show_default=True, help="Pull tests per flat-track condition.")
-@click.option("--steps", default=0, show_default=True, help="Slip steps per condition.")
+@click.option("--sweeps", type=COUNT, default=1, show_default=True, help="Slip sweeps per condition and rate.")
+@click.option("--pulls", type=COUNT, default=2, show_default=True, help="Pull tests per flat-track condition.")
+@click.option("--steps", type=COUNT, default=0, show_default=True, help="Slip steps per condition.")
 @click.option("--axes", default="adapted SAE", show_default=True, help="ISO, SAE or adapted SAE.")
 @click.option("--format", "file_format", default="csv", show_default=True, help="csv, tdx or mixed.")
 @click.option(

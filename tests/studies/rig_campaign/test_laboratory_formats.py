@@ -150,4 +150,4 @@ def test_an_interrupt_leaves_nothing_behind(campaign, tmp_path, monkeypatch, cap
         main(["tyre", "fit", str(tmp_path / "lab"), "--out", str(tmp_path / "fit")])
     assert stop.value.code == 130
     assert capsys.readouterr().err.splitlines()[-1] == "velotyre: interrupted"
-    assert [path.name for path in (tmp_path / "fit").rglob("*")] == ["cache"]
+    assert [path.name for path in (tmp_path / "fit").rglob("*")] == [".cache"]

@@ -1,8 +1,10 @@
 """What a campaign leaves behind: tables, report and figures, marked where they are synthetic."""
 
 import json
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from studies.rig_campaign import report_text, save_figures, stiffness_over_load, write_campaign
@@ -39,6 +41,39 @@ def test_the_conditions_are_written_as_json_and_every_file_is_told(rig_campaign,
     assert json.loads((out / "conditions.json").read_text()) == rig_campaign[0].as_json()
     sidecars = {path.with_suffix(".toml") for path in written if path.parent.name == "maps"}
     assert {path for path in out.rglob("*") if path.is_file()} == {*written, *sidecars}
+
+
+def test_the_page_shows_what_the_report_does(results):
+    out, written = results
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert {out / "report.md", out / "report.html"} <= set(written)
+    pictures = re.findall(r'<img alt="[^"]+" src="([^"]+)"', page)
+    assert sorted(out / name for name in pictures) == sorted(path for path in written if path.suffix == ".png")
+    assert page.count("<table>") == (out / "report.md").read_text().count("|---|\n")
+    assert "SYNTHETIC" in page
+
+
+def test_truth_of_a_simulated_campaign_stands_beside_the_fit(rig_campaign, rig_folder, results, tmp_path):
+    campaign, text = rig_campaign[0], (results[0] / "report.md").read_text()
+    truth = json.loads((rig_folder / "truth.json").read_text())["conditions"]
+    table = text.split("## Against the truth (synthetic)")[1].split("\n## ")[0]
+    rows = [[x.strip() for x in line.strip("|").split("|")] for line in table.splitlines() if line.startswith("| ")][1:]
+    assert len(rows) == 3 * len(campaign.conditions) == 3 * len(truth)
+    for number, t in enumerate(sorted(truth, key=lambda t: (t["surface"] != "flat", t["load_N"]))):
+        expected = (np.radians(t["cornering_stiffness_N_per_rad"]), t["lateral_stiffness_N_per_m"] / 1e3,
+                    t["relaxation_length_m"] * 1e3)  # fmt: skip
+        for row, true in zip(rows[3 * number : 3 * number + 3], expected, strict=True):
+            value, low, high = map(float, re.findall(r"[\d.]+", row[3]))
+            assert float(row[2]) == pytest.approx(true, abs=0.051)
+            assert float(row[4]) == pytest.approx(100 * (value / true - 1), abs=0.06)
+            assert row[5] == ("yes" if low <= true <= high else "no")
+    inside = sum(row[5] == "yes" for row in rows)
+    assert f"{inside} of {len(rows)} intervals hold the truth" in table
+    measured = replace(campaign, conditions=tuple(replace(c, synthetic=False) for c in campaign.conditions))
+    for file in ("[]", "no JSON"):
+        (tmp_path / "truth.json").write_text(file)
+        assert "Against the truth" not in report_text(replace(campaign, folder=tmp_path), [], [], tmp_path)
+    assert "Against the truth" not in report_text(measured, [], [], tmp_path)
 
 
 def test_names_in_the_report_are_no_markup(rig_campaign, tmp_path):

@@ -132,6 +132,45 @@ def test_frames_without_a_database_or_with_a_wrong_one(bus):
         read_signals(path, dbc=[path.with_suffix(".dbc")])
 
 
+@pytest.mark.parametrize("ending", ["xlsx", "dbc"])
+def test_a_database_is_taken_by_its_content_and_none_that_may_hold_code(bus, tmp_path, monkeypatch, ending):
+    """The loader of spreadsheets for CAN databases executes column headings."""
+    import openpyxl
+
+    monkeypatch.chdir(tmp_path)
+    book = openpyxl.Workbook()
+    code = "frame.comment=open('OWNED.txt','w').write('x'); frame.comment"
+    for row in (["ID", "Frame Name", "Signal Not Available", "Value", code], ["123h", "F", "", "", "''"]):
+        book.active.append(row)
+    book.save(tmp_path / "can.xlsx")
+    path = (tmp_path / "can.xlsx").rename(tmp_path / f"can.{ending}")
+    with pytest.raises(InputError, match=rf"can\.{ending} is no CAN database in text as \.dbc or \.arxml"):
+        read_signals(bus[0], dbc=[path])
+    assert not (tmp_path / "OWNED.txt").exists()
+    good = path.with_suffix(".txt")
+    good.write_text(DBC)
+    np.testing.assert_allclose(read_signals(bus[0], dbc=[good])["steer"].values, bus[2], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("formula", "allowed"), [("0.5*X1+2", True), ("X1^2", True), ("X1*0+9**9**9", False),
+                                                  ("9**(9**9)", False)])  # fmt: skip
+def test_a_formula_without_end_is_not_evaluated(tmp_path, formula, allowed):
+    from asammdf import MDF, Signal
+    from asammdf.blocks import v4_blocks, v4_constants
+
+    with MDF(version="4.10") as file:
+        file.append([Signal(np.arange(100), TIME, name="x", unit="deg/s")])
+        file.groups[0].channels[1].conversion = v4_blocks.ChannelConversion(
+            conversion_type=v4_constants.CONVERSION_TYPE_ALG, formula=formula
+        )
+        file.save(tmp_path / "a.mf4", overwrite=True)
+    if allowed:
+        assert read_signals(tmp_path / "a.mf4")["x"].values.size == 100
+        return
+    with pytest.raises(InputError, match=r"x is converted by the formula .* which is not evaluated"):
+        read_signals(tmp_path / "a.mf4")
+
+
 # TDMS
 
 
@@ -217,6 +256,29 @@ def test_hdf5_groups_matrices_and_compounds(tmp_path):
         contents(tmp_path / "a.h5", reading=Reading(table="rig"))
 
 
+def test_values_in_other_files_are_not_read(tmp_path):
+    """External storage, virtual datasets and links may name any file of the reader's."""
+    import h5py
+
+    (tmp_path / "secret.bin").write_bytes(bytes(80))
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = WAVE
+    layout = h5py.VirtualLayout((100,), "f8")
+    layout[:] = h5py.VirtualSource(tmp_path / "other.h5", "x", (100,))
+    makers = {
+        "stored": lambda file: file.create_dataset("x", (10,), "f8", external=[(str(tmp_path / "secret.bin"), 0, 80)]),
+        "virtual": lambda file: file.create_virtual_dataset("x", layout),
+        "linked": lambda file: file.__setitem__("x", h5py.ExternalLink(str(tmp_path / "other.h5"), "/x")),
+    }
+    for name, make in makers.items():
+        with h5py.File(tmp_path / f"{name}.h5", "w") as file:
+            make(file)
+        with pytest.raises(InputError, match="other file|holds no channels"):
+            contents(tmp_path / f"{name}.h5")
+        with pytest.raises(InputError, match="other file"):
+            contents(tmp_path / f"{name}.h5", reading=Reading(table="x"))
+
+
 # Parquet
 
 
@@ -294,6 +356,43 @@ def test_dates_and_words_in_sheets(tmp_path):
 
 
 # Any of them
+
+
+def many_samples_of_hdf5(path):
+    import h5py
+
+    with h5py.File(path, "w") as file:  # none of them is written: 2 kB
+        file.create_dataset("x", (300_000_000,), "f8", chunks=(1_000_000,), compression="gzip")
+
+
+def many_samples_of_parquet(path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({"x": np.zeros(5_000_000)})
+    with pq.ParquetWriter(path, table.schema, compression="zstd") as file:
+        for _ in range(25):
+            file.write_table(table)
+
+
+def many_rows_of_a_spreadsheet(path):
+    import zipfile
+
+    write_sheets(path, A=[["t"], [0]])
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as parts:
+        parts.writestr("xl/worksheets/sheet2.xml", b"<row><c><v>1</v></c></row>" * 12_000_000)
+
+
+@pytest.mark.parametrize(("name", "write", "words"), [
+    ("a.h5", many_samples_of_hdf5, "1 channels of up to 300,000,000 samples are 300,000,000 numbers, at most"),
+    ("a.parquet", many_samples_of_parquet, "1 channels of up to 125,000,000 samples are 125,000,000 numbers"),
+    ("a.xlsx", many_rows_of_a_spreadsheet, "holds 312 MB once unpacked, at most 250 MB are read of a spreadsheet"),
+])  # fmt: skip
+def test_a_small_file_of_many_numbers_is_refused_with_its_size(tmp_path, name, write, words):
+    write(tmp_path / name)
+    assert (tmp_path / name).stat().st_size < 1e6
+    with pytest.raises(InputError, match=words):
+        read_signals(tmp_path / name)
 
 
 @pytest.mark.parametrize(

@@ -61,8 +61,11 @@ class RigFriction(RigEffect):
     )  # fmt: skip
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
-        deflection = channels["plate_displacement"] - channels["rim_displacement"]
-        channels["side_force"] += self.force * dahl_friction(deflection, presliding=self.presliding, start=0.0)
+        travel = np.diff(channels["plate_displacement"] - channels["rim_displacement"], prepend=0.0)
+        left, share = np.exp(-np.abs(travel) / self.presliding), 0.0
+        for n, way in enumerate(np.sign(travel)):  # presliding dT/d(travel) = sign - T, exactly along each reading
+            share = way + (share - way) * left[n]
+            channels["side_force"][n] += self.force * share
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
-from tyre.noise import draw_ar1
 from tyre.rig.effect import Channels, RigEffect, RigParameter, Term, declared, needs_pull, needs_sweep
 
 _DELAY = RigParameter("delay", "s", (-0.01, 0.01), least=5e-4)
@@ -119,7 +119,10 @@ class Noise(RigEffect):
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         n = channels["time"].size
         step = (channels["time"][-1] - channels["time"][0]) / (n - 1)
-        correlated = draw_ar1(n, memory=float(np.exp(-step / self.correlation_time)), rng=rng)
+        memory, before = float(np.exp(-step / self.correlation_time)), rng.standard_normal()
+        drawn = np.sqrt(1.0 - memory**2) * rng.standard_normal(n)
+        drawn[0] += memory * before  # stationary from the first sample
+        correlated = lfilter([1.0], [1.0, -memory], drawn)
         channels["side_force"] += self.white * rng.standard_normal(n) + self.correlated * correlated
         channels["slip_angle"] += self.slip * rng.standard_normal(n)
         channels["vertical_load"] += self.load * rng.standard_normal(n)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tyre.arrays import Array
-from tyre.contact_patch import flat_over_drum
 from tyre.recording import Condition
 from tyre.rig.effect import Channels, RigEffect, RigParameter, RigTyre, SweepTerms, Term, declared, needs_sweep
 
@@ -38,10 +37,8 @@ class DrumCurvature(RigEffect):
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         if condition.surface != "drum" or condition.drum_radius is None:
             return tyre
-        ratio = flat_over_drum(
-            exponent=self.exponent, wheel_radius=self.wheel_radius, drum_radius=condition.drum_radius
-        )
-        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / float(ratio))
+        ratio = (1.0 + self.wheel_radius / condition.drum_radius) ** self.exponent
+        return replace(tyre, cornering_stiffness=tyre.cornering_stiffness / ratio)
 
 
 def _stiffen(terms: SweepTerms, *, exponent: Array) -> None:
@@ -89,7 +86,7 @@ class PlySteer(RigEffect):
 
 @dataclass(frozen=True)
 class SweepLag(RigEffect):
-    """The force follows slip over the relaxation length, (length / v) dF/dt + F = F_steady (Dell'Orto et al., eq. 1).
+    """The slip lags over the relaxation length, (length / v) dx/dt + x = slip, and the force is on the curve at x.
 
     If the reference knows the length, the effect is there or not: its size is not asked.
     """
