@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import WORKERS
 from studies.reporting.command_context import example, verbose
 
 
@@ -15,13 +16,14 @@ from studies.reporting.command_context import example, verbose
     "--out", "folder", metavar="DIR", help="Write the report (HTML, Markdown, figures, corrected model) there."
 )
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
-@click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this motor too (steer_assist).")
+@click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this too: steer_assist, rotating_mass ...")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
 @click.option("--no-stability", is_flag=True, help="With --out: do not judge variants of noise, priors and data.")
-@click.option("--workers", type=click.IntRange(1), help="Processes for the variants; default: one a core, up to 4.")
+@click.option("--as-read", is_flag=True, help="Search even if another unit or sign explains the data far better.")
+@click.option("--workers", type=WORKERS, help="Processes for the variants; default: one a core, up to 4.")
 def command(
     measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
-    workers: int | None, *, no_stability: bool,
+    workers: int | None, *, no_stability: bool, as_read: bool,
 ) -> None:  # fmt: skip
     from os import cpu_count
     from pathlib import Path
@@ -32,7 +34,7 @@ def command(
     from studies.diagnosis.measurement_file import read_measurement
     from studies.diagnosis.report import record, terminal, write_report
     from studies.reporting.manifest import results
-    from studies.reporting.output import check_targets, print_warnings, write_json
+    from studies.reporting.output import check_targets, write_json
     from tyre.errors import InputError
     from tyre.progress import progress_bar
 
@@ -40,7 +42,7 @@ def command(
         raise InputError(f"--out {folder} is a file; give a folder")
     check_targets(json=json_file)
     started = perf_counter()
-    found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True)
+    found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True, as_read=as_read)
     took = perf_counter() - started
     findings = find(found)
     if folder and not no_stability:
@@ -59,4 +61,3 @@ def command(
         write_json(record(found, findings), json_file)
     if json_file != "-":
         click.echo(terminal(found, findings, str(Path(folder) / "report.html") if folder else ""))
-        print_warnings(found.verdict.warnings)

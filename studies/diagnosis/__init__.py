@@ -8,7 +8,7 @@ from studies.diagnosis.corrected_model import Corrected, corrected, corrected_mo
 from studies.diagnosis.diagnose import Diagnosis, diagnose
 from studies.diagnosis.doubts import doubts
 from studies.diagnosis.family import Family
-from studies.diagnosis.figures import draw_all, draw_before_after, draw_gap, residuals
+from studies.diagnosis.figures import draw_before_after, residuals
 from studies.diagnosis.findings import (
     Findings,
     Predicted,
@@ -16,7 +16,6 @@ from studies.diagnosis.findings import (
     find,
     leading_two,
     predict,
-    standing,
     with_stability,
 )
 from studies.diagnosis.frequency_response import FrequencyResponses
@@ -29,7 +28,7 @@ from studies.diagnosis.measurement_file import (
     read_measurement,
 )
 from studies.diagnosis.modal import Modal, ModalPoint
-from studies.diagnosis.report import model_files, page, record, terminal, write_report
+from studies.diagnosis.report import draw_all, model_files, page, record, terminal, write_report
 from studies.diagnosis.residual import PAIRS, Residual, Selector, SpeedScale, candidate, fit_residual, keys, term_names
 from studies.diagnosis.rig_numbers import RigNumbers
 from studies.diagnosis.rig_recordings import RigRecordings
@@ -44,28 +43,24 @@ __all__ = [
     "Family", "Findings", "FrequencyResponses", "Histories", "JointData", "Kind", "Modal", "ModalPoint", "Predicted",
     "Reference", "Residual", "RigNumbers", "RigRecordings", "Selector", "SpeedScale", "SteerSpline", "TyreKind",
     "TyreTables", "available_measurements", "candidate", "coordinates_of", "corrected", "corrected_model", "diagnose",
-    "doubts", "draw_all", "draw_before_after", "draw_gap", "example_measurement", "find", "find_candidates",
+    "doubts", "draw_all", "draw_before_after", "example_measurement", "find", "find_candidates",
     "fit_residual", "keys", "leading_two", "model_files", "model_text", "nuisances", "packaged_measurement", "page",
-    "predict", "read_measurement", "record", "residuals", "standing", "term_names", "terminal", "torque_jumps",
+    "predict", "read_measurement", "record", "residuals", "term_names", "terminal", "torque_jumps",
     "with_stability", "write_report",
 ]  # fmt: skip
 
 HOMES = {
-    "FACTORS": "studies.diagnosis.doubts",
-    "GAP": "studies.diagnosis.figures",
+    "BEFORE_AFTER": "studies.diagnosis.figures",
     "draw_traces": "studies.diagnosis.figures",
     "fate": "studies.diagnosis.labels",
-    "known_factor": "studies.diagnosis.doubts",
     "listed": "studies.diagnosis.labels",
     "misfit": "studies.diagnosis.labels",
     "number": "studies.diagnosis.labels",
-    "percent": "studies.diagnosis.labels",
     "probability": "studies.diagnosis.labels",
     "responses_of_runs": "studies.diagnosis.spectra",
     "said": "studies.diagnosis.labels",
     "term_name": "studies.diagnosis.labels",
     "titles": "studies.diagnosis.labels",
-    "values_of": "studies.diagnosis.labels",
 }
 
 __getattr__, __dir__ = door(__name__, HOMES)

@@ -12,7 +12,7 @@ taken before the patch slides, just after a reversal, must be left out. A tyre a
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -27,6 +27,7 @@ from bicycle.model import Model
 from bicycle.responses import LINEAR_UP_TO
 from studies.diagnosis.bicycle_kind import BicycleKind, refuse_repeats
 from studies.diagnosis.candidates import feedback_terms
+from studies.diagnosis.doubts import ANGLES
 from studies.diagnosis.family import Family
 from studies.diagnosis.mistakes import FRICTION, error, friction_candidate, mistake
 from studies.inference import kind as base
@@ -255,13 +256,6 @@ def _distinct_arms(readings: Sequence[Reading]) -> list[float]:
 
 # ---- the kind ----
 
-KGF = (
-    "the torques at the bar change by 1/{ratio:.3g} of what {model} says; are the torques in kgf m? N m is expected",
-    "the torques at the bar change by 1/{ratio:.3g} of what {model} says; are the forces in kgf (N is expected), or "
-    "the lever arms ten times as long as stated?",
-)
-"""Question if torques, or forces, were read."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Bench(BicycleKind, kind="bench"):
@@ -417,23 +411,14 @@ class Bench(BicycleKind, kind="bench"):
                 found.append(Proposal(f"{what}, {CONDITIONS[condition]}", np.full(len(states), sd), predict))
         return tuple(found)
 
-    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
-        """Torques that change by 1/9.81 of the computed ones: they, or the forces, were written in kgf."""
-        measured, sd = self.data
-        series, kgf = np.array(self.rows.series), 1 / 9.80665
-        seen, there = measured / sd, measured / sd - gap
-        for name in dict.fromkeys(self.rows.series):
-            rows = series == name
-            constant = 1 / sd[rows] / np.linalg.norm(1 / sd[rows])
-            seen[rows] -= constant * (constant @ seen[rows])
-            there[rows] -= constant * (constant @ there[rows])
-        size = float(np.linalg.norm(there))
-        if len(series) - len(set(series)) < 3 or not (np.isfinite(size) and size > 0):
-            return ()
-        ratio = float(seen @ there) / size**2
-        rest = float(np.linalg.norm(seen - ratio * there))
-        near = abs(ratio / kgf - 1) < 0.15 and 1 / size < 0.1 * kgf  # 1 sd of the ratio is known by the noise alone
-        if not near or not rest < 0.3 * float(np.linalg.norm(seen)):
-            return ()
-        by_force = any(reading.arm > 0 for reading in self.readings)
-        return (KGF[by_force].format(ratio=1 / ratio, model=model),)
+    def misreadings(self) -> Iterator[tuple[str, Self]]:
+        """Torques, or forces, of the other sign or in kgf; the angle of the other sign or in degrees."""
+        read = "force" if any(r.arm > 0 for r in self.readings) else "steer_torque"
+        for what, factor in {"of the opposite sign": -1.0, "in kgf": 9.80665}.items():
+            found = (replace(r, torque=factor * r.torque, sd=abs(factor) * r.sd) for r in self.readings)
+            yield f"{read} {what}", replace(self, readings=tuple(found))
+        for what, factor in ANGLES.items():
+            yield (
+                f"steer {what}",
+                replace(self, readings=tuple(replace(r, steer=factor * r.steer) for r in self.readings)),
+            )

@@ -15,7 +15,7 @@ from bicycle.identification.recording import MOTOR_IN_TORQUE
 from bicycle.model import Model, check_compatible
 from studies.diagnosis.candidates import LEFT_OUT, feedback_terms, find_candidates, nuisances, physical, reversed_signs
 from studies.diagnosis.family import Family
-from studies.diagnosis.figures import BEFORE_AFTER, GAP
+from studies.diagnosis.figures import BEFORE_AFTER
 from studies.diagnosis.mistakes import geometry_errors, one_speed, wrong_geometry
 from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal
@@ -172,16 +172,10 @@ class BicycleKind(Kind):
     # ---- report ----
 
     def figures(self) -> dict[str, Figure]:
-        return {"gap": GAP, "before_after": BEFORE_AFTER}
+        return {"before_after": BEFORE_AFTER}
 
     def on(self, model: Model) -> Self:
         return replace(self, model=model)
-
-    def model_with(self, final: Fit) -> Model | None:
-        try:
-            return self.with_named(final)
-        except InputError:
-            return None
 
     def with_named(self, final: Fit) -> Model:
         """The base model with the effects of ``final`` and a geometry that the file states wrongly."""
@@ -193,7 +187,7 @@ def with_named(model: Model, final: Fit) -> Model:
     bicycle, wrong = model.bicycle, wrong_geometry(final)
     if wrong:  # what follows the geometry still does
         moved = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
-        model = Model(bicycle.replace(**moved), model.effects)
+        model = Model(bicycle.replace(**moved, allow_unusual=True), model.effects)
     for c in sorted(final.candidates, key=lambda c: c.replaces is None):
         if c.effect is not None:
             model = model.with_effect(physical(c, final.theta[final.columns(c)].tolist()))

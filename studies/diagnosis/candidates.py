@@ -57,8 +57,8 @@ def find_candidates(
 def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, asked: bool) -> str | None:
     if not effect.nameable:
         return NO_CAUSE
-    if effect.powered and not asked:
-        return f"a motor: tried on request, --with {effect.identifier}"
+    if (effect.powered or effect.on_request) and not asked:
+        return f"{effect.on_request or 'a motor'}: tried on request, --with {effect.identifier}"
     if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
         return f"{replaced.identifier} of the base model already takes its place"
     if effect.needs_rider and model.bicycle["mB"] < RIDDEN:
@@ -91,7 +91,9 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
     if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0]):
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
     gone = replaced.identifier if replaced is not None else None
-    return Candidate(effect.identifier, tuple(unknowns), effect, values, ties, gone, effect.signature)
+    return Candidate(
+        effect.identifier, tuple(unknowns), effect, values, ties, gone, effect.signature, family=effect.family
+    )
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:

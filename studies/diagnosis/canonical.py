@@ -24,7 +24,6 @@ from bicycle.eigen import angular_frequency
 from bicycle.identification.canonical import Canonical, Motion, identify
 from studies.diagnosis.bicycle_kind import FASTEST, BicycleKind, refuse_repeats
 from studies.diagnosis.candidates import compliance
-from studies.diagnosis.doubts import misread_values
 from studies.diagnosis.mistakes import DELAY, GAIN, delay_error, gain_error, speed_errors
 from studies.inference import kind as base
 from studies.inference.evidence import MOST_FOLDS
@@ -271,7 +270,7 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         subsets = self.coefficients.subsets
         where = tuple(f"{name}, {subset}" for name in COEFFICIENTS for subset in subsets)
         series = tuple(name for name in COEFFICIENTS for _ in subsets)
-        shown = {name: Series(name, unit(name)) for name in COEFFICIENTS}
+        shown = {name: Series(name, f"value, {unit(name)}") for name in COEFFICIENTS}
         number = np.tile(np.arange(len(subsets), dtype=float), len(COEFFICIENTS))
         return Rows(where, number, series, number.astype(np.intp) % MOST_FOLDS, condition=subsets, shown=shown)
 
@@ -339,9 +338,6 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
     def proposed(self) -> tuple[Proposal, ...]:
         """Forced responses at the highest speed and above."""
         return self.forced(max(self.coefficients.speeds))
-
-    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
-        return misread_values(self, gap)
 
 
 def _by_compliance(candidate: Candidate) -> Candidate:

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from bicycle.model import Model
-from studies.inference.judge import Judgement, judge
+from studies.inference.judge import Judgement, effect_alone, judge
 from studies.inference.kind import Kind
+from studies.inference.preflight import preflight
+from tyre.errors import InputError
 from tyre.progress import progress_bar
 from tyre.workers import one_blas_thread
 
@@ -24,6 +26,7 @@ def diagnose(
     without: tuple[str, ...] = (),
     with_: tuple[str, ...] = (),
     progress: bool = False,
+    as_read: bool = False,
 ) -> Diagnosis:
     """Diagnose a measurement.
 
@@ -39,6 +42,8 @@ def diagnose(
         Motors that are tried: effects that are ``powered``, such as ``steer_assist``, are tried on request only.
     progress : bool
         Show a progress bar on standard error.
+    as_read : bool
+        Search though another unit or sign of a column explains the data far better.
 
     Returns
     -------
@@ -48,7 +53,8 @@ def diagnose(
     Raises
     ------
     InputError
-        An effect in ``without`` or ``with_`` that does not exist, a bicycle model for a tyre, data that cannot be used.
+        An effect in ``without`` or ``with_`` that does not exist, a bicycle model for a tyre, data that cannot be used
+        or are in another unit or of another sign.
     """
     if model is not None:
         measurement = measurement.on(model)
@@ -58,5 +64,24 @@ def diagnose(
             bar.set_postfix_str(what, refresh=False)
             bar.update()
 
-        judgement = judge(measurement.ready(without=without, also=with_), progress=advance)
-    return Diagnosis(model=measurement.model_with(judgement.final), **vars(judgement))
+        kind = measurement.ready(without=without, also=with_)
+        advance("units and signs")
+        if not as_read and (wrong := preflight(kind)):
+            raise InputError(
+                f"{measurement.name}: {', or '.join(wrong.readings)}? Read so, with the parameters alone, chi^2 falls "
+                f"from {wrong.before:.3g} to {wrong.after:.3g} a number; mend the data, or search them as they stand "
+                "with --as-read"
+            )
+        judgement = judge(kind, progress=advance)
+        alone = effect_alone(judgement)
+    return Diagnosis(model=_with_named(judgement), **{**vars(judgement), "alone": alone})
+
+
+def _with_named(judgement: Judgement) -> Model | None:
+    """The base model of the first bicycle with what was named; None if there is none, or it makes no model."""
+    kind, own = judgement.kind.bicycles(judgement.final).get("", (judgement.kind, judgement.final))
+    try:
+        found: Model | None = kind.with_named(own)
+    except InputError:
+        return None
+    return found

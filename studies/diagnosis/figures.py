@@ -1,46 +1,77 @@
-"""Figures of a diagnosis: the gap, measured values with the models, posterior, similarity, held-out scores."""
+"""Figures of a diagnosis: the story in bars, measured values with the models."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from textwrap import fill
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
-from studies.diagnosis.labels import BASE, fate, probability, said, titles
+from studies.diagnosis.labels import titles
+from studies.diagnosis.story import Story
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Rows
-from studies.reporting.plotting import GREY, drawing, look
+from studies.reporting.plotting import GREY, drawing, legend_columns, look
 from tyre.arrays import Array, Complex
 
-MOST_SERIES = 8  # panels; of more, the residuals are summed by channel
 MEASURED: dict[str, Any] = {"fmt": "o", "color": "k", "ecolor": GREY, "markersize": 3, "elinewidth": 0.8}
-
-
-def draw_all(diagnosis: Judgement, folder: Path) -> dict[str, str]:
-    """Draw every figure of a ``diagnosis`` into ``folder``; returns name -> caption of those that there are."""
-    captions = {}
-    for name, (draw, caption) in {**diagnosis.kind.figures(), **OF_ALL}.items():
-        if draw(diagnosis, folder / name):
-            captions[name] = caption
-    return captions
 
 
 def residuals(judgement: Judgement) -> dict[str, Array]:
     """Whitened residuals (n,) of the models of a ``judgement`` that differ, by title."""
-    every = {
+    every: dict[str, Any] = {
         "nominal": judgement.nominal, "nuisance_only": judgement.hypotheses.null.residual,
-        "final": judgement.final.residual,
+        "effect_alone": judgement.alone and judgement.alone.residual, "final": judgement.final.residual,
     }  # fmt: skip
-    return {title: every[model] for model, title in titles(judgement).items()}
+    return {title: every[model] for model, title in drawn(judgement).items()}
 
 
 def models_of(judgement: Judgement) -> dict[str, tuple[Candidates, Array]]:
     """Candidates and coordinates of the models of a ``judgement`` that differ, by title."""
-    null, final = judgement.hypotheses.null, judgement.final
-    nominal = np.array([u.centre for u in judgement.kind.nuisances])
-    every = {"nominal": ((), nominal), "nuisance_only": ((), null.theta), "final": (final.candidates, final.theta)}
-    return {title: every[model] for model, title in titles(judgement).items()}
+    fits = {"nuisance_only": judgement.hypotheses.null, "effect_alone": judgement.alone, "final": judgement.final}
+    every = {model: (f.candidates, f.theta) for model, f in fits.items() if f is not None}
+    every["nominal"] = (), np.array([u.centre for u in judgement.kind.nuisances])
+    return {title: every[model] for model, title in drawn(judgement).items()}
+
+
+def drawn(judgement: Judgement) -> dict[str, str]:
+    """Models that are drawn against the measurement: base, effect alone, effect with adjusted parameters."""
+    found = titles(judgement)
+    return {model: title for model, title in found.items() if model != "nuisance_only" or "final" not in found}
+
+
+# ---- the story ----
+
+
+def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
+    """Bars of chi^2 a number of each step, on the data and where data were left out, with the band of noise."""
+    rows = [("on all data", story.gap)]
+    if story.held_out is not None:
+        rows.append(("never fitted" if story.unseen else "left out of the fit", story.held_out))
+    steps = list(story.gap.steps)
+    with drawing(target, width=8, height=1.3 + 0.45 * len(steps)) as figure:
+        axis = figure.subplots()
+        for k, (what, gap) in enumerate(rows):
+            values = {step: value / gap.noise for step, value in gap.steps.items()}
+            places = [steps.index(step) + 0.38 * k - 0.19 for step in values]
+            bars = axis.barh(places, list(values.values()), 0.34, label=what, color=look(k).colour, left=0.0)
+            axis.bar_label(bars, [f"{x:.3g}" for x in values.values()], padding=3, fontsize=8)
+        low, high = chi2.ppf((0.025, 0.975), story.gap.noise) / story.gap.noise
+        axis.axvspan(low, high, color="0.85", zorder=0, label="noise alone")
+        most = max(value / gap.noise for _, gap in rows for value in gap.steps.values())
+        axis.set_yticks(range(len(steps)), [names[step] for step in steps])
+        axis.set(xscale="log", xlim=(0.3, 4 * max(most, 1.0)), xlabel="χ² a number")
+        plain_ticks(axis.xaxis, 1.0)
+        axis.invert_yaxis()
+        axis.grid(visible=False, axis="y")
+        legend_above(figure, axis, columns=3)
+    return True
+
+
+STORY = (
+    "χ² a number, step by step: base model, the effect alone with nothing else moved, with the parameters adjusted; "
+    "last, what they leave without it. Grey: noise alone."
+)
 
 
 def panels(figure: Any, count: int) -> Any:
@@ -55,7 +86,8 @@ def panels(figure: Any, count: int) -> Any:
 def legend_above(figure: Any, axis: Any, *, columns: int) -> None:
     """One legend for a whole ``figure``, of the curves of one ``axis``."""
     handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+    fit = legend_columns(labels, width=figure.get_figwidth())
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(columns, fit))
 
 
 def plain_ticks(axis: Any, *places: float) -> None:
@@ -67,61 +99,7 @@ def plain_ticks(axis: Any, *places: float) -> None:
     axis.set_minor_formatter(NullFormatter())  # its labels overlap on a short axis
 
 
-# ---- the gap ----
-
-
-def shown_series(judgement: Judgement) -> list[str]:
-    """Series whose residuals are shown one by one; empty if they are summed by channel."""
-    rows = judgement.kind.rows
-    names = list(dict.fromkeys(rows.series))
-    series = np.array(rows.series)
-    samples = max(int(np.unique(rows.abscissa[series == name], return_counts=True)[1].max()) for name in names)
-    if rows.one_axis and (len(names) > MOST_SERIES or samples > 10):  # more rows at one place are samples
-        return []
-    if not rows.condition and not rows.one_axis:  # recordings: those with the largest gap
-        names = sorted(names, key=lambda name: -float((judgement.nominal[series == name] ** 2).mean()))[:MOST_SERIES]
-    return names
-
-
-def rms_by_channel(judgement: Judgement) -> dict[str, tuple[list[float], dict[str, list[float]]]]:
-    """Channel -> places on the abscissa, and the rms there of the residual of each model."""
-    rows, found = judgement.kind.rows, {}
-    channel = rows.channels
-    for name in dict.fromkeys(channel.tolist()):
-        places = np.unique(rows.abscissa[channel == name]).tolist()
-        here = [(channel == name) & (rows.abscissa == x) for x in places]
-        rms = {
-            title: [float(np.sqrt((gap[inside] ** 2).mean())) for inside in here]
-            for title, gap in residuals(judgement).items()
-        }
-        found[name] = (places, rms)
-    return found
-
-
-def draw_gap(judgement: Judgement, target: Path) -> bool:
-    """Residuals of each series, or the rms of each channel over speed if there are too many samples to show."""
-    rows = judgement.kind.rows
-    names, series = shown_series(judgement), np.array(rows.series)
-    channels = {} if names else rms_by_channel(judgement)
-    with drawing(target, width=8, height=1.2 + 2.3 * -(-len(names or channels) // 2)) as figure:
-        for axis, name in zip(panels(figure, len(names or channels)), names or channels, strict=True):
-            if names:
-                here = series == name
-                axis.axhspan(-2, 2, color="0.92", zorder=0)
-                for k, (title, gap) in enumerate(residuals(judgement).items()):
-                    style = {**look(k).plot, "linestyle": "none", "markersize": 4}
-                    axis.plot(rows.abscissa[here], gap[here], label=title, **style)
-                axis.set(title=name, ylabel="gap / sd")
-                _label_abscissa(axis, rows, name)
-                continue
-            places, values = channels[name]
-            axis.axhline(1, color="k", linestyle=":", linewidth=1)
-            for k, (title, rms) in enumerate(values.items()):
-                axis.plot(places, rms, label=title, **look(k).plot)
-            axis.set(title=name, xlabel=rows.axis, ylabel="rms gap / sd", yscale="log")
-            plain_ticks(axis.yaxis, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-        legend_above(figure, axis, columns=3)
-    return True
+# ---- measured values and models ----
 
 
 def draw_before_after(judgement: Judgement, target: Path) -> bool:
@@ -155,11 +133,6 @@ def _label_abscissa(axis: Any, rows: Rows, series: str) -> None:
     axis.grid(visible=False, axis="x")
 
 
-GAP: Figure = (
-    draw_gap,
-    "Where the gap is: (measured − computed) / sd. Noise alone stays within the grey band (±2); where a panel has the "
-    "root mean square of many samples in its place, near the dotted line (1).",
-)
 BEFORE_AFTER: Figure = (draw_before_after, "Measured values with 95 % intervals, and the models.")
 
 # ---- time histories ----
@@ -284,83 +257,3 @@ BODE: Figure = (
     "Gain and phase, measured with 95 % intervals, and the models; at most 3 responses and 3 speeds, those that the "
     "base model misses most. Where the interval of a gain reaches down to zero its phase is not known and not shown.",
 )
-
-# ---- hypotheses ----
-
-LEAST, MOST_BARS = 1e-6, 12  # probability that is drawn
-
-
-def _posterior(judgement: Judgement, target: Path) -> bool:
-
-    posterior, fates = judgement.hypotheses.posterior, fate(judgement)
-    every = list(posterior)
-    wanted = {judgement.final.name, *judgement.verdict.equivalent}
-    named = [*every[:MOST_BARS], *(name for name in every[MOST_BARS:] if name in wanted)][::-1]
-    width = 8 + 0.08 * max(0, max(len(said(name)) for name in named) - 30)  # inches; long names leave room for labels
-    with drawing(target, width=width, height=1 + 0.32 * len(named)) as figure:
-        axis = figure.subplots()
-        for place, name in enumerate(named):
-            share, what = posterior[name], fates.get(name, "")
-            style = {"color": GREY, "alpha": 0.6}
-            if what.startswith("refused"):
-                style = {"color": "w", "edgecolor": GREY, "hatch": "////"}
-            elif name == judgement.final.name and judgement.verdict.verdict != "unknown":
-                style = {"color": look(0).colour}
-            elif what:
-                style = {"color": look(1).colour}
-            axis.barh(place, max(share, LEAST), **style)
-            reason = what if len(what) < 46 else f"{what[:46]}..."
-            text = f" {probability(share)}{f'  ({reason})' if reason else ''}"
-            axis.text(max(share, LEAST), place, fill(text, 44, subsequent_indent=" "), va="center", fontsize=8)
-        axis.set_yticks(range(len(named)), [said(name) for name in named])
-        axis.set(xscale="log", xlim=(LEAST, 1e4), xlabel="posterior probability")
-        axis.set_xticks([1e-6, 1e-4, 1e-2, 1], ["0.000001", "0.0001", "0.01", "1"])
-        axis.grid(visible=False, axis="y")
-    return True
-
-
-def _similarity(judgement: Judgement, target: Path) -> bool:
-    names, cosines = judgement.similar
-    if len(names) < 2:
-        return False
-    with drawing(target, width=2.6 + 0.5 * len(names), height=1.9 + 0.5 * len(names)) as figure:
-        axis = figure.subplots()
-        image = axis.imshow(np.abs(cosines), vmin=0, vmax=1, cmap="Greys")
-        axis.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
-        axis.set_yticks(range(len(names)), names)
-        axis.grid(visible=False)
-        for i, j in np.ndindex(*cosines.shape):
-            value = abs(cosines[i, j])
-            axis.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=7, color="w" if value > 0.6 else "k")
-        figure.colorbar(image, label="|cosine|", shrink=0.8)
-    return True
-
-
-def _held_out(judgement: Judgement, target: Path) -> bool:
-    if not all(score.possible for score in judgement.held_out.values()):
-        return False
-    n = len(judgement.nominal)
-    values = {BASE: float(judgement.nominal @ judgement.nominal) / n}
-    values |= {title: judgement.held_out[model].chi2 / n for model, title in list(titles(judgement).items())[1:]}
-    with drawing(target, width=6, height=1.3 + 0.3 * len(values)) as figure:
-        axis = figure.subplots()
-        colours = [look(k).colour for k in range(len(values))]
-        bars = axis.barh(list(values)[::-1], list(values.values())[::-1], color=colours[::-1])
-        axis.bar_label(bars, [f"{value:.3g}" for value in list(values.values())[::-1]], padding=3, fontsize=8)
-        axis.axvline(1, color="k", linestyle=":", linewidth=1)
-        low, high = min(0.3, 0.5 * min(values.values())), 3 * max(values.values()) + 1
-        axis.set(xscale="log", xlabel="χ²/n on held-out data", xlim=(low, high))
-        plain_ticks(axis.xaxis, *((1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
-        axis.grid(visible=False, axis="y")
-    return True
-
-
-OF_ALL: dict[str, Figure] = {
-    "posterior": (
-        _posterior,
-        "Probability of each hypothesis, relative to this library, on a logarithmic axis down to one in a million. "
-        "Dark: named or explaining the data; light: cannot be told from it; hatched: refused, with the rule it fails.",
-    ),
-    "similarity": (_similarity, "|cosine| of what two effects do to the data, parameters marginalised."),
-    "held_out": (_held_out, "χ²/n on data left out of the fit; 1 is noise alone."),
-}

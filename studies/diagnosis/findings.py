@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from bicycle.effect_registry import model_workers
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.doubts import doubts
 from studies.diagnosis.residual import Residual, fit_residual
+from studies.diagnosis.story import Story, Where, farthest_off, tell
 from studies.inference import (
     DOUBLED,
     EACH_ALONE,
@@ -46,24 +48,14 @@ Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
-class Standing:
-    """A verdict that stands: names of its hypothesis and of its nearest rival (``none`` is nothing), and the odds."""
-
-    leader: str
-    rival: str
-    odds: float
-
-
-@dataclass(frozen=True)
 class Predicted:
     """Prediction of the held-out runs of one part by each model."""
 
     part: str  # empty if the measurement has no parts
     runs: tuple[str, ...]
     numbers: int  # how many are compared
-    chi2: Mapping[
-        str, float
-    ]  # by model: nominal, nuisance_only, final, and with_torque if a residual torque was fitted
+    # by model: nominal, nuisance_only, final, effect_alone if something is named, with_torque if one was fitted
+    chi2: Mapping[str, float]
     # by channel and model, in the channel's unit: root mean square of measured minus computed
     rms: Mapping[str, Mapping[str, float]]
     # by channel whose noise is not stated but estimated, in its unit: the sd that was taken, and what these runs show
@@ -87,12 +79,14 @@ class Predicted:
 class Findings:
     """Findings of a report beyond the verdict."""
 
+    story: Story | None = None  # the gap step by step
+    where: Where | None = None  # and where it is largest
     moved: tuple[Moved, ...] = ()  # how far each parameter went
     limits: tuple[UpperLimit, ...] = ()  # what could still be there beside the final hypothesis
     # hypotheses that further tells apart, the leader first; fewer than two if none are to be told apart
     between: tuple[str, ...] = ()
-    further: tuple[Separation, ...] = ()  # what to measure next, best first, by least_gain standard deviations at least
-    doubts: tuple[str, ...] = ()  # units and signs that are surely wrong, in words
+    further: tuple[Separation, ...] = ()  # what to measure next, best first
+    doubts: tuple[str, ...] = ()  # statements of the data that are surely wrong, in words
     stability: Stability | None = None  # the verdict in variants, if they were judged
     parts: tuple[PartAgainstRest, ...] = ()  # of joint data: each part against the others
     # what is judged without a part that contradicts the others, or without each if they do not fit together; the part
@@ -102,13 +96,7 @@ class Findings:
     predicted: tuple[Predicted, ...] = ()  # of runs that were held out of every fit
     torque: Residual | None = None  # what could not be named, kept as a torque; it is no part of the verdict
     no_torque: str = ""  # why none could be fitted to what the verdict leaves; empty if nothing is left
-    settled: bool = False  # no two hypotheses are to be told apart; fitting of the library fit the data
-    fitting: int = 0
-    # further has the uncertainty of the parameters doubled, because a tentative name fails by that
-    doubled: bool = False
-    standing: Standing | None = None  # of a verdict that names an effect or nothing: what further would only make surer
-    least_gain: float = 0.05
-    noise: float = 1.0  # factor on the noise that the limits assume
+    failed: Mapping[str, str] = field(default_factory=dict)  # sections that could not be made, and why
 
     @property
     def odd(self) -> list[WithoutOne]:
@@ -122,32 +110,49 @@ class Findings:
         return sorted(self.parts, key=lambda part: place.get(part.part, len(place)))
 
 
+class Attempts:
+    """Makes one section after the other; one that fails costs only itself, and ``failed`` says why."""
+
+    def __init__(self) -> None:
+        self.failed: dict[str, str] = {}
+
+    def __call__(self, section: str, make: Callable[[], Any], otherwise: Any) -> Any:
+        try:
+            return make()
+        except Exception as error:  # whatever it is, the verdict and the other sections stay
+            self.failed[section] = f"{type(error).__name__}: {error}"
+            return otherwise
+
+
 @one_blas_thread()
 def find(diagnosis: Diagnosis) -> Findings:
     """All but the variants of a ``diagnosis``, which take as long as it took itself."""
-    known, final, kind = diagnosis.hypotheses, diagnosis.final, diagnosis.kind
-    parts = parts_against_rest(kind, final)
-    torque, no_torque = None, ""
-    try:
-        torque = fit_residual(diagnosis)
-    except InputError as error:
-        no_torque = str(error)
+    known, final, kind, attempt = diagnosis.hypotheses, diagnosis.final, diagnosis.kind, Attempts()
+    torque, no_torque = attempt("residual torque", lambda: _torque(diagnosis), (None, ""))
     fit_of_torque = None if torque is None else torque.fit
+    parts = attempt("parts", lambda: parts_against_rest(kind, final), ())
     together = fits(diagnosis.verdict)
     # If all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left out
     names = [p.part for p in parts if p.contradicts or not together]
-    without = without_each(kind, names, single_out=not together)
-    # standard deviations; what would tell less is no advice: a report would print 0.0
-    least = 1.0 if diagnosis.verdict.verdict in ("named", "none") else 0.05
-    between, further = _next(diagnosis, least)
+    between, further = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
+    seen = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque), ())
     return Findings(
-        moved=moved(known.null, final), limits=upper_limits(kind, known, final), between=between, further=further,
-        doubts=doubts(diagnosis, fit_of_torque, without), parts=parts, without=without, joint_fits=together,
-        predicted=predicted(diagnosis, fit_of_torque), torque=torque, no_torque=no_torque,
-        settled=len(diagnosis.verdict.equivalent) < 2 and len(leading_two(diagnosis)) < 2,
-        fitting=len(_able(diagnosis)), doubled=doubled(diagnosis), standing=standing(diagnosis), least_gain=least,
-        noise=final.louder,
+        story=attempt("story", lambda: tell(diagnosis, [(one.numbers, one.chi2) for one in seen]), None),
+        where=attempt("where", lambda: farthest_off(diagnosis), None),
+        moved=moved(known.null, final), between=between, further=further, parts=parts, joint_fits=together,
+        limits=attempt("what could still be there", lambda: upper_limits(kind, known, final), ()),
+        doubts=attempt("doubts", lambda: doubts(diagnosis, fit_of_torque), ()), predicted=seen,
+        without=attempt("parts", lambda: without_each(kind, names, single_out=not together), {}),
+        torque=torque, no_torque=no_torque, failed=attempt.failed,
     )  # fmt: skip
+
+
+def _torque(diagnosis: Diagnosis) -> tuple[Residual | None, str]:
+    """The residual torque, or why there is none."""
+    try:
+        return fit_residual(diagnosis), ""
+    except InputError as error:
+        return None, str(error)
 
 
 @one_blas_thread()
@@ -155,10 +160,16 @@ def with_stability(
     findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None, *, workers: int = 1
 ) -> Findings:
     """The ``findings`` with variants judged by so many processes; ``progress`` is told the words of each."""
-    if workers == 1:
-        return replace(findings, stability=stability(diagnosis, progress=progress))
-    with model_workers(workers) as pool:
-        return replace(findings, stability=stability(diagnosis, run=pool.map, progress=progress))
+
+    def judged() -> Stability:
+        if workers == 1:
+            return stability(diagnosis, progress=progress)
+        with model_workers(workers) as pool:
+            return stability(diagnosis, run=pool.map, progress=progress)
+
+    attempt = Attempts()
+    found = attempt("variants", judged, None)
+    return replace(findings, stability=found, failed={**findings.failed, **attempt.failed})
 
 
 # ---------------------------------------------------------------------- what to tell apart next
@@ -177,20 +188,6 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
 
 
-def standing(judgement: Judgement) -> Standing | None:
-    """Odds at which a ``judgement`` stands, above 20 : 1; None if it is open, or nothing is within 10000 : 1."""
-    leaders = leading_two(judgement)
-    if judgement.verdict.verdict not in ("named", "none") or len(leaders) < 2 or leaders[0] is not judgement.final:
-        return None
-    odds = judgement.hypotheses.odds(*leaders)
-    return Standing(leaders[0].name, leaders[1].name, odds) if odds >= RULES.clear_odds else None
-
-
-def doubled(judgement: Judgement) -> bool:
-    """A tentative name may be nothing if the uncertainty of the parameters is doubled."""
-    return judgement.verdict.verdict == "tentative" and _fails(judgement, (DOUBLED,))
-
-
 def _fails(judgement: Judgement, rules: tuple[str, ...]) -> bool:
     return any(c.what in rules for c in judgement.verdict.failed)
 
@@ -206,20 +203,14 @@ def _able(judgement: Judgement) -> list[Fit]:
     return [f for f in fits_ if f.fits_data]
 
 
-def _next(diagnosis: Diagnosis, least: float) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
-    """Which hypotheses are to be told apart, and what would, best first, by ``least`` sd; members of a class by any."""
-    known, verdict = diagnosis.hypotheses, diagnosis.verdict
-    between, further, rivals = verdict.equivalent, verdict.separating_measurements, leading_two(diagnosis)
-    if len(between) > 1 and known.null in rivals:  # a class, all of which may be nothing
-        rivals = (*rivals, *(f for f in known.fits if f.name in between[1:]))
-        further = ()
-    if further or (len(rivals) < 2 and len(between) > 1):
-        return between, tuple(s for s in further if s.gain >= 0.05)
-    between = tuple(f.name for f in rivals)
-    if doubled(diagnosis):
-        wide = known.wider([f for f in rivals if f.candidates])
-        rivals = tuple(wide.find(f.identifiers) or f for f in rivals)
-    further = tuple(separating(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
+def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
+    """Which hypotheses are to be told apart, and what would, best first; little gain is no advice beside a name."""
+    verdict, rivals = diagnosis.verdict, leading_two(diagnosis)
+    between, further = verdict.equivalent, verdict.separating_measurements
+    if len(between) < 2 or diagnosis.hypotheses.null in rivals:
+        between = tuple(f.name for f in rivals)
+        further = tuple(separating(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
+    least = 1.0 if verdict.verdict in ("named", "none") else 0.05  # sd
     return between, tuple(s for s in further if s.gain >= least)
 
 
@@ -232,6 +223,7 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicte
     if unseen is None:
         return ()
     fits_ = {"nuisance_only": diagnosis.hypotheses.null, "final": diagnosis.final}
+    fits_ |= {} if diagnosis.alone is None else {"effect_alone": diagnosis.alone}
     fits_ |= {} if torque is None else {"with_torque": torque}
     return predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
 

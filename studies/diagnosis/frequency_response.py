@@ -7,10 +7,12 @@ dH = dC X + L (dB - (i omega dE - dF) X) with X = (i omega E - F)^-1 B and L = C
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import combinations
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -30,8 +32,11 @@ from studies.diagnosis.bicycle_kind import (
     refuse_repeats,
     without_motors,
 )
+from studies.diagnosis.doubts import ACCELERATIONS, ANGLES
+from studies.diagnosis.doubts import SPEEDS as SPEED_READINGS
+from studies.diagnosis.doubts import TORQUES as TORQUE_READINGS
 from studies.diagnosis.family import Family, MatrixSlopes, flat_parts
-from studies.diagnosis.figures import BODE, GAP
+from studies.diagnosis.figures import BODE
 from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
 from studies.inference import kind as base
 from studies.inference.evidence import MOST_FOLDS, folds
@@ -79,6 +84,7 @@ NUMBERS: dict[str, Check] = {
     ),
 }  # fmt: skip
 TEXTS = ("input", "output", "input_unit", "output_unit", "group")
+NONE: Mapping[str, str] = MappingProxyType({})
 WIDE = "a table of velotyre simulate --frequency-response"
 
 
@@ -98,6 +104,17 @@ class ResponsePoint:
     def channel(self) -> str:
         """Output and input in words."""
         return f"{spoken(self.input)} to {spoken(self.output)}"
+
+    def read_as(
+        self, *, of: str = "", gain: float = 1.0, speed: float = 1.0, frequency: float = 1.0,
+        names: Mapping[str, str] = NONE,
+    ) -> "ResponsePoint":  # fmt: skip
+        """The point with factors, that on the gain only if it is ``of`` this signal, and outputs of other ``names``."""
+        factor = gain if of in (self.input, self.output) else 1.0
+        return replace(
+            self, value=factor * self.value, sd=abs(factor) * self.sd, speed=speed * self.speed,
+            frequency=frequency * self.frequency, output=names.get(self.output, self.output),
+        )  # fmt: skip
 
     @property
     def unit(self) -> str:
@@ -509,5 +526,24 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         peak = np.array([size[[o == output for o in wanted.outputs]].max() for output in wanted.outputs])
         return Proposal(what, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, wanted))
 
+    def misreadings(self) -> Iterator[tuple[str, "FrequencyResponses"]]:
+        """Signs and units of inputs and outputs, outputs in each other's place, frequencies and speeds."""
+
+        def read(**change: Any) -> FrequencyResponses:
+            return replace(self, points=tuple(p.read_as(**change) for p in self.points))
+
+        outputs = list(dict.fromkeys(p.output for p in self.points))
+        for name in outputs:
+            for what, factor in (ACCELERATIONS if name == ACCELERATION else ANGLES).items():
+                yield f"{spoken(name)} {what}", read(of=name, gain=factor)
+        for name in dict.fromkeys(p.input for p in self.points):
+            for what, factor in TORQUE_READINGS.items():
+                yield f"{spoken(name)} {what}", read(of=name, gain=1 / factor)
+        for one, other in combinations([name for name in outputs if name != ACCELERATION], 2):
+            yield f"{spoken(one)} and {spoken(other)} swapped", read(names={one: other, other: one})
+        for what, factor in SPEED_READINGS.items():
+            yield what, read(speed=factor)
+        yield "frequencies in rad/s", read(frequency=1 / (2 * math.pi))
+
     def figures(self) -> dict[str, Figure]:
-        return {"gap": GAP, "before_after": BODE}
+        return {"before_after": BODE}

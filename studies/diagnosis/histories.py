@@ -1,9 +1,9 @@
 """Time histories: the recorded torques replayed, initial states marginalised, coloured noise whitened."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -15,9 +15,10 @@ from scipy.signal import lfilter
 from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
 from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
-from studies.diagnosis.doubts import NAMED, channel_factors, known_factor, question
+from studies.diagnosis.candidates import RIDDEN
+from studies.diagnosis.doubts import NAMED, SPEEDS, readings_of
 from studies.diagnosis.family import Family
-from studies.diagnosis.figures import GAP, TRACES
+from studies.diagnosis.figures import TRACES
 from studies.diagnosis.mistakes import (
     SENSOR,
     delay_error,
@@ -178,6 +179,7 @@ BETWEEN = (
     "between them, chi^2 of {n} numbers with {model} is {other:.5g} in place of {chi2:.5g}. If it was so, state "
     'torque_between_samples = "linear" in [histories]; if it was held, state "held"'
 )
+SOMEBODY = "does somebody steer? Record the steer torque, or ride hands off: no effect of a bicycle stands for a rider"
 FAINT = (
     "{channel}: its root mean square is {size:.2g} at most, of a noise with sd {sd:.2g}: it tells next to nothing; is "
     "the unit right, and that of noise_sd?"
@@ -446,7 +448,7 @@ class Histories(BicycleKind, kind="histories"):
     # ---- report ----
 
     def figures(self) -> dict[str, Figure]:
-        return {"gap": GAP, "before_after": TRACES}
+        return {"before_after": TRACES}
 
     def held_back(self) -> "Histories | None":
         return replace(self, runs=self.unseen, unseen=()) if self.unseen else None
@@ -472,10 +474,16 @@ class Histories(BicycleKind, kind="histories"):
 
     # ---- doubts ----
 
-    def doubts(
-        self, judgement: Judgement, torque: Fit | None = None, without: Mapping[str, Any] | None = None
-    ) -> tuple[str, ...]:
-        return (*super().doubts(judgement, torque, without), *self._between_samples(judgement, torque))
+    def doubts(self, judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
+        found = []
+        for name, noise in self.noise.items():
+            size = max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in self.runs)
+            if size < 0.3 * noise.sd:  # noise of the stated sd has 1
+                found.append(FAINT.format(channel=name, size=size, sd=noise.sd))
+        ridden = self.model.bicycle["mB"] >= RIDDEN and not {STEER, STEER_TORQUE} & {*self.runs[0].inputs}
+        if ridden and judgement.verdict.verdict == "unknown":
+            found.append(SOMEBODY)
+        return (*found, *self._between_samples(judgement, torque))
 
     @property
     def taken_as_held(self) -> bool:
@@ -500,46 +508,31 @@ class Histories(BicycleKind, kind="histories"):
         n = len(found.residual)
         return (BETWEEN.format(inputs=names, n=n, model=model, other=other.chi2, chi2=found.chi2),)
 
-    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
-        found = [*self._misread_channels()] if len(self.noise) > 1 else []
-        for name, noise in self.noise.items():
-            size = max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in self.runs)
-            if size < 0.3 * noise.sd:  # noise of the stated sd has 1
-                found.append(FAINT.format(channel=name, size=size, sd=noise.sd))
-        return tuple(found)
+    def misreadings(self) -> Iterator[tuple[str, Self]]:
+        """Units and sign of each channel and torque, channels in each other's place, and the speeds."""
+        for name in (*self.noise, *(name for name in self.runs[0].inputs if name != STEER)):
+            for what, factor in readings_of(name).items():
+                yield f"{name} {what}", self._read_as({name: name}, factor)
+        for one, other in combinations(self.noise, 2):
+            yield f"{one} and {other} swapped", self._read_as({one: other, other: one}, 1.0)
+        for what, factor in SPEEDS.items():
+            yield what, replace(self, runs=tuple(replace(run, speed=factor * run.speed) for run in self.runs))
 
-    def _misread_channels(self) -> tuple[str, ...]:
-        """Channels that are all off by a known factor from the base model's motion in the others."""
-        names = tuple(self.noise)
-        family = self.family(())
-        states = len(family.symbolic.declared.states)
-        forced, free = self._replay.free(family, self.nominal)
-        ratios: dict[str, float] = {}
-        for c, name in enumerate(names):
-            found = []
-            for k, run in enumerate(self.runs):
-                n = len(run.time)
-                weight, own = (
-                    np.array([1 / (np.std(run.channels[x]) or 1.0) for x in names]),
-                    np.arange(len(names)) == c,
-                )
-                phi = np.moveaxis(free[k, :, :n, :states], 0, 1) * weight[:, None]
-                seen = np.stack([run.channels[other] for other in names], 1) * weight
-                column, target = np.where(own, -seen, 0.0), np.where(own, 0.0, seen) - forced[k, :, :n].T * weight
-                matrix = np.column_stack([phi.reshape(-1, phi.shape[-1]), column.ravel()])
-                if np.isfinite(matrix).all():
-                    scale = np.linalg.norm(matrix, axis=0)
-                    scale[scale == 0] = 1.0
-                    h = np.linalg.lstsq(matrix / scale, target.ravel(), rcond=1e-9)[0][-1] / scale[-1]
-                    found.append(1 / h if h else np.inf)
-            if len(found) >= 3:
-                factor = known_factor(float(np.median(found)), channel_factors(name))
-                if factor is not None and np.mean([abs(x / factor - 1) < 0.3 for x in found]) > 0.7:
-                    ratios[name] = factor
-        wrong = {name: factor for name, factor in ratios.items() if abs(factor) >= 1} or ratios
-        if wrong and all(factor == -1 for factor in wrong.values()) and len(wrong) == len(names) == 2:
-            return (question(" or ".join(names), -1.0, channel_factors(names[0])),)
-        return tuple(question(name, factor, channel_factors(name)) for name, factor in wrong.items())
+    def _read_as(self, names: Mapping[str, str], factor: float) -> Self:
+        """The runs with some signals under other names, times a factor, and their noise alike."""
+
+        def read(given: Mapping[str, Array]) -> dict[str, Array]:
+            return {**given, **{names[n]: factor * x for n, x in given.items() if n in names}}
+
+        noise = {names[n]: replace(one, sd=abs(factor) * one.sd) for n, one in self.noise.items() if n in names}
+        runs = tuple(replace(run, channels=read(run.channels), inputs=read(run.inputs)) for run in self.runs)
+        return replace(self, runs=runs, noise={**self.noise, **noise})
+
+    def quick(self) -> "Histories":
+        """Eight runs at most, in pieces; three whole ones if a prescribed angle has to be smoothed."""
+        whole = STEER in self.runs[0].inputs
+        few = replace(self, runs=self.runs[:: -(-len(self.runs) // (3 if whole else 8))])
+        return few if whole else (few.easier() or (few,))[-1]
 
 
 @dataclass(frozen=True, kw_only=True)

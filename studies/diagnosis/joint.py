@@ -130,12 +130,6 @@ class JointData(Joint, kind="joint"):
     def with_named(self, final: Fit) -> Model:
         return with_named(self.model, final)
 
-    def model_with(self, final: Fit) -> Model | None:
-        try:
-            return self.with_named(_of_first(final))
-        except InputError:
-            return None
-
     def bicycles(self, final: Fit) -> dict[str, tuple[Kind, Fit]]:
         found: dict[str, tuple[Kind, Fit]] = {"": (self, _of_first(final))}
         for called in dict.fromkeys(part.thing for part in self.parts if part.thing):

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from bicycle.effect import Effect
-from studies.inference import RULES, Candidate, Fit, Judgement, Verdict
+from studies.inference import RULES, Candidate, Judgement, Verdict
 from studies.reporting.markdown_text import cell, cells, make_environment
 
-BASE, ADJUSTED = "base model", "parameters only"
+BASE, ADJUSTED = "base model", "parameters adjusted"
 
 
 def said(hypothesis: str) -> str:
@@ -23,11 +23,32 @@ def listed(names: Iterable[str], last: str = "and") -> str:
 
 
 def titles(judgement: Judgement) -> dict[str, str]:
-    """The models of a ``judgement`` that differ, and their names: without parameters or effects there are fewer."""
-    found = {"nominal": BASE} | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
-    if judgement.final is not judgement.hypotheses.null:
-        found["final"] = f"with {said(judgement.final.name)}"
-    return found
+    """The models of a ``judgement`` that differ, in the order of the story, and their names."""
+    found, final, null = {"nominal": BASE}, judgement.final, judgement.hypotheses.null
+    if final is null:
+        return found | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
+    nuisances, count = bool(judgement.kind.nuisances), len(final.candidates)
+    name = said(final.name) if len(final.name) < 25 else f"{count} effect{'s' * (count > 1)}"
+    found |= {"effect_alone": f"+ {name} alone"} if judgement.alone is not None and nuisances else {}
+    found["final"] = f"+ {name}, {ADJUSTED}" if nuisances else f"+ {name}"
+    return found | ({"nuisance_only": f"without {name}, {ADJUSTED}"} if nuisances else {})
+
+
+PARAMETERS = {"c": "trail", "lam": "steer axis tilt", "w": "wheelbase", "mB": "mass of frame and rider"}
+
+
+def small(value: float, unit: str) -> str:
+    """A size ``value`` with its ``unit``, in mm or degrees where these are more familiar."""
+    if unit == "m" and abs(value) < 0.2:
+        value, unit = 1e3 * value, "mm"
+    elif unit == "rad":
+        value, unit = math.degrees(value), "deg"
+    return f"{number(abs(value), 2)}{unit_of(unit)}"
+
+
+def bar(value: float, most: float) -> str:
+    """A bar of signs for a chi^2 ``value`` a number on a logarithmic scale from noise (1) to ``most``."""
+    return "#" * max(1, round(40 * math.log(max(value, 1.0)) / math.log(max(most, 10.0))))
 
 
 def unit_of(unit: str) -> str:
@@ -42,22 +63,6 @@ def probability(share: float) -> str:
     if 0.99 <= share < 1:
         return f"{share:.{-math.floor(math.log10(1 - share))}f}" if 1 - share > 1e-6 else "1"
     return f"{share:.2g}"
-
-
-def p_value(share: float, digits: int = 2) -> str:
-    """A ``share`` behind its sign, never as impossible or certain: ``= 0.03``, ``< 1e-99``, ``> 0.99``."""
-    if share < 1e-99:
-        return "< 1e-99"
-    rounded = f"{share:.{digits}g}"
-    return f"> {1 - 10**-digits:g}" if rounded == "1" else f"= {rounded}"
-
-
-def percent(share: float) -> str:
-    """A ``share`` in per cent that is never rounded to all or nothing."""
-    digits = 0
-    while digits < 4 and 0 < share < 1 and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
-        digits += 1
-    return f"{100 * share:.{digits}f} %"
 
 
 def number(value: float, digits: int) -> str:
@@ -89,34 +94,19 @@ def without_number(candidate: Candidate) -> str:
     return f"{own}, integrated out" if own else "without a number of its own"
 
 
-def values_of(hypothesis: Fit) -> str:
-    """Sizes of the effects of a ``hypothesis`` with their units."""
-    shown = []
-    for c in hypothesis.candidates:
-        if not c.unknowns:
-            shown.append(f"{c.identifier}: {without_number(c)}")
-        shown += [f"{u.name} {number(float(u.value(x)), 3)}{unit_of(u.unit)}" for u, x in hypothesis.values(c)]
-    return ", ".join(shown)
-
-
 def fate(judgement: Judgement) -> dict[str, str]:
     """Outcome for the hypotheses of a ``judgement``, by the engine's name; nothing for those that are neither."""
-    verdict, known, final = judgement.verdict, judgement.hypotheses, judgement.final
-    found = dict.fromkeys(verdict.equivalent, "in the class")
+    verdict = judgement.verdict
     refused = {name: str(rule) for name, _, rule in verdict.refused_leaders}
-    for f in known.fits:
-        faults = [f"{name.partition('.')[0]} at its bound" for name in f.at_bound()]
-        faults += [f"{name.partition('.')[0]} larger than occurs" for name in f.implausible()]
-        faults += [] if f.converged else ["the fit did not converge"]
-        if f.name in refused:
-            found[f.name] = f"refused: {refused[f.name]}"
-        elif faults and f.name not in found:
-            found[f.name] = f"refused: {', '.join(faults)}"
-    if verdict.equivalent:
-        word = {"partial": "named in part", "tentative": "named, tentatively"}.get(verdict.verdict, "named")
-        found[final.name] = "leads the class" if len(verdict.equivalent) > 1 and word == "named" else word
-    elif verdict.verdict == "none":
-        found[final.name] = "explains the data"
+    for f in judgement.hypotheses.fits:
+        faults = [*f.at_bound(), *f.implausible(), *([] if f.converged else ["did not converge"])]
+        if faults:
+            refused.setdefault(f.name, ", ".join(dict.fromkeys(faults)))
+    found = {name: f"refused: {why}" for name, why in refused.items()} | dict.fromkeys(
+        verdict.equivalent, "not ruled out"
+    )
+    if verdict.verdict not in ("unknown", "partial"):
+        found[judgement.final.name] = "leads" if verdict.equivalent else "explains the data"
     return found
 
 
@@ -138,10 +128,10 @@ def rendered(template: str, *, markdown: bool = False, **content: Any) -> str:
     from markupsafe import Markup
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
-    shown = (said, listed, unit_of, probability, p_value, percent, number, misfit, values_of, term_name, cells)
+    shown = (said, listed, unit_of, probability, number, misfit, term_name, cells, small, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in shown}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
-    environment.globals |= {"rules": RULES}
+    environment.globals |= {"rules": RULES, "parameters": PARAMETERS}
     lines = [line.rstrip() for line in environment.get_template(template).render(**content).splitlines()]
     return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).strip()
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from bicycle.effect_registry import effect_class
 from bicycle.model import Model
-from bicycle.model_file import build_model
+from bicycle.model_file import build_model, read_model
 from bicycle.named_modes import modes
 from bicycle.parameters import Bicycle
 from studies.diagnosis import bench, canonical, frequency_response, histories, modal, rig_recordings, tyre_tables
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 KNOWN = (modal, histories, canonical, frequency_response, bench, rig_recordings, tyre_tables)  # register their kinds
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
+MODEL = "model"
 
 
 def kinds() -> tuple[str, ...]:
@@ -58,6 +59,7 @@ def top_keys(kind: type[Kind] | None) -> Table:
     if kind is not None and not kind.of_bicycle:
         return table(own | {maybe(kind.table): anything})
     own |= dict.fromkeys(map(maybe, MODEL_KEYS), anything)
+    own[maybe(MODEL)] = text("must be a model file in quotes", blank=False)
     own |= {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
     own |= dict.fromkeys(map(maybe, _tables()), any_table)
     own[maybe("part")] = list_of(any_table, f"must be tables: {PARTS}", least=1)
@@ -92,7 +94,7 @@ def _read(content: Mapping[str, Any], path: Path) -> Kind:
     kind = Kind.top[given["kind"]]
     common: dict[str, Any] = {"name": path.stem, "description": given["description"], "source": given["source"]}
     if kind.of_bicycle:
-        model = build_model({k: given[k] for k in MODEL_KEYS if k in given}, folder=path.parent)
+        model = _base_model(given, path.parent)
         known = _known(given["candidates"], model)
         common |= {"model": model, "uncertainty": flat_uncertainty(given["uncertainty"]), "known": known}
         nuisances(model, common["uncertainty"])  # complains here, where the file is known
@@ -101,6 +103,16 @@ def _read(content: Mapping[str, Any], path: Path) -> Kind:
     if "part" in given:
         raise InputError(f"kind is {kind.kind!r} but [[part]] belongs to kind = 'joint'")
     return read_kind(kind, given, path.parent, common)
+
+
+def _base_model(given: Mapping[str, Any], folder: Path) -> Model:
+    """Base model of a file: another file that holds it, or a bicycle with effects."""
+    own = {key: given[key] for key in MODEL_KEYS if key in given}
+    if MODEL not in given:
+        return build_model(own, folder=folder)
+    if own:
+        raise InputError(f"{MODEL} and {', '.join(own)} both give the base model; keep one")
+    return read_model(folder / given[MODEL])
 
 
 def read_kind(kind: type[Kind], given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Kind:

@@ -147,7 +147,8 @@ def friction_candidate() -> Candidate:
     """Dry friction of the steering, which is no mistake of a sensor."""
     torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
     signature = "a torque of one size against the steer rate"
-    return Candidate("steer_friction", (torque,), signature=signature, approximate=True)  # sticking is left out
+    family = "damping at the steering"
+    return Candidate("steer_friction", (torque,), signature=signature, family=family, approximate=True)  # no sticking
 
 
 def friction_refused(run: Run) -> dict[str, str]:

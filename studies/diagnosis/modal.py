@@ -3,7 +3,7 @@
 d(lambda) = u (dF - lambda dE) x with left and right eigenvectors, u E x = 1, and dx from the other modes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -22,7 +22,7 @@ from bicycle.named_modes import modes
 from bicycle.naming import known_modes
 from bicycle.parameter_covariance import entries_of
 from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
-from studies.diagnosis.doubts import FREQUENCY, brings_near, misread_values, question
+from studies.diagnosis.doubts import ANGLES, FREQUENCIES, SPEEDS
 from studies.diagnosis.family import Family, MatrixSlopes, Settings, flat_parts
 from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
 from studies.inference import kind as base
@@ -41,19 +41,29 @@ RATIOS = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}  # and t
 EIGENVALUE = ("real_1_s", "imag_rad_s")
 SD = ("real_sd_1_s", "imag_sd_rad_s")
 UNUSED = ("speed_min_m_s", "speed_max_m_s")
+SPEED_SD = "speed_sd_m_s"
 FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
 NOISE = number(
     least=1e-5, most=LARGEST,
     outside=f"must be 1e-05 or more, {LARGEST:g} or less: no measurement is free of noise; leave an unknown one out",
 )  # fmt: skip
 RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
+
+
+def _or_empty(check: Check) -> Check:
+    """Let an empty cell be NaN (not measured, or not known) beside what a ``check`` allows."""
+    return lambda cell: np.nan if cell == "" else check(cell)
+
+
 NUMBERS: dict[str, Check] = {
-    "speed_m_s": SPEED, "real_1_s": number(least=-FASTEST_ROOT, most=FASTEST_ROOT),
-    "imag_rad_s": number(
-        least=0, most=FASTEST_ROOT,
-        outside=f"is outside 0 .. {FASTEST_ROOT:g}: give the root with imag_rad_s >= 0, in rad/s and not in Hz",
+    "speed_m_s": SPEED, "real_1_s": _or_empty(number(least=-FASTEST_ROOT, most=FASTEST_ROOT)),
+    "imag_rad_s": _or_empty(
+        number(
+            least=0, most=FASTEST_ROOT,
+            outside=f"is outside 0 .. {FASTEST_ROOT:g}: give the root with imag_rad_s >= 0, in rad/s and not in Hz",
+        )
     ),
-    **dict.fromkeys(SD, NOISE),
+    **dict.fromkeys((*SD, SPEED_SD), _or_empty(NOISE)),
     **{f"{ratio}_{part}": NOISE if part == "sd" else RATIO for ratio in RATIOS for part in ("re", "im", "sd")},
     **dict.fromkeys(UNUSED, number()),
 }  # fmt: skip
@@ -69,11 +79,22 @@ class ModalPoint:
 
     speed: float
     mode: str
-    eigenvalue: complex
+    eigenvalue: complex  # a part that was not measured is NaN
     sd: tuple[float, float]
     ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
     group: str = ""
     settings: Settings = ()  # parameters of effects that were set otherwise in this row, exactly
+
+    def times(self, real: float = 1.0, imag: float = 1.0, speed: float = 1.0) -> "ModalPoint":
+        """The point with factors on both parts of its eigenvalue, their sd alike, and on its speed."""
+        root = complex(real * self.eigenvalue.real, imag * self.eigenvalue.imag)
+        sd = (abs(real) * self.sd[0], abs(imag) * self.sd[1])
+        return replace(self, eigenvalue=root, sd=sd, speed=speed * self.speed)
+
+    def with_ratios(self, names: Mapping[str, str], factor: float) -> "ModalPoint":
+        """The point with ratios under other ``names``, times a ``factor``; those that are not named stay."""
+        given = {names[n]: (factor * x, abs(factor) * sd) for n, (x, sd) in self.ratios.items() if n in names}
+        return replace(self, ratios={**self.ratios, **given})
 
     @property
     def called(self) -> str:
@@ -93,8 +114,10 @@ def _read_points(
     )  # fmt: skip
     columns = read_columns(
         path, numbers=NUMBERS | dict.fromkeys(settable, number()), texts=("mode", "group"),
-        needed=("speed_m_s", "mode", *EIGENVALUE),
+        needed=("speed_m_s", "mode"),
     )  # fmt: skip
+    if not set(EIGENVALUE) & set(columns.numbers):
+        raise InputError(f"{path}: the column {' or '.join(EIGENVALUE)} is missing; give decay, frequency, or both")
     if (count := len(columns.lines)) > MOST_ROWS:
         raise InputError(
             f"{path}: {count} rows are more than {MOST_ROWS}; average the runs at each speed and give their means with "
@@ -102,10 +125,10 @@ def _read_points(
         )
     settings = _read_settings(path, columns, model, settable, uncertainty)
     points = tuple(_point(path, row, columns, known) for row, known in enumerate(settings))
-    if len(points) < 3:
-        raise InputError(f"{path}: has {len(points)} of the 3 or more rows that are needed; give several speeds")
-    refuse_repeats(path, columns.lines, [(p.speed, p.called, p.eigenvalue) for p in points], "run")
+    refuse_repeats(path, columns.lines, [(p.speed, p.called, repr(p.eigenvalue)) for p in points], "run")
     points, notes = _with_sd(points, [name in columns.numbers for name in SD])
+    if SPEED_SD in columns.numbers:
+        points = tuple(map(partial(_with_speed_sd, model), points, columns.numbers[SPEED_SD].tolist()))
     if unused := [name for name in UNUSED if name in columns.numbers]:
         notes.append(f"{', '.join(unused)}: read, but not used")
     if settings[0]:
@@ -153,9 +176,25 @@ def _point(path: Path, row: int, columns: Columns, settings: Settings) -> ModalP
             raise InputError(f"{path}: a ratio needs both columns {ratio}_re and {ratio}_im")
         if all(parts):
             ratios[ratio] = (complex(cell[f"{ratio}_re"], cell[f"{ratio}_im"]), cell.get(f"{ratio}_sd", 0.0))
-    sd, root = (cell.get(SD[0], 0.0), cell.get(SD[1], 0.0)), complex(cell["real_1_s"], cell["imag_rad_s"])
+    real, imag, *sd = (cell.get(name, np.nan) for name in (*EIGENVALUE, *SD))
+    if np.isnan(real) and np.isnan(imag):
+        raise InputError(f"{where}: neither real_1_s nor imag_rad_s is given; take the row out")
     group = texts["group"][row] if "group" in texts else ""
-    return ModalPoint(cell["speed_m_s"], mode, root, sd, ratios, group, settings)
+    stated = float(np.nan_to_num(sd[0])), float(np.nan_to_num(sd[1]))
+    return ModalPoint(cell["speed_m_s"], mode, complex(real, imag), stated, ratios, group, settings)
+
+
+def _with_speed_sd(model: Model, point: ModalPoint, speed_sd: float) -> ModalPoint:
+    """The ``point`` whose speed is known to ``speed_sd`` (m/s): a critical speed is a row with real_1_s = 0."""
+    if np.isnan(speed_sd):
+        return point
+    near = point.speed + np.array([-0.02, 0.02])  # m/s
+    root = modes(model.linear_model(), near).branches.get(point.mode, np.full((2, 1), np.nan))[:, 0]
+    slope = (root[1] - root[0]) / 0.04
+    if not np.isfinite(slope):
+        raise InputError(f"{SPEED_SD}: the base model has no {point.mode} near {point.speed:g} m/s, so leave it out")
+    real, imag = (float(np.hypot(sd, by * speed_sd)) for sd, by in zip(point.sd, (slope.real, slope.imag), strict=True))
+    return replace(point, sd=(real, imag))
 
 
 def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], list[str]]:
@@ -177,22 +216,22 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
 def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, given: bool) -> Array:
     """Sd (n,) of the real or imaginary parts, of which ``notes`` are taken."""
     name, stated = SD[part], np.array([point.sd[part] for point in points])
-    default = DEFAULT_SD * np.array([abs(point.eigenvalue) for point in points])
+    both = np.array([(point.eigenvalue.real, point.eigenvalue.imag) for point in points])
+    default = DEFAULT_SD * np.linalg.norm(np.nan_to_num(both), axis=1)
+    if np.isnan(both[:, part]).all():
+        return default
     series: dict[str, list[int]] = {}  # rows of one mode at one setting
-    for row, point in enumerate(points):
-        series.setdefault(point.called, []).append(row)
+    for row in np.flatnonzero(~np.isnan(both[:, part])).tolist():
+        series.setdefault(points[row].called, []).append(row)
     columns = [
-        (
-            [points[row].speed for row in rows],
-            [(points[row].eigenvalue.real, points[row].eigenvalue.imag)[part] for row in rows], stated[rows].tolist(),
-        )
+        ([points[row].speed for row in rows], both[rows, part].tolist(), stated[rows].tolist())
         for rows in series.values()
-    ]  # fmt: skip
+    ]
     each = [(rows, repeats(*one)) for rows, one in zip(series.values(), columns, strict=True)]
     freedom = sum(found.freedom for _, found in each)
     if freedom < FEWEST_REPEATS:
         if given:
-            return stated
+            return np.where(stated > 0, stated, default)
         few = (
             f"too few repeats ({freedom} of {FEWEST_REPEATS} degrees of freedom)" if freedom else "there are no repeats"
         )
@@ -202,7 +241,7 @@ def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, 
         every = [surprise(*one, same=0.01) for one in columns]
         total, free = sum(squares for squares, _ in every), max(sum(degrees for _, degrees in every), 1)
         if not chi2.sf(total, free) < 0.01:
-            return stated
+            return np.where(stated > 0, stated, default)
     sd = stated.copy()
     for rows, found in each:
         if given or found.freedom:
@@ -376,10 +415,20 @@ class Modal(BicycleKind, kind="modal"):
         for settings in dict.fromkeys(p.settings for p in self.points):
             here = [i for i, p in enumerate(self.points) if p.settings == settings]
             points = [self.points[i] for i in here]
-            roots = np.array([p.eigenvalue for p in points])
+            roots = self._near[here]
             wanted = Wanted(np.array([p.speed for p in points]), tuple(p.mode for p in points), roots)
             found.append((settings, np.array(here), wanted))
         return found
+
+    @cached_property
+    def _near(self) -> Complex:
+        """Measured eigenvalues (n,); a part that was not measured is that of the base model's mode of the name."""
+        found = np.array([[p.eigenvalue.real, p.eigenvalue.imag] for p in self.points])
+        for k in np.flatnonzero(np.isnan(found).any(1)).tolist():
+            p, lacking = self.points[k], np.isnan(found[k])
+            mode = modes(self.model.linear_model(), [p.speed]).branches.get(p.mode, np.zeros((1, 1), complex))[0, 0]
+            found[k, lacking] = np.nan_to_num([mode.real, abs(mode.imag)])[lacking]
+        return np.asarray(found[:, 0] + 1j * found[:, 1])
 
     def _at(self, settings: Settings, candidates: Candidates) -> Family:
         """The family with some settings, made once for the many points at which a fit looks at these candidates."""
@@ -405,37 +454,45 @@ class Modal(BicycleKind, kind="modal"):
 
     @cached_property
     def data(self) -> tuple[Array, Array]:
-        numbers: list[float] = []
-        sd: list[float] = []
-        for p in self.points:
-            numbers += [p.eigenvalue.real, p.eigenvalue.imag]
-            sd += p.sd
-            for value, s in (p.ratios[name] for name in RATIOS if name in p.ratios):
-                numbers += [value.real, value.imag]
-                sd += [s, s]
-        return np.array(numbers), np.array(sd)
+        parts, sd = self._parts[..., 0], self._parts[..., 1]
+        return parts[self._kept], sd[self._kept]
+
+    @cached_property
+    def _parts(self) -> Array:
+        """Real and imaginary parts of eigenvalue and ratios, and their sd (m, 3, 2, 2); NaN if not measured."""
+        found = np.full((len(self.points), 1 + len(RATIOS), 2, 2), np.nan)
+        for row, p in zip(found, self.points, strict=True):
+            row[0] = [(p.eigenvalue.real, p.sd[0]), (p.eigenvalue.imag, p.sd[1])]
+            for place, name in enumerate(RATIOS, 1):
+                if name in p.ratios:
+                    value, sd = p.ratios[name]
+                    row[place] = [(value.real, sd), (value.imag, sd)]
+        return found
 
     @cached_property
     def _kept(self) -> NDArray[np.bool_]:
-        """True for those of eigenvalue and ratios (m, 3) that are measured."""
-        return np.array([[True, *(name in p.ratios for name in RATIOS)] for p in self.points])
+        """True for the parts of eigenvalue and ratios (m, 3, 2) that are measured."""
+        return np.isfinite(self._parts[..., 0])
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
-        number, slope = self._modes(candidates, theta, slopes=False)
-        return flat_parts(number[self._kept], slope[self._kept])[0]
+        number, _ = self._modes(candidates, theta, slopes=False)
+        return np.stack([number.real, number.imag], -1)[self._kept]
 
     def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
         number, slope = self._modes(candidates, theta)
-        return flat_parts(number[self._kept], slope[self._kept])
+        parts, slopes = flat_parts(number.ravel(), slope.reshape(number.size, -1))
+        return parts[self._kept.ravel()], slopes[self._kept.ravel()]
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         where, series, speed, group, repeat = [], [], [], [], []
         shown: dict[str, Series] = {}
         for k, p in enumerate(self.points):
-            for name in ("", *(name for name in RATIOS if name in p.ratios)):
+            for place, name in enumerate(("", *RATIOS)):
                 what = f"{p.called} {name.replace('_', ' ')}".strip()
-                for part, unit in (("real", "1/s"), ("imaginary", "rad/s")):
+                for column, (part, unit) in enumerate((("real", "1/s"), ("imaginary", "rad/s"))):
+                    if not self._kept[k, place, column]:
+                        continue
                     quantity = f"{part} part" if name else f"{part} part, {unit}"
                     shown[f"{what}, {part}"] = Series(what, quantity)
                     where.append(f"{what}, {p.speed:g} m/s, {part}")
@@ -483,7 +540,7 @@ class Modal(BicycleKind, kind="modal"):
         family = self._at(like.settings, candidates)
         measured = (p for p in self.points if (p.mode, p.settings) == (like.mode, like.settings))
         nearest = min(measured, key=lambda p: abs(p.speed - speed))
-        near = nearest.eigenvalue
+        near = self._near[self.points.index(nearest)]
         for v in np.linspace(nearest.speed, speed, 12):
             system = family(theta[None], np.array([v]))
             values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
@@ -493,31 +550,26 @@ class Modal(BicycleKind, kind="modal"):
         number, slope = _undamped(*predict(family, wanted, theta))
         return flat_parts(number[:, 0], slope[:, 0])
 
-    # ---- doubts ----
+    # ---- other readings ----
 
-    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
-        roots = [name for name in self.rows.series if name.endswith(", imaginary") and " over " not in name]
-        return (*self._misread_frequencies(roots), *misread_values(self, gap, roots))
+    def misreadings(self) -> Iterator[tuple[str, "Modal"]]:
+        """Speeds, frequencies, signs of the real parts; signs and units of the ratios, and which is which."""
 
-    def _misread_frequencies(self, roots: Sequence[str]) -> tuple[str, ...]:
-        """Imaginary parts in Hz, or turned twice: the measured roots decide which is compared, so each is tried."""
-        here = np.isin(self.rows.series, roots)
-        seen = self.data[0][here]
-        found: dict[float, float] = {}
-        for factor in (1.0, *FREQUENCY):
-            points = tuple(
-                replace(p, eigenvalue=complex(p.eigenvalue.real, p.eigenvalue.imag / factor)) for p in self.points
-            )
-            trial = replace(self, points=points)
-            residual, _ = trial.residual((), self.nominal, slopes=False)
-            rest = float(np.linalg.norm((trial.data[1] * residual)[here])) * factor
-            found[factor] = rest if np.isfinite(rest) else np.inf
-        without = found.pop(1.0)
-        best = min(found, key=lambda factor: found[factor])
-        if here.sum() < 3 or not seen.any() or not brings_near(seen, found[best], without):
-            return ()
-        named = ", ".join(dict.fromkeys(f"{p.mode} (imaginary part, rad/s)" for p in self.points))
-        return (question(named, best, FREQUENCY),)
+        def read(change: Callable[[ModalPoint], ModalPoint]) -> Modal:
+            return replace(self, points=tuple(map(change, self.points)))
+
+        for what, factor in SPEEDS.items():
+            yield what, read(partial(ModalPoint.times, speed=factor))
+        for what, factor in FREQUENCIES.items():
+            yield f"imag_rad_s {what}", read(partial(ModalPoint.times, imag=factor))
+        yield "real_1_s of the opposite sign", read(partial(ModalPoint.times, real=-1.0))
+        names = list(dict.fromkeys(name for p in self.points for name in p.ratios))
+        for name in names:
+            for what, factor in ANGLES.items():
+                yield f"{name} {what}", read(partial(ModalPoint.with_ratios, names={name: name}, factor=factor))
+        if len(names) == 2:
+            swap = dict(zip(names, names[::-1], strict=True))
+            yield f"{' and '.join(names)} swapped", read(partial(ModalPoint.with_ratios, names=swap, factor=1.0))
 
 
 def _undamped(number: Complex, slope: Complex) -> tuple[Complex, Complex]:

@@ -1,7 +1,8 @@
 """The report of a diagnosis: Markdown, HTML, figures, verdict.json and corrected models in one folder."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,54 +12,66 @@ import numpy as np
 from bicycle.model_file import SECTION
 from studies.diagnosis.corrected_model import Corrected, corrected
 from studies.diagnosis.diagnose import Diagnosis
-from studies.diagnosis.figures import MOST_SERIES, draw_all, residuals
-from studies.diagnosis.findings import Findings, Predicted, find
-from studies.diagnosis.labels import (
-    fate,
-    misfit,
-    number,
-    percent,
-    rendered,
-    said,
-    sentence,
-    titles,
-    unit_of,
-    without_number,
-)
+from studies.diagnosis.figures import STORY, draw_story, drawn, residuals
+from studies.diagnosis.findings import Attempts, Findings, Predicted, find
+from studies.diagnosis.labels import BASE, fate, number, rendered, sentence, titles, unit_of, without_number
 from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
-from studies.inference import OF, Fit, Judgement, Verdict
+from studies.inference import OF, Judgement, Verdict
+from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import page as html_page
 from studies.reporting.output import json_text
 from tyre.files import slugs, write_text
 
-SECTIONS = {
-    "places": "Where the gap is", "tried": "Hypotheses", "rules": "Rules",
-    "still": "Parameters that stayed", "mimics": "Terms without a cause", "assumptions": "Assumptions",
-}  # fmt: skip
+MOST = 6  # rows of a table: verdict.json has all
+STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}
+"""Step of the story: the model that it is of."""
 
 
 def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None = None) -> None:
     """Write ``report.md``, ``report.html``, ``verdict.json``, the figures and, of bicycles, the corrected models."""
-    findings = findings or find(diagnosis)
-    verdict = json_text(record(diagnosis, findings))  # before anything is written: with a NaN, nothing is
+    told = find(diagnosis) if findings is None else findings
+    verdict = json_text(record(diagnosis, told))  # before anything is written: with a NaN, nothing is
     folder.mkdir(parents=True, exist_ok=True)
-    captions = draw_all(diagnosis, folder)
-    if findings.torque is not None:
-        draw_torque(findings.torque, folder / EFFECT)
-        captions[EFFECT] = CAPTION
-    made = corrected(diagnosis, findings.torque)
+    write_text(folder / "verdict.json", f"{verdict}\n")
+    attempt = Attempts()
+    captions = draw_all(diagnosis, told, folder, attempt)
+    made = attempt("corrected model", lambda: corrected(diagnosis, told.torque), Corrected({}))
     for name, file in model_files(made).items():
         write_text(folder / file, made.texts[name])
-    text = page(diagnosis, findings, captions, made)
+    text = page(diagnosis, replace(told, failed={**told.failed, **attempt.failed}), captions, made)
     write_text(folder / "report.md", text)
     template = (Path(__file__).parent / "templates" / "page.html.j2").read_text(encoding="utf-8")
     title = f"What is missing: {diagnosis.kind.name}"
     html = html_page(template, title=title, text=text, extensions=("tables", "md_in_html"))
     write_text(folder / "report.html", html)
-    write_text(folder / "verdict.json", f"{verdict}\n")
+
+
+def draw_all(
+    diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None
+) -> dict[str, str]:  # fmt: skip
+    """Draw the story, the figures of the kind of measurement and the residual torque; name -> caption of each."""
+    attempt = attempt or Attempts()
+    found: dict[str, Figure] = {}
+    if (story := findings.story) is not None:
+        found["story"] = (lambda _, target: draw_story(story, _steps(diagnosis), target)), STORY
+    found |= diagnosis.kind.figures()
+    if (torque := findings.torque) is not None:
+        found[EFFECT] = (lambda _, target: draw_torque(torque, target)), CAPTION
+    captions = {}
+    for name, (draw, caption) in found.items():
+        if attempt(f"figure {name}", partial(draw, diagnosis, folder / name), otherwise=False):
+            captions[name] = caption
+    return captions
+
+
+def _steps(diagnosis: Diagnosis) -> dict[str, str]:
+    """Name of each step of the story."""
+    names = titles(diagnosis)
+    found = {step: names[model] for step, model in STEPS.items() if model in names}
+    return {"adjusted": names.get("nuisance_only", BASE), **found}
 
 
 def model_files(made: Corrected) -> dict[str, str]:
@@ -69,62 +82,37 @@ def model_files(made: Corrected) -> dict[str, str]:
 
 def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], made: Corrected | None = None) -> str:
     """The report as Markdown, with ``captions`` of the figures that there are, by name."""
-    verdict, kind = diagnosis.verdict, diagnosis.kind
-    content = _common(diagnosis, findings, made or Corrected({}))
-    far = [m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > 0.5]
-    near = [m for m in findings.moved if m not in far]
-    gone = [anchor for anchor, rows in (("still", near), ("mimics", content["mimics"])) if not rows]
-    names = titles(diagnosis)
-    not_tried: dict[str, list[str]] = {}
-    for name, reason in verdict.refused.items():
-        not_tried.setdefault(reason, []).append(name)
+    kind, known = diagnosis.kind, diagnosis.hypotheses
+    likely = [f for f, _ in known.probabilities][:MOST]
     text = rendered(
-        "report.md.j2", markdown=True, **content, name=kind.name, description=kind.description,
-        source=kind.source, captions=captions, titles=list(names.values()), far=far, near=near,
-        sections={anchor: title for anchor, title in SECTIONS.items() if anchor not in gone},
-        sd_ratio=_sd_ratio(diagnosis), parts=_parts(diagnosis, findings), places=_places(diagnosis),
-        tried=_tried(diagnosis), fates=fate(diagnosis), not_tried=not_tried,
-        gaps={names[m]: gap for m, gap in verdict.held_out_gap.items() if m in names},
-        absent="no gap to close" if verdict.held_out_gap["nominal"] is None else "not known, one run",
+        "report.md.j2", markdown=True, **_content(diagnosis, findings, made or Corrected({})), name=kind.name,
+        description=kind.description, source=kind.source, captions=captions, titles=list(drawn(diagnosis).values()),
+        tried=likely if diagnosis.final in likely else [*likely, diagnosis.final], fates=fate(diagnosis),
+        far=[m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > 0.5][:MOST],
+        parts=_parts(diagnosis, findings), places=_places(diagnosis), not_tried=list(diagnosis.verdict.refused),
+        most=MOST,
     )  # fmt: skip
     return text + made_by()
 
 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
-    """Text for the terminal; the report is at ``place``."""
-    from tabulate import tabulate
-
-    content = _common(diagnosis, findings, corrected(diagnosis, findings.torque))
-    rows = [row[:-1] for row in content["named_rows"]]
-    table = tabulate(rows, ["effect", "parameter", "value", "1 sd"], disable_numparse=True)
-    gap = [
-        [title, misfit(chi2), percent(share) if k else "-"]
-        for k, (title, chi2, share) in enumerate(content["explained"])
-    ]
-    explained = tabulate(
-        gap, ["model", f"chi^2 of {diagnosis.verdict.chi2['n']} values", "share explained"], disable_numparse=True
-    )
-    text = rendered(
-        "terminal.txt.j2", **content, place=place, named_table=table, explained_table=explained
-    ).replace("χ²", "chi^2")  # fmt: skip
+    """Text for the terminal, 12 lines; the report is at ``place``."""
+    made = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
+    text = rendered("terminal.txt.j2", **_content(diagnosis, findings, made), place=place)
     return "\n".join(line for line in text.splitlines() if line)
 
 
-def _common(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[str, Any]:
+def _content(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[str, Any]:
     """Values of both templates."""
     verdict = diagnosis.verdict
     first = diagnosis.kind.bicycles(diagnosis.final).get("", (None, diagnosis.final))[1]
-    base = verdict.chi2["nominal"]
-    explained = [
-        (title, verdict.chi2[model], 1 - verdict.chi2[model] / base if base > 0 else 0.0)
-        for model, title in titles(diagnosis).items()
-    ]
     outside = [c.identifier for c in first.candidates if c.effect is None]
     return {
-        "d": diagnosis, "v": verdict, "f": findings, "made": made, "files": model_files(made), "added": first.name,
-        "left": [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY],
+        "d": diagnosis, "v": verdict, "f": findings, "s": findings.story, "made": made,
+        "thing": "tyre" if diagnosis.kind.model is None else "bicycle", "files": model_files(made),
+        "added": first.name, "left": [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY],
         "covariance": f"[{SECTION}]" in made.texts.get("", ""), "named_rows": named_rows(diagnosis),
-        "explained": explained, "predictors": predictors(diagnosis, findings.predicted),
+        "steps": _steps(diagnosis), "predictors": predictors(diagnosis, findings.predicted),
         "mimics": [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]],
     }  # fmt: skip
 
@@ -133,26 +121,26 @@ def _common(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[s
 
 
 def named_rows(judgement: Judgement) -> list[list[str]]:
-    """Effect, parameter, value, one sd and what it does, of what is named."""
+    """Effect, parameter, value, one sd and what it does, of what is named; no size that its sd exceeds."""
     table, tried = [], {c.identifier: c for c in (*judgement.kind.candidates, *judgement.final.candidates)}
     for e in judgement.verdict.effects:
         if not e.parameters:
             table.append([e.identifier, "-", without_number(tried[e.identifier]), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
-            sized = [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"]
+            sized = [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"] if sd < abs(value) else ["left open", "-"]
             table.append([e.identifier if not k else "", name, *sized, e.signature if not k else ""])
     return table
 
 
 def predictors(judgement: Judgement, found: tuple[Predicted, ...]) -> dict[str, str]:
     """The models that runs were predicted by, and their names; with a residual torque one more."""
-    more = any("with_torque" in one.chi2 for one in found)
-    return titles(judgement) | ({"with_torque": "and the residual torque"} if more else {})
+    names = titles(judgement) | {"with_torque": "and the residual torque"}
+    return {model: title for model, title in names.items() if any(model in one.chi2 for one in found)}
 
 
 def _parts(judgement: Judgement, findings: Findings) -> list[tuple[Any, int, list[float]]]:
-    """Each part of joint data with its numbers and the chi^2 of the models."""
+    """Each part of joint data with its numbers and the chi^2 of the models that are drawn."""
     models = residuals(judgement)
     slices = judgement.kind.slices() if findings.parts else []
     return [
@@ -162,11 +150,10 @@ def _parts(judgement: Judgement, findings: Findings) -> list[tuple[Any, int, lis
 
 
 def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
-    """Numbers and chi^2 of the models by series, by condition and by third of the speeds."""
+    """Numbers and chi^2 of the models by channel, by condition and by third of the speeds, the largest first."""
     rows, models = judgement.kind.rows, residuals(judgement)
-    series = np.array(rows.series)
-    edges = np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
-    if len(set(rows.series)) > MOST_SERIES:
+    series, edges = np.array(rows.series), np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
+    if len(set(rows.series)) > MOST:
         series = rows.channels
     groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
     for k, name in enumerate(rows.condition):
@@ -175,31 +162,11 @@ def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
         inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
         if inside.any() and high > low:
             groups[f"{low:.3g} to {high:.3g} m/s"] = inside
-    return [
+    found = [
         (name, int(inside.sum()), [float(r[inside] @ r[inside]) for r in models.values()])
         for name, inside in groups.items()
     ]
-
-
-def _tried(judgement: Judgement) -> list[Fit]:
-    """Hypotheses that are listed, most probable first."""
-    known, posterior = judgement.hypotheses, judgement.hypotheses.posterior
-    shown = [known.null, *known.best(1)[:40], *known.best(2)[:6], *known.best(3)[:4]]
-    if judgement.final not in shown:
-        shown.append(judgement.final)
-    return sorted(shown, key=lambda f: -posterior[f.name])
-
-
-def _sd_ratio(judgement: Judgement) -> float:
-    """The largest ratio of a reported sd to that of the final fit alone; 1 if nothing is named."""
-    final, ratios = judgement.final, [1.0]
-    for c, e in zip(final.candidates, judgement.verdict.effects, strict=False):
-        spread = np.sqrt(final.covariance.diagonal()[final.columns(c)])
-        for (u, x), sd in zip(final.values(c), spread, strict=True):
-            for name, factor in u.factors.items():
-                own = factor * u.slope(float(x)) * float(sd)
-                ratios += [e.parameters[name][1] / own] if own > 0 and name in e.parameters else []
-    return max(ratios)
+    return sorted(found, key=lambda row: -row[2][0])[:MOST]
 
 
 # ---------------------------------------------------------------------- verdict.json
@@ -213,6 +180,8 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         return rendered("one.txt.j2", macro=macro, v=verdict, f=f)
 
     return {
+        "gap": f.story and asdict(f.story.gap), "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
+        "where": f.where and asdict(f.where),
         "odd_part": {"parts": [one.part for one in f.odd], "sentence": told("odd")} if f.odd else None,
         **verdict_record(verdict),
         "moved": [
@@ -230,14 +199,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
             }
             for u in f.limits
         ],
-        "measure_next": {
-            "between": list(f.between), "measurements": [asdict(s) for s in f.further],
-            "nothing_to_tell_apart": told("settled"), "uncertainty_doubled": f.doubled,
-            "stands": None if f.standing is None else asdict(f.standing) | {
-                end: "no missing effect" if name == "none" else said(name)
-                for end, name in (("leader", f.standing.leader), ("rival", f.standing.rival))
-            },
-        },
+        "measure_next": {"between": list(f.between), "measurements": [asdict(s) for s in f.further]},
         "doubts": list(f.doubts),
         "parts": [
             {
@@ -252,6 +214,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "predicted": [_predicted_record(one) for one in f.predicted],
         "stability": None if f.stability is None else {"sentence": told("stability"), **f.stability.to_dict()},
         "residual_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
+        "failed_sections": dict(f.failed),
     }  # fmt: skip
 
 

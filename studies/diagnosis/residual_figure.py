@@ -13,7 +13,7 @@ CAPTION = (
 )
 
 
-def draw_torque(torque: Residual, target: Path) -> None:
+def draw_torque(torque: Residual, target: Path) -> bool:
     """Draw a residual ``torque`` into the file ``target`` without ending."""
     speeds = np.linspace(*torque.scale.ends, 121)
     mean, sd = torque.gains_at(speeds)
@@ -36,3 +36,4 @@ def draw_torque(torque: Residual, target: Path) -> None:
         for axis in axes.flat:
             if axis.get_legend_handles_labels()[0]:
                 axis.legend(fontsize=8)
+    return True

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.diagnosis.figures import GAP, legend_above, models_of, panels
+from studies.diagnosis.figures import legend_above, models_of, panels
 from studies.diagnosis.rig_data import (
     DRIFT,
     PHENOMENOLOGICAL,
@@ -298,8 +298,8 @@ class RigRecordings(TyreKind, kind="rig"):
             x += (1e3 * p.displacement).tolist()
             series += [p.name] * n
             fold += _segments(np.zeros(n, int)) if split else [k] * n
-        shown = {s.name: Series("slip sweep", axis="slip angle, deg") for s in self.blocks}
-        shown |= {p.name: Series("pull test", axis="displacement, mm") for p in self.readings}
+        shown = {s.name: Series("slip sweep", "side force, N", "slip angle, deg") for s in self.blocks}
+        shown |= {p.name: Series("pull test", "side force, N", "displacement, mm") for p in self.readings}
         return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, shown=shown)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
@@ -397,7 +397,7 @@ class RigRecordings(TyreKind, kind="rig"):
         return np.concatenate(list(self.forces(candidates, theta).values()))
 
     def figures(self) -> dict[str, Figure]:
-        return {"gap": GAP, "before_after": FORCES}
+        return {"before_after": FORCES}
 
 
 def _with_zeros(values: Values) -> tuple[Values, int]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tyre.campaign import fit_campaign
-from tyre.condition import FitSettings
+from tyre.condition import FitSettings, upright
 from tyre.errors import InputError
 from tyre.map_files import read_table
 from tyre.plausible import LARGEST, SMALLEST
@@ -139,7 +139,7 @@ CAMPAIGN = table(
             table(
                 {
                     needed("tyre"): text(), needed("surface"): text(),
-                    needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
+                    needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE, maybe("camber_deg", 0.0): number(),
                     needed("cornering_stiffness_N_per_rad"): _value_and_sd,
                     needed("lateral_stiffness_N_per_m"): _value_and_sd, needed("relaxation_length_m"): _value_and_sd,
                 },
@@ -171,7 +171,7 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
         found = _campaign(folder / chosen[source], drum)
     else:
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
-        rows = [_fitted(condition) for condition in campaign.conditions]
+        rows = [_fitted(condition) for condition in upright(campaign.conditions)]
         left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
         origin = f"recordings in {campaign.folder.name}/" + f" ({left})" * bool(left)
         found = _of_conditions(rows, origin, str(campaign.folder))
@@ -186,9 +186,8 @@ def _of_table(path: Path, drum: float | None) -> Reference:
     t = read_table(path)
     diameter = t.drum_diameter if t.surface == "drum" else None
     c_sd = t.cornering_stiffness_sd if t.cornering_stiffness_sd is not None else UNSTATED * t.cornering_stiffness
-    rows = zip(
-        t.load, t.pressure, t.cornering_stiffness, c_sd, t.lateral_stiffness, t.lateral_stiffness_sd, strict=True
-    )
+    k_sd = t.lateral_stiffness_sd if t.lateral_stiffness_sd is not None else UNSTATED * t.lateral_stiffness
+    rows = zip(t.load, t.pressure, t.cornering_stiffness, c_sd, t.lateral_stiffness, k_sd, strict=True)
     if t.surface == "drum" and diameter is None and drum is None:
         raise InputError(f"{path}: a drum without drum_diameter_m; add it, or drum_radius_m in [rig.reference]")
     radius = diameter / 2 if diameter else drum
@@ -234,7 +233,8 @@ def _campaign(path: Path, drum: float | None) -> Reference:
     if not given:
         raise InputError(f"{path}: holds no conditions")
     rows: list[Row] = []
-    for c in given:
+    least = min(abs(c["camber_deg"]) for c in given)
+    for c in (c for c in given if abs(c["camber_deg"]) == least):
         length, on_drum = c["relaxation_length_m"], c["surface"] == "drum"
         if length is not None:
             length = length[0], math.hypot(length[1], LENGTH_SD * length[0])

@@ -12,7 +12,7 @@ coefficients and what smoothing takes from the angle.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -218,13 +218,20 @@ class SteerSpline:
     @classmethod
     def of_run(cls, run: Run, noise: float | None) -> "SteerSpline":
         """Smooth the steer angle of a ``run``, whose ``noise`` (sd, rad) is estimated if it is not given."""
-        recorded = run.inputs[STEER]
+        torque = run.channels.get(STEER_TORQUE)
+        jumps = () if torque is None else torque_jumps(run.time, torque)
+        return cls._smoothed(run.time.tobytes(), run.inputs[STEER].tobytes(), run.step, jumps, noise)
+
+    @classmethod
+    @lru_cache(maxsize=64)  # other readings of the other channels leave the angle as it is
+    def _smoothed(
+        cls, times: bytes, angle: bytes, step: float, jumps: tuple[float, ...], noise: float | None
+    ) -> "SteerSpline":  # fmt: skip
+        time, recorded = np.frombuffer(times), np.frombuffer(angle)
         white = third_difference_noise(recorded)
         allowed = 1.05 * (white if noise is None else min(white, noise))
         most = max(6, len(recorded) // 2 - DEGREE - len(DYING))  # half as many coefficients as samples
-        torque = run.channels.get(STEER_TORQUE)
-        jumps = () if torque is None else torque_jumps(run.time, torque)
-        functions = Functions(run.time, min(most, 100), jumps)
+        functions = Functions(time, min(most, 100), jumps)
         best = most_likely(functions, recorded, noise)
         while functions.spans < most:
             finer = functions._replace(spans=min(most, 2 * functions.spans))
@@ -234,8 +241,8 @@ class SteerSpline:
             functions, best = finer, other
         shapes, likely = best.shapes, best.likely
         shown = likely.share * best.seen
-        acceleration = functions.at(run.time, 2) @ shapes.coefficients
-        twice = np.tril(np.ones((len(recorded),) * 2)) * run.step
+        acceleration = functions.at(time, 2) @ shapes.coefficients
+        twice = np.tril(np.ones((len(recorded),) * 2)) * step
         smoothing = (acceleration * likely.share) @ (shapes.motions.T @ (twice @ twice))
         variance = np.cumsum((np.sum(acceleration**2, axis=0) * likely.share)[shapes.free :])
         # the roughest are left out, never the smooth ones, which lean the bicycle however little they accelerate

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
-from studies.diagnosis.figures import GAP
+from studies.diagnosis.figures import BEFORE_AFTER
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Rows, Series
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.arrays import Array
@@ -98,7 +98,9 @@ class TyreTables(TyreKind, kind="tyre_tables"):
         places = zip(t.load, t.pressure, strict=True)
         where = tuple(f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar" for load, pressure in places)
         fold = np.unique(t.load, return_inverse=True)[1]
-        return Rows(where, t.load, (name,) * len(where), fold, shown={name: Series(name, axis="load, N")})
+        return Rows(
+            where, t.load, (name,) * len(where), fold, shown={name: Series(name, "natural logarithm", "load, N")}
+        )
 
     @property
     def data(self) -> tuple[Array, Array]:
@@ -138,4 +140,4 @@ class TyreTables(TyreKind, kind="tyre_tables"):
         return self._log_reference(t.load, t.pressure) + slopes @ theta, slopes
 
     def figures(self) -> dict[str, Figure]:
-        return {"gap": GAP}
+        return {"before_after": BEFORE_AFTER}

@@ -20,6 +20,7 @@ from studies.inference.judge import (
     Acceptance,
     Judgement,
     accept,
+    effect_alone,
     equivalents,
     judge,
     rule_against,
@@ -40,6 +41,7 @@ from studies.inference.parts import (
     parts_against_rest,
     without_each,
 )
+from studies.inference.preflight import Misread, preflight
 from studies.inference.rules import RULES, Rules
 from studies.inference.search import Hypotheses, exchanged, expand, held_back, pruned, singles
 from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
@@ -61,11 +63,12 @@ from studies.inference.verdict import (
 __all__ = [
     "DOUBLED", "EACH_ALONE", "GAINS", "LEFT_OVER", "MOST_FOLDS", "OF", "ROUGH", "RULES", "UNLIKELY", "Acceptance",
     "AcceptanceCheck", "Array", "Candidate", "Compared", "Fit", "HeldOut", "Hypotheses", "Joint", "Judged",
-    "Judgement", "Kind", "Linear", "Mimic", "Moved", "Named", "Outcome", "Part", "PartAgainstRest", "Proposal",
-    "Reason", "Rows", "Rules", "Separation", "Series", "Stability", "UncertainParameter", "UpperLimit", "Variant",
-    "Verdict", "WithoutOne", "accept", "central_differences", "default_starts", "disagreement", "equivalents",
-    "exchanged", "expand", "fit", "fits", "folds", "held_back", "held_out", "judge", "leading", "left_over",
-    "log_normal", "minimise", "moved", "outcome", "parts_against_rest", "prior", "pruned", "rule_against",
-    "separating", "similarity", "singles", "size_limit", "stability", "stencil", "tail_limit", "together",
-    "upper_limits", "variants", "whiteness", "widened", "within_uncertainty", "without_each",
+    "Judgement", "Kind", "Linear", "Mimic", "Misread", "Moved", "Named", "Outcome", "Part", "PartAgainstRest",
+    "Proposal", "Reason", "Rows", "Rules", "Separation", "Series", "Stability", "UncertainParameter", "UpperLimit",
+    "Variant", "Verdict", "WithoutOne", "accept", "central_differences", "default_starts", "disagreement",
+    "effect_alone", "equivalents", "exchanged", "expand", "fit", "fits", "folds", "held_back", "held_out", "judge",
+    "leading", "left_over", "log_normal", "minimise", "moved", "outcome", "parts_against_rest", "preflight",
+    "prior", "pruned", "rule_against", "separating", "similarity", "singles", "size_limit", "stability", "stencil",
+    "tail_limit", "together", "upper_limits", "variants", "whiteness", "widened", "within_uncertainty",
+    "without_each",
 ]  # fmt: skip

@@ -295,6 +295,21 @@ class Fit:
             if x <= u.lowest + near * u.scale or x >= u.highest - near * u.scale
         ]
 
+    def unsized(self) -> list[str]:
+        """Candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
+        spread = np.sqrt(np.maximum(self.covariance.diagonal(), 0.0) * self.misfit)
+        found = []
+        for c in self.candidates:
+            sizes = zip(self.values(c), spread[self.columns(c)], strict=True)
+            known = [abs(x - u.centre) > sd for (u, x), sd in sizes if u.size]
+            found += [c.identifier] if known and not any(known) else []
+        return found
+
+    @property
+    def family(self) -> frozenset[str]:
+        """Family of each candidate, or its own name if it has none."""
+        return frozenset(c.family or c.identifier for c in self.candidates)
+
     @property
     def unusual(self) -> int:
         """Number of candidates with a size that seldom occurs."""

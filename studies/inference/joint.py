@@ -258,6 +258,18 @@ class Joint(Kind):
         parts = [replace(p, kind=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
         return (replace(self, parts=tuple(parts)),)
 
+    def quick(self) -> "Joint":
+        return replace(self, parts=tuple(replace(part, kind=part.kind.quick()) for part in self.parts))
+
+    def misreadings(self) -> Iterator[tuple[str, Kind]]:
+        """Readings of one part, the others as they stand."""
+        for k, part in enumerate(self.parts):
+            for what, kind in part.kind.misreadings():
+                yield (
+                    f"{part.name}: {what}",
+                    replace(self, parts=(*self.parts[:k], replace(part, kind=kind), *self.parts[k + 1 :])),
+                )
+
     def refined(self, best: Any) -> "Joint":
         """Each part refined by its rows of the ``best`` fit."""
         parts = [
@@ -340,19 +352,6 @@ class Joint(Kind):
             for name, figure in part.kind.figures().items()
         }
 
-    def doubts(
-        self, judgement: "Judgement", torque: Fit | None = None, without: Mapping[str, Any] | None = None
-    ) -> tuple[str, ...]:
-        """Units and signs of each part that a model of the others contradicts, or that of all parts."""
-        found: list[str] = []
-        for name, own, whole in self.alone():
-            others = without[name].final if without and name in without else None
-            model, who = (judgement.final, "all parts together") if others is None else (others, "the other parts")
-            said = model.name.replace("+", " + ") if model.candidates else "parameters only"
-            gap = _without_own_errors(whole, own, model)
-            found += [f"{name}: {doubt}" for doubt in own.misread(gap, f"the model of {who} ({said})")]
-        return tuple(found)
-
     def view(self, judgement: "Judgement", number: int) -> "Judgement":
         """Restrict a judgement of all parts to the part with this ``number``."""
         whole, rows = judgement.kind, self.slices()[number]
@@ -370,7 +369,7 @@ class Joint(Kind):
         final = null if judgement.final is known.null else restricted(judgement.final)
         return replace(
             judgement, kind=whole.parts[number].kind, hypotheses=replace(known, null=null), final=final,
-            nominal=judgement.nominal[rows],
+            alone=judgement.alone and restricted(judgement.alone), nominal=judgement.nominal[rows],
         )  # fmt: skip
 
 
@@ -383,17 +382,6 @@ class _FitOfPart(Fit):
     @property
     def name(self) -> str:
         return self.whole
-
-
-def _without_own_errors(whole: Kind, own: Kind, model: Fit) -> Array:
-    """Whitened residual of one part that a ``model`` leaves, without the errors of that part's sensors."""
-    (part,) = whole.parts
-    coordinates = {u.name: x for u, x in zip(model.unknowns[: model.effect_columns.start], model.theta, strict=False)}
-    theta = [coordinates.get(u.name, u.centre) for u in whole.nuisances]
-    kept = tuple(c for c in model.candidates if whole.concerns(c) and not c.identifier.startswith(f"{part.name}{OF}"))
-    theta += [x for c in kept for x in model.theta[model.columns(c)]]
-    acting, places = whole.of_part(0, kept)
-    return own.residual(acting, np.array(theta)[places], slopes=False)[0]
 
 
 def _widened(slopes: Array, places: NDArray[np.intp], width: int) -> Array:

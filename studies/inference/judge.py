@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
-from studies.inference.fit import Fit, fit, prior
+from studies.inference.fit import Fit, default_starts, fit, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
@@ -17,7 +17,6 @@ from studies.inference.search import (
     again,
     beats_nothing,
     held_back,
-    of_unusual_size,
     search,
     singles,
 )
@@ -57,8 +56,8 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     """Name the ``leader`` if all rules hold; it is None if nothing is more probable than anything."""
     null_score = held_out(known.kind, known.null)
     if leader is None:
-        check = AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", False)
-        if known.nothing >= RULES.even or not known.fits:
+        if known.nothing > RULES.even or not known.fits:
+            check = AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", False)
             return _nothing_named(known, null_score, (check,))
         leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
     members, wide = _class_of(known, leader)
@@ -67,25 +66,27 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     checks = tuple(check for group in rules.values() for check in group)
     met = {group: all(check.passed for check in some) for group, some in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
-    explained = met["any name"] and met["fit"]
     if all(met.values()):
-        word = "named" if len(members) == 1 else "class"
+        word = "named" if len({f.family for f in members}) == 1 else "class"
         return Acceptance(word, leader, scores, leader, members, checks)
-    unlikely = score.log_score <= null_score.log_score or known.nothing >= RULES.nothing
-    if explained and not (unlikely and known.null.fits_data):
+    own = (share for f, share in known.probabilities if f in members and f.family == leader.family)
+    probable = sum(own) > RULES.even
+    explained = met["any name"] and met["fit"]
+    if explained and met["no reservation"] and (probable or not known.null.fits_data):
         return Acceptance("tentative", leader, scores, leader, members, checks)
     share = RULES.partial_share if leader.goodness >= RULES.far else RULES.far_share
-    closes = score.gap <= min(share * null_score.gap, RULES.partial_rest)
-    if met["any name"] and met["partial name"] and closes:
+    closes = null_score.gap > 0 and score.gap <= min(share * null_score.gap, RULES.partial_rest)
+    if met["any name"] and met["partial name"] and closes and not explained:
         return Acceptance("partial", leader, scores, leader, members, checks, _mimics(known.kind, leader))
     return _nothing_named(known, null_score, checks, leader)
 
 
 def _nothing_named(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
     scores = {"nuisance_only": score, "final": score}
-    if known.null.fits_data:
+    if known.null.fits_data and known.nothing > RULES.even:
         return Acceptance("none", known.null, scores, leader, checks=checks)
-    return Acceptance("unknown", known.null, scores, leader, checks=checks, mimics=_mimics(known.kind, known.null))
+    mimics = () if known.null.fits_data else _mimics(known.kind, known.null)
+    return Acceptance("unknown", known.null, scores, leader, checks=checks, mimics=mimics)
 
 
 def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
@@ -105,8 +106,6 @@ def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
 def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
     """Hypotheses that cannot be told from the ``leader``, and the leading hypotheses with wider nuisances."""
     members = equivalents(known, leader)
-    if members[leader].key.startswith("leads"):
-        members[leader] = _among(known, leader) or members[leader]
     for f in known.likelier(leader)[:1]:
         odds = known.odds(f, leader)
         members[f] = Reason("one more", odds=odds)
@@ -123,20 +122,11 @@ def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypoth
     return members, wide
 
 
-def _among(known: Hypotheses, leader: Fit) -> Reason | None:
-    """Among which hypotheses a leader is the most probable; None if among all."""
-    ahead = [f for f in (known.null, *known.fits) if known.odds(f, leader) > 1 and f is not leader]
-    effects = len(leader.candidates)
-    if any(len(f.candidates) != effects for f in ahead):
-        return Reason("leads of so many", effects=effects)
-    return Reason("leads of nameable") if any(not f.admissible for f in ahead) else None
-
-
 def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
     """Rules of any name, of a partial name too, of a name without reservation, and of the fit."""
     (score, null_score), kind, low = scores, known.kind, RULES.poor_fit
     gain = score.log_score - null_score.log_score
-    bounds, small, sizes = leader.at_bound(), leader.negligible(), leader.implausible()
+    bounds, small, unsized, sizes = leader.at_bound(), leader.negligible(), leader.unsized(), leader.implausible()
     within, white, left = within_uncertainty(leader), whiteness(kind, leader), _left(kind, leader)
     found: dict[str, dict[str, tuple[str, bool]]] = {
         "any name": {
@@ -144,6 +134,7 @@ def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide
             "the fit converged": ("yes" if leader.converged else "no", leader.converged),
             "inside its bounds, physical sign": (", ".join(bounds) or "yes", not bounds),
             "large enough to matter": (", ".join(small) or "yes", not small),
+            "larger than its standard deviation": (", ".join(unsized) or "yes", not unsized),
             "at most one of a size that seldom occurs": (f"{leader.unusual}", leader.unusual < 2),
         },
         "partial name": {
@@ -180,6 +171,7 @@ def _left(kind: Kind, leader: Fit) -> tuple[str, bool] | None:
     return f"{left[0]:.2g}" + ("" if passed else f", mostly {left[1]}"), passed
 
 
+HELD = 1e-6  # of the prior sd: a parameter that does not move
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
 
 
@@ -191,10 +183,9 @@ class Judgement:
     verdict: Verdict
     hypotheses: Hypotheses  # all that were fitted
     final: Fit  # with what was named; the null if nothing was
+    alone: Fit | None = None  # the named effects with nothing else moved
     nominal: Array  # (n,), whitened residual of the base model as it stands
     held_out: dict[str, HeldOut]  # nuisance_only and final
-    # names of the best single effects and the cosines (k, k) of what they do to the data
-    similar: tuple[tuple[str, ...], Array]
 
 
 def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
@@ -214,13 +205,22 @@ def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     kind = known.kind
     acceptance = accept(known, leader)
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
-    finite = [f for f in known.best(1) if np.isfinite(f.objective)]
-    fits = ([f for f in finite if f.admissible] or finite)[:10]
     return Judgement(
         kind=kind, verdict=_verdict(known, acceptance, nominal), hypotheses=known,
         final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
-        similar=(tuple(f.name for f in fits), similarity(kind, known.null, fits) if fits else np.zeros((0, 0))),
     )  # fmt: skip
+
+
+def effect_alone(judgement: Judgement) -> Fit | None:
+    """Fit of the sizes of what is named with nothing else moved; None if nothing is named, or nothing could move."""
+    final, nominal = judgement.final, [u.centre for u in judgement.kind.nuisances]
+    if not (final.candidates and nominal):
+        return None
+    starts = [
+        np.array([*nominal, *final.theta[final.effect_columns]]),
+        *default_starts(judgement.kind, final.candidates),
+    ]
+    return fit(judgement.kind, final.candidates, starts=starts[:2], nuisance_scale=HELD)
 
 
 def _verdict(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
@@ -248,7 +248,6 @@ def _verdict(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdi
             "final": final.chi2, "penalty": final.penalty,
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
-        worst=_worst(known.kind, final),
         separating_measurements=tuple(separating(known.kind, members)) if len(members) > 1 else (),
         goodness_of_fit_p=final.goodness, alone_p=known.null.goodness,
         checks=acceptance.checks, mimics=acceptance.mimics, refused=known.kind.refused,
@@ -272,50 +271,11 @@ def _refused(known: Hypotheses, acceptance: Acceptance) -> tuple[tuple[str, floa
 
 def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
     """Why a hypothesis that is more probable than what is named is not named: one reason, wherever it is listed."""
-    final, leader = acceptance.final, acceptance.leader
-    if f is leader:
+    if f is acceptance.leader:
         return Reason("fails", rules="; ".join(c.what for c in acceptance.checks if not c.passed))
     if f in acceptance.members:
         return acceptance.members[f]
-    if not f.converged:
-        return Reason("not converged")
-    if f.at_bound():
-        return Reason("at bound", sizes=", ".join(f.at_bound()))
-    if f.negligible():
-        return Reason("too small", names=", ".join(f.negligible()))
-    if f.implausible() and not f.fits_data:
-        return Reason("unusual misfit", sizes=", ".join(f.implausible()), limit=RULES.poor_fit)
-    if not f.candidates:
-        return Reason("nothing")
-    if not final.candidates:
-        return _not_judged(known, leader, f)
-    odds = known.odds(f, final)
-    if not final.identifiers < f.identifiers:
-        return Reason("likelier", why=held_back(known, f, final))
-    if odds <= RULES.clear_odds:
-        return Reason("more, not clear", odds=odds)
-    return Reason("more", odds=odds, why=held_back(known, f, final))
-
-
-def _not_judged(known: Hypotheses, leader: Fit | None, f: Fit) -> Reason:
-    """Why another hypothesis was judged, and nothing is named."""
-    p = f.goodness
-    if p <= RULES.poor_fit or leader is None:
-        return Reason("misfit", p=p)
-    if unlikely := of_unusual_size(known.kind, f):
-        return unlikely
-    if (odds := known.odds(f, leader)) > 1:
-        why = held_back(known, f, leader)
-        return Reason("likelier than judged", odds=odds, leader=leader.name, why=why)
-    return Reason("another judged", leader=leader.name)
-
-
-def _worst(kind: Kind, final: Fit) -> tuple[tuple[str, float], ...]:
-    """The five places where the gap is largest, and their shares of chi^2."""
-    shares: dict[str, float] = {}
-    for where, r in zip(kind.rows.where, final.residual, strict=True):
-        shares[where] = shares.get(where, 0.0) + float(r**2) / max(final.chi2, 1e-300)
-    return tuple(sorted(shares.items(), key=lambda item: -item[1])[:5])
+    return held_back(known, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
 
 
 def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
@@ -358,7 +318,7 @@ def widened(known: Hypotheses, final: Fit) -> Array:
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
     """
     larger = known.likelier(final)
-    weights = np.array([1.0, *(known.odds(f, final) for f in larger)])
+    weights = np.minimum([1.0, *(known.odds(f, final) for f in larger)], 1e300)  # of a fit that failed they are endless
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
         for c in final.candidates:
@@ -376,7 +336,7 @@ def _named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
         for name, factor in u.factors.items():
             parameters[name] = (factor * value, factor * wide)
             units[name] = u.unit
-    return Named(candidate.identifier, parameters, units, candidate.signature, candidate.mistake)
+    return Named(candidate.identifier, parameters, units, candidate.signature, candidate.mistake, candidate.family)
 
 
 # ---------------------------------------------------------------------- what can be told apart
@@ -409,16 +369,13 @@ def equivalents(known: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     near = leader.objective + RULES.as_much
     peers = [f for f in peers if known.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
     cosines = similarity(known.kind, known.null, [leader, *peers])[0, 1:]
-    ahead = [f for f in peers if known.odds(leader, f) < 1]
-    led = Reason("leads of a size" if ahead else "leads")
-    members = {leader: Reason("search ended") if any(f.physical for f in ahead) else led}
+    first = all(known.odds(f, leader) <= 1 for f in (known.null, *known.fits) if f is not leader)
+    members = {leader: Reason("leads" if first else "search ended")}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)
         unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
         if odds < 1:
-            over = known.odds(f, leader)
-            later = Reason("not clear", limit=RULES.clear_odds) if over <= RULES.clear_odds else Reason("elsewhere")
-            members[f] = Reason("ahead", odds=over, why=of_unusual_size(known.kind, f) or later)
+            members[f] = Reason("ahead", odds=known.odds(f, leader), why=held_back(known, f, leader))
         elif odds < RULES.clear_odds:
             members[f] = Reason("close", odds=odds, unusual=unusual)
         elif cosine > RULES.alike_cosine and (f.physical or not leader.physical) and not _idle(f):
@@ -480,6 +437,6 @@ def _bench_tests(members: list[Fit]) -> list[Separation]:
             sd = np.hypot(RULES.bench_sd * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / sd)
             size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
-            kind = "calibration" if candidate.mistake else "bench test"
-            separations.append(Separation(f"{kind} of {candidate.identifier} ({size})", gain))
+            kind = "calibration" if candidate.mistake else "a measurement"
+            separations.append(Separation(f"{kind} of {candidate.identifier} by itself ({size})", gain))
     return separations

@@ -218,6 +218,14 @@ class Kind:
         """Problems of the same unknowns with fewer local optima, from the easiest."""
         return ()
 
+    def quick(self) -> "Kind":
+        """Data for a first look, with few local optima: few of many, if they are dear to compute."""
+        return (self.easier() or (self,))[-1]
+
+    def misreadings(self) -> Iterator[tuple[str, "Kind"]]:
+        """Each unit and sign in which the data may have been meant, in words, and the data read so."""
+        yield from ()
+
     def refined(self, best: Any) -> "Kind":
         """Estimate the noise from ``best.residual``; itself if the noise is known."""
         return self
@@ -242,14 +250,8 @@ class Kind:
         """Figures by name: ``gap``, ``before_after``."""
         return {}
 
-    def doubts(
-        self, judgement: "Judgement", torque: "Fit | None" = None, without: Mapping[str, Any] | None = None
-    ) -> tuple[str, ...]:
-        """Statements of the data that are surely wrong, such as units and signs."""
-        return self.misread(judgement.nominal, "the base model")
-
-    def misread(self, gap: Array, model: str) -> tuple[str, ...]:
-        """Units and signs that a ``model`` contradicts, which leaves the whitened residual ``gap`` (n,)."""
+    def doubts(self, judgement: "Judgement", torque: "Fit | None" = None) -> tuple[str, ...]:
+        """Statements of the data that are surely wrong, in words."""
         return ()
 
     def bicycles(self, final: "Fit") -> dict[str, tuple["Kind", "Fit"]]:
@@ -258,10 +260,6 @@ class Kind:
 
     def with_named(self, final: "Fit") -> Any:
         """The base model with the effects of the ``final`` fit; InputError if they make none."""
-        return None
-
-    def model_with(self, final: "Fit") -> Any:
-        """The base model with these effects, or None if they make none."""
         return None
 
     def held_back(self) -> "Kind | None":

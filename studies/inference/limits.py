@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import log_ndtr, ndtr, ndtri, ndtri_exp
 
-from studies.inference.fit import Fit, prior
+from studies.inference.fit import Fit, prior, spread
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, UncertainParameter
 from studies.inference.rules import RULES
@@ -82,8 +82,7 @@ def _step(
     """Mean (p,) and covariance (p, p) of the coordinates, the optimum of a bound fit where its slope points."""
     centre, sd = prior(unknowns, candidates)
     r, scaled, z = found[0] / noise, found[1] * sd / noise, (theta - centre) / sd
-    hessian = scaled.T @ scaled + np.eye(len(z))
-    inverse = np.linalg.pinv(hessian, hermitian=True)
+    inverse, _ = spread(scaled)
     return theta - sd * (inverse @ (scaled.T @ r + z)), inverse * np.outer(sd, sd)
 
 
@@ -110,4 +109,6 @@ def tail_limit(mean: float) -> float:
 def size_limit(mean: float) -> float:
     """95 % limit of the size of a unit normal of this ``mean`` (no unit)."""
     offset = abs(mean)
+    if offset > 10.0:  # the other side is empty
+        return offset + float(ndtri(RULES.level))
     return float(brentq(lambda x: float(ndtr(x - offset) - ndtr(-x - offset)) - RULES.level, 0.0, offset + 10.0))

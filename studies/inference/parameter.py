@@ -90,6 +90,7 @@ class Candidate:
     signature: str = ""  # what it does to the data, in words, for the report
     # prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes
     weight: float = 1.0
+    family: str = ""  # what it is one answer with, in words: effects that are one physics in data of this kind
     # its model leaves more of the data than noise where it is the cause, which is not held against it
     approximate: bool = False
 

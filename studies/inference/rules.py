@@ -35,6 +35,10 @@ class Rules:
     # limits of absent effects
     level: float = 0.95  # of an upper limit; convention
     same_as_prior: float = 0.95  # of the prior's own limit, from which on the data say nothing
+    # other readings of the data; counted on the search cases
+    misread: float = 3.0  # sum of squares a number, with the parameters adjusted, from which others are tried
+    collapse: float = 4.0  # factor by which it falls where a reading is the answer
+    as_well: float = 1.5  # factor within which readings count as alike
     # breadth of the search; counted against random starts
     most_effects: int = 3  # in a hypothesis
     many: int = 3  # effects at once, each of which must stand alone

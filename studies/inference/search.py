@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.inference.evidence import HeldOut, held_out, whiteness
+from studies.inference.evidence import held_out, whiteness
 from studies.inference.fit import (
     GUIDE,
     ROUGH,
@@ -173,7 +173,19 @@ def singles(kind: Kind, progress: Progress) -> Hypotheses:
             starts = promising(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(fitted(kind, (candidate,), starts, turns=_turns(kind)))
     known = Hypotheses(null, tuple(fits), kind)
-    return _retried(_none_worse(known))
+    return _related(_retried(_none_worse(known)))
+
+
+def _related(known: Hypotheses) -> Hypotheses:
+    """Effects of one family, also fitted from the parameters with which the best of them fits: they do alike."""
+    found = []
+    for f in known.fits:
+        best = min((other for other in known.fits if other.family == f.family), key=lambda other: other.objective)
+        if math.isfinite(best.objective) and f.objective > best.objective + RULES.improved:
+            parameters = best.theta[: best.effect_columns.start]
+            starts = [np.concatenate([parameters, start]) for start in f.candidates[0].starts[:2]]
+            found.append(fitted(known.kind, f.candidates, promising(known.kind, f.candidates, starts, 1)))
+    return known.bettered(found)
 
 
 def again(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
@@ -466,48 +478,16 @@ def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = Fals
 # ---------------------------------------------------------------------- why not in its place
 
 
-def held_back(known: Hypotheses, larger: Fit, leader: Fit) -> Reason:
-    """The rule of the search that keeps a ``larger`` hypothesis from the place of a ``leader``."""
-    scores: dict[Fit, HeldOut] = {}
-
-    def score(f: Fit) -> HeldOut:
-        if f not in scores:
-            scores[f] = held_out(known.kind, f)
-        return scores[f]
-
-    if unlikely := of_unusual_size(known.kind, larger):
-        return unlikely
-    if leader.identifiers < larger.identifiers:
-        if known.odds(larger, leader) <= RULES.clear_odds:
-            return Reason("not clear", limit=RULES.clear_odds)
-        if not score(larger).possible:
-            return Reason("one run")
-        if not score(larger).log_score > score(leader).log_score:
-            return Reason("no gain")
-    whole = score(larger).log_score
-    for c in larger.candidates:
-        part = known.find(larger.identifiers - {c.identifier})
-        if part is None:
-            continue
-        odds = known.odds(larger, part)
-        if odds < RULES.clear_odds:
-            return Reason("odds of one", effect=c.identifier, odds=odds, limit=RULES.clear_odds)
-        if not whole > score(part).log_score:
-            return Reason("no gain of one", effect=c.identifier)
-        if len(larger.candidates) >= RULES.many and not beats_nothing(known, c, score(known.null).log_score):
-            return Reason("not alone", effect=c.identifier)
-    return Reason("elsewhere")
-
-
-def of_unusual_size(kind: Kind, larger: Fit) -> Reason | None:
-    """Why a hypothesis of sizes that seldom occur is not preferred; None if it may be."""
-    sizes = ", ".join(larger.implausible())
-    if not sizes:
-        return None
-    if larger.unusual > 1:
-        return Reason("two unusual", sizes=sizes)
-    if not larger.fits_data:
-        return Reason("unusual misfit", sizes=sizes, limit=RULES.poor_fit)
-    if whiteness(kind, larger) <= RULES.poor_fit:
-        return Reason("unusual not white", sizes=sizes, limit=RULES.poor_fit)
-    return None
+def held_back(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
+    """Why a hypothesis more probable than the ``leader`` is not in its place: its own fault, or the search's rule."""
+    sizes, misfit = ", ".join(f.implausible()), not f.fits_data
+    faults = {
+        "not converged": not f.converged, "at bound": bool(f.at_bound()), "too small": bool(f.negligible()),
+        "two unusual": f.unusual > 1, "unusual misfit": bool(sizes) and misfit,
+        "unusual not white": bool(sizes) and whiteness(known.kind, f) <= RULES.poor_fit, "nothing": not f.candidates,
+        "misfit": misfit and not (leader and leader.candidates),
+        "not clear": leader is not None and 1 < known.odds(f, leader) <= RULES.clear_odds,
+    }  # fmt: skip
+    key = next((key for key, found in faults.items() if found), "elsewhere")
+    bounds, small = ", ".join(f.at_bound()), ", ".join(f.negligible())
+    return Reason(key, sizes=bounds if key == "at bound" else sizes, names=small, limit=RULES.clear_odds)

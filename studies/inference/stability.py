@@ -103,16 +103,6 @@ class Stability:
         """Number of variants in which the verdict holds."""
         return sum(one.same for one in self.outcomes)
 
-    @property
-    def others(self) -> dict[str, int]:
-        """Count of each other verdict with its leader, the most frequent first."""
-        counted: dict[str, int] = {}
-        for one in self.outcomes:
-            if not one.same:
-                leader = f" ({' + '.join(sorted(_effects(one.names[0])))})" if one.names else ""
-                counted[one.verdict + leader] = counted.get(one.verdict + leader, 0) + 1
-        return dict(sorted(counted.items(), key=lambda item: -item[1]))
-
     def to_dict(self) -> dict[str, Any]:
         """The outcomes for JSON, without their sentence."""
         variants = [{**vars(one), "names": list(one.names)} for one in self.outcomes]
@@ -176,7 +166,7 @@ def _places(rows: Rows, out: NDArray[np.bool_], most: int = 4) -> str:
         series = np.array(rows.series)
         whole = [name for name in dict.fromkeys(rows.series) if out[series == name].all()]
         folds = np.unique(rows.fold).tolist()
-        return ", ".join(whole) or f"part {folds.index(int(rows.fold[out][0])) + 1} of {len(folds)} of each recording"
+        return ", ".join(whole) or f"part {folds.index(int(rows.fold[out][0])) + 1} of {len(folds)}"
     quantity, _, unit = (part.strip() for part in axes.pop().partition(","))
     shown = ", ".join(dict.fromkeys(f"{x:.3g}" for x in places[:most]))
     more = f" and {len(places) - most} more" if len(places) > most else ""

@@ -1,5 +1,6 @@
 """The verdict with its reasons: what was decided, and why other hypotheses were not named."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -7,40 +8,25 @@ from typing import Any
 WORDS = {
     # members of a class
     "leads": "the most probable",
-    "leads of a size": "the most probable of a size that occurs",
-    "leads of so many": "the most probable of those with {effects} effect(s)",
-    "leads of nameable": "the most probable of those that may be named",
-    "search ended": "where the search ended",
+    "search ended": "the most probable of those that may be named, with so many effects",
     "close": "odds of only {odds:.2g} : 1 against it{unusual}",
     "alike": "does the same to the data (cosine {cosine:.3f}; {odds:.2g} : 1 against it){unusual}",
     "ahead": "more probable than what leads ({odds:.2g} : 1), but {why}",
     "one more": "one effect more, odds {odds:.0f} : 1 for it: too few to add it",
     "leads wide": "the most probable if the uncertainty of the parameters is doubled",
     "close wide": "odds of only {odds:.0f} : 1 against it if the uncertainty of the parameters is doubled",
-    # rules of the search
-    "not clear": "not clearly so (above {limit:g} : 1)",
-    "one run": "one run: nothing can be left out to show a gain",
-    "no gain": "the data left out gain nothing by it",
-    "no gain of one": "the data left out gain nothing by its {effect}",
-    "odds of one": "{effect} does not stand by its own odds ({odds:.2g} : 1; above {limit:g} : 1 is clear)",
-    "not alone": "{effect}, one of three effects, is not clearly better than nothing by itself",
-    "elsewhere": "not where the search ended, which goes from the best with so many effects to one more",
-    "two unusual": "more than one of its sizes seldom occurs ({sizes})",
-    "unusual misfit": "of a size that seldom occurs ({sizes}), and it does not fit (p below {limit:g})",
-    "unusual not white": "of a size that seldom occurs ({sizes}), and what it leaves is not white noise "
-    "(p below {limit:g})",
     # hypotheses that are refused
     "fails": "does not hold: {rules}",
     "not converged": "its fit did not converge: it is not judged",
     "at bound": "at a bound or of an unphysical sign: {sizes}",
     "too small": "too small to matter: {names}",
+    "two unusual": "more than one of its sizes seldom occurs ({sizes})",
+    "unusual misfit": "of a size that seldom occurs ({sizes}), and it does not fit",
+    "unusual not white": "of a size that seldom occurs ({sizes}), and what it leaves is not white noise",
     "nothing": "nothing is missing, if the data alone decide",
-    "misfit": "it does not fit (p = {p:.2g})",
-    "another judged": "{leader} was judged, which fails a rule",
-    "likelier than judged": "{odds:.2g} times as probable as {leader}, which was judged, but {why}",
-    "more, not clear": "more effects, and not clearly more probable ({odds:.2g} : 1)",
-    "more": "more effects, {odds:.2g} times as probable, but {why}",
-    "likelier": "more probable, but {why}",
+    "misfit": "it does not fit",
+    "not clear": "not clearly so (above {limit:g} : 1)",
+    "elsewhere": "the search adds an effect only where it is clear and data left out gain by it",
 }
 
 
@@ -88,6 +74,7 @@ class Named:
     units: Mapping[str, str] = field(default_factory=dict)  # name -> unit, SI; 1 for a pure number
     signature: str = ""  # what the effect does to the data, in words
     mistake: bool = False  # it is an error of the measurement or its file
+    family: str = ""  # what it is one answer with, in words
 
 
 @dataclass(frozen=True)
@@ -130,7 +117,6 @@ class Verdict:
     chi2: Mapping[str, float]  # n, nominal, nuisance_only, final, penalty
     # sqrt(max(0, chi^2/n - 1)) on held-out data over that of the nominal model; None if that has no gap
     held_out_gap: Mapping[str, float | None]
-    worst: tuple[tuple[str, float], ...]  # where the gap of the final model is, and its share of chi^2
     separating_measurements: tuple[Separation, ...]  # what would tell the class apart, best first
     goodness_of_fit_p: float  # P(chi^2 larger) of the final model
     alone_p: float = 0.0  # the same of the base model with its parameters adjusted
@@ -164,6 +150,7 @@ class Verdict:
             "effects": [
                 {
                     "identifier": e.identifier,
+                    "family": e.family,
                     "parameters": {name: {"value": value, "sd": sd} for name, (value, sd) in e.parameters.items()},
                 }
                 for e in self.effects
@@ -174,9 +161,8 @@ class Verdict:
                 {"hypothesis": name, "probability": p, "rule": str(rule)} for name, p, rule in self.refused_leaders
             ],
             "posterior": dict(self.posterior),
-            "chi2": dict(self.chi2),
+            "chi2": {name: x if math.isfinite(x) else None for name, x in self.chi2.items()},
             "held_out_gap": dict(self.held_out_gap),
-            "worst": [{"where": where, "share": share} for where, share in self.worst],
             **{
                 name: list(map(asdict, getattr(self, name))) for name in ("separating_measurements", "checks", "mimics")
             },

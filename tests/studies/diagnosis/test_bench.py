@@ -1,13 +1,11 @@
 """Bench tests of the steering: readings of the published benchmark bicycle, by nothing of velotyre (synthetic)."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from published_bicycle import K0, TILT, G, bar_stiffness
 
 from studies.diagnosis import diagnose, read_measurement
-from studies.inference import Joint, Part, WithoutOne, fit
+from studies.inference import preflight
 from tyre.errors import InputError
 
 HEAD = "test,condition,steer_rad,steer_rate_rad_s,direction,steer_torque_N_m,steer_torque_sd_N_m"
@@ -284,80 +282,11 @@ def test_tables_that_cannot_be_read(tmp_path, head, lines, words):
         read_measurement(write(tmp_path, lines, head=head))
 
 
-KGF = 9.80665  # N
-
-
-def in_force(lines, *, unit=1.0, arm=0.31):
-    """The readings of ``lines`` as forces in so many N at an arm."""
-    found = []
-    for line in lines:
-        *begin, torque, sd = line.split(",")
-        found.append(
-            ",".join([*begin, f"{float(torque) / arm / unit:.12g}", f"{float(sd) / arm / abs(unit):.12g}", f"{arm}"])
-        )
-    return found
-
-
-FORCES = "test,condition,steer_rad,steer_rate_rad_s,direction,force_N,force_sd_N,lever_arm_m"
-
-
-def gap_of(forward):
-    """Whitened residual of the base model."""
-    return forward.residual((), forward.nominal)[0]
-
-
-@pytest.mark.parametrize(
-    ("unit", "spring", "asked"),
-    [
-        (KGF, 0.0, True),
-        (1.0, 0.0, False),
-        (-1.0, 0.0, False),
-        (1 / KGF, 0.0, False),
-        (1.0, 0.6, False),
-        (KGF, 3.0, False),
-    ],
-)
-@pytest.mark.parametrize("by_force", [True, False])
-def test_torques_of_a_tenth_are_asked_whether_they_are_in_kgf(tmp_path, unit, spring, asked, by_force):
-    """Lifted and on the floor, with friction, by hand; a spring of so many times the weight's is none of it."""
-    hidden = {"friction": 0.3, "spring": -spring * bar_stiffness(lifted=True)}
-    lines = [*sweep(**hidden), *sweep("floor", **hidden), *damped(friction=0.3)]
-    lines = in_force(lines, unit=unit, arm=0.31 if by_force else 1.0)
-    if not by_force:
-        lines = [line.rpartition(",")[0] for line in lines]
-    forward = read_measurement(write(tmp_path, lines, head=FORCES if by_force else HEAD)).ready()
-    told = forward.misread(gap_of(forward), "the base model")
-    assert len(told) == asked
-    if asked:
-        (words,) = told
-        ratio = float(words.removeprefix("the torques at the bar change by 1/").partition(" of what the base model")[0])
-        assert ratio == pytest.approx(KGF, rel=0.05)
-        assert words.endswith(
-            "are the forces in kgf (N is expected), or the lever arms ten times as long as stated?"
-            if by_force
-            else "are the torques in kgf m? N m is expected"
-        )
-
-
-def test_of_joint_data_the_other_parts_say_what_torques_are_expected(tmp_path):
-    """A spring of six times the weight's, which the other parts know: the base model alone would ask nothing."""
-    hidden = {"spring": -6 * bar_stiffness(lifted=True)}
-    (tmp_path / "n").mkdir()
-    right = read_measurement(write(tmp_path, sweep(**hidden))).ready()
-    wrong = read_measurement(write(tmp_path / "n", in_force(sweep(**hidden), unit=KGF), head=FORCES)).ready()
-    assert not wrong.misread(gap_of(wrong), "the base model")
-    known = fit(right, chosen(right, "steer_spring"))
-    rest = {"bar": WithoutOne("bar", None, final=known)}
-    for forward, asked in ((right, False), (wrong, True)):
-        whole = Joint((Part("bar", forward, own=frozenset({"force_scale"})),))
-        told = whole.doubts(SimpleNamespace(final=known), without=rest)
-        assert len(told) == asked
-        assert all(
-            words.startswith("bar: the torques at the bar change by 1/9.")
-            and " of what the model of the other parts (steer_spring) says; are the forces in kgf" in words
-            for words in told
-        )
-    whole = Joint((Part("hand", right), Part("bar", wrong, own=frozenset({"force_scale"}))))
-    scaled = fit(whole, chosen(whole, "steer_spring", "bar/force_scale"))
-    (words,) = whole.doubts(SimpleNamespace(final=scaled))
-    assert "the model of all parts together (steer_spring + bar/force_scale) says" in words
+def test_forces_in_kgf_are_told(tmp_path):
+    """Lifted and on the floor, by hand; a spring of half the weight's is no other unit."""
+    for unit, spring, asked in ((9.80665, 0.0, True), (1.0, 0.0, False), (1.0, 0.5, False)):
+        hidden = {"spring": -spring * bar_stiffness(lifted=True)}
+        lines = [",".join([*line.split(",")[:-2], *(f"{float(x) / unit:.12g}" for x in line.split(",")[-2:])])
+                 for line in [*sweep(**hidden), *sweep("floor", **hidden)]]  # fmt: skip
+        found = preflight(read_measurement(write(tmp_path, lines)).ready())
+        assert (found is not None and found.readings[0] == "steer_torque in kgf") == asked

@@ -80,15 +80,13 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     main(["diagnose", str(modal / "MEASUREMENT.toml"), "--out", str(out), "--workers", "1", *few, *more])
     shown = capsys.readouterr().out.splitlines()
     found = json.loads((out / "verdict.json").read_text())
-    assert shown[0] == f"{found['verdict']}. {found['sentence']}"
-    assert f"report: {out / 'report.html'}" in shown
-    (does,) = {c.signature for c in measurement.ready().candidates if c.identifier == "steer_damper"}
-    assert f"steer_damper: {does}" in shown
+    assert shown[0].startswith(f"{found['verdict']}. {found['sentence']}")
+    assert any(line.endswith(f"Report: {out / 'report.html'}") for line in shown)
     assert (found["stability"] is not None) == variants
     if variants:
-        assert found["stability"]["sentence"] in shown
+        assert found["stability"]["sentence"] in shown[0]
     main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
     assert "weave" in capsys.readouterr().out
     text = (out / "report.md").read_text(encoding="utf-8")
-    assert "[`model.toml`](model.toml) is the base model with its parameters adjusted and steer_damper added" in text
+    assert "**Added.** `model.toml`, parameters adjusted, steer_damper added" in text
     assert isinstance(found["moved"], list)

@@ -188,7 +188,7 @@ def test_the_model_that_follows_has_the_geometry_that_was_found_and_what_is_tied
     measurement = Modal(name="own", model=model, points=modal().points, uncertainty={"lam": 0.0})
     forward = measurement.ready()
     tilt = next(c for c in forward.candidates if c.identifier == "wrong_tilt")
-    found = measurement.model_with(
+    found = measurement.with_named(
         fit(forward, (tilt,), starts=[np.append([u.centre for u in forward.nuisances], 0.1)], turns=(0, 0))
     )
     assert found.bicycle["lam"] == pytest.approx(load_bicycle("benchmark")["lam"] + 0.1)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.diagnosis import leading_two, standing
+from studies.diagnosis import leading_two
 from studies.inference import DOUBLED, GAINS, LEFT_OVER, AcceptanceCheck, Candidate, Fit, Hypotheses, UncertainParameter
 
 LEAST = 0.1
@@ -46,26 +46,6 @@ def test_a_name_has_a_rival_only_within_ten_thousand_to_one(against, rival):
     """exp(9) is 8100, exp(9.5) is 13400."""
     found = judged("named", "damper", hypothesis("damper", 100.0), hypothesis("spring", 100.0 - against))
     assert names(found) == ("damper", *rival)
-
-
-@pytest.mark.parametrize(("against", "odds"), [(2.9, None), (3.1, 22.2), (9.0, 8103.0), (9.5, None)])
-def test_a_name_stands_above_twenty_to_one(against, odds):
-    """exp(2.9) is 18.2, exp(3.1) 22.2."""
-    found = judged("named", "damper", hypothesis("damper", 100.0), hypothesis("spring", 100.0 - against))
-    stands = standing(found)
-    assert (stands is None) == (odds is None)
-    if odds is not None:
-        assert (stands.leader, stands.rival) == ("damper", "spring")
-        assert stands.odds == pytest.approx(odds, rel=1e-3)
-    assert standing(judged("class", "damper", *found.hypotheses.fits, members=("damper", "spring"))) is None
-    assert standing(judged("tentative", "damper", *found.hypotheses.fits, failed=("a size that occurs",))) is None
-
-
-def test_that_nothing_is_missing_stands_too():
-    assert standing(judged("none", "", hypothesis("damper", -2.9))) is None
-    far = standing(judged("none", "", hypothesis("damper", -4.0)))
-    assert (far.leader, far.rival) == ("none", "damper")
-    assert far.odds == pytest.approx(np.exp(4.0), rel=1e-6)
 
 
 def test_the_named_effect_with_a_further_one_of_no_size_is_no_rival():

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.cli import main
 from studies.diagnosis import TyreTables, diagnose, read_measurement
 from tyre.errors import InputError
 from tyre.map_files import read_folder
@@ -94,3 +95,14 @@ def test_bad_files_of_tables(tmp_path, text, words):
     (tmp_path / "m.toml").write_text('kind = "tyre_tables"\n' + text)
     with pytest.raises(InputError, match=words):
         read_measurement(tmp_path / "m.toml")
+
+
+def test_a_tyre_without_uncertain_parameters_has_its_story_in_the_terminal(capsys):
+    main(["diagnose", "tyre1_drum"])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 12
+    assert lines[0].startswith("partial. In part drum_curvature (exponent 0.606")
+    assert any(
+        line.startswith("shown: On data left out of the fit, it leaves 38 % of the base model") for line in lines
+    )
+    assert sum(line.endswith("#") for line in lines) == 2

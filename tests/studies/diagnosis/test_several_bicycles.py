@@ -138,7 +138,9 @@ def test_an_effect_of_one_bicycle_is_its_own_and_no_part_of_the_first_model(fold
     assert "pista_rider/pneumatic_trail" not in candidates
     measurement = read_measurement(folder / "MEASUREMENT.toml")
     assert forward.bicycles(found)[""][1].candidates == ()
-    assert [e.identifier for e in measurement.model_with(found).effects] == ["relaxation_length"]
+    assert [e.identifier for e in measurement.with_named(measurement.bicycles(found)[""][1]).effects] == [
+        "relaxation_length"
+    ]
     left = {c.identifier for c in measurement.ready(without=("pista_rider/steer_damper",)).candidates}
     assert "steer_damper" in left
     assert "pista_rider/steer_damper" not in left

@@ -6,7 +6,6 @@ import pytest
 from small_library import all_but
 
 from studies.diagnosis import diagnose, find, read_measurement
-from studies.inference import separating
 
 TRIED = ("front_compliance", "steer_spring", "steer_damper", "pneumatic_trail", "crown_radius", "camber_thrust",
          "speed_scale")  # fmt: skip
@@ -41,14 +40,12 @@ def test_what_explains_everything_is_said_with_its_reservation(case, hidden, par
     assert set(verdict.reasons) == set(verdict.equivalent)
 
 
-def test_what_to_measure_next_is_about_the_rule_that_failed():
-    """A name that does not survive doubled uncertainties is told from nothing, with these: by less than as stated."""
+def test_what_may_be_nothing_is_told_from_nothing():
+    """A name that does not survive doubled uncertainties."""
     measurement = read_measurement(CASES / "modal_009" / "measurement.toml")
     found = diagnose(measurement, without=all_but(measurement, TRIED))
     (failed,) = (check for check in found.verdict.checks if not check.passed)
     assert failed.what == "survives doubling the uncertainty of the parameters"
     findings = find(found)
-    assert (findings.between, findings.doubled, findings.settled) == (("steer_spring", "none"), True, False)
-    stated = {s.what: s.gain for s in separating(found.kind, [found.final, found.hypotheses.null])}
+    assert findings.between == ("steer_spring", "none")
     assert len(findings.further) > 3
-    assert findings.further[0].gain < 0.8 * stated[findings.further[0].what]

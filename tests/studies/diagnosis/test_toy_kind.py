@@ -95,7 +95,7 @@ def test_it_is_read_diagnosed_and_reported_without_a_line_elsewhere(file, tmp_pa
     assert not findings.doubts
     write_report(found, tmp_path / "out", findings)
     assert "balance_scale" in (tmp_path / "out" / "report.md").read_text()
-    assert {"gap.png", "before_after.png", "model.toml"} <= {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"story.png", "before_after.png", "model.toml"} <= {path.name for path in (tmp_path / "out").iterdir()}
     assert record(found, findings)["measure_next"]
 
 

@@ -260,7 +260,7 @@ def test_a_leader_from_the_class_is_the_same_and_another_word_is_not():
     ]  # fmt: skip
     found = stability(judgement, run=lambda _, __: swapped)
     assert [one.same for one in found.outcomes] == [True, False, False, False]
-    assert (found.holds, found.others) == (1, {"named (linear)": 1, "none": 1, "class (square)": 1})
+    assert found.holds == 1
     assert found.to_dict()["variants"][0]["names"] == ["other", "linear"]
 
 
@@ -270,7 +270,6 @@ def test_the_order_of_effects_in_a_name_does_not_count():
     turned = [Outcome("a", pair.verdict, ("shift+linear",), 0.0), Outcome("b", "partial", ("shift+linear",), 0.0)]
     found = stability(dataclasses.replace(judgement, verdict=pair), run=lambda _, __: turned)
     assert [one.same for one in found.outcomes] == [True, False]
-    assert found.others == {"partial (linear + shift)": 1}
 
 
 def test_an_outcome_is_the_verdict_in_short():

@@ -1,0 +1,122 @@
+"""Story of a gap: what the named effect closes alone, what the parameters add, what is left without it, and where."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.diagnosis.diagnose import Diagnosis
+from studies.inference import Judgement, held_out, moved
+
+LOUD = 2.0  # sd, from which a value is off
+
+
+@dataclass(frozen=True)
+class Gap:
+    """chi^2 of each step of the story; None if nothing is named, or nothing could be left out."""
+
+    base: float | None
+    effect_alone: float | None
+    adjusted: float | None
+    without_effect: float | None
+    without_effect_moved_sd: float
+    noise: float  # what noise alone would leave: the count of the numbers
+
+    @property
+    def steps(self) -> dict[str, float]:
+        """Steps that are known, in the order of the story."""
+        names = ("base", "effect_alone", "adjusted", "without_effect")
+        return {name: x for name in names if (x := getattr(self, name)) is not None}
+
+    def left(self, step: str) -> float | None:
+        """Share of the gap sqrt(chi^2/n - 1) of the base model that a ``step`` leaves; None if there is none."""
+        base, value = self.base, getattr(self, step)
+        if base is None or value is None or base <= self.noise:
+            return None
+        return math.sqrt(max(0.0, value / self.noise - 1) / (base / self.noise - 1))
+
+
+@dataclass(frozen=True)
+class Where:
+    """Series in which the base model is farthest off, from which to which place, and by how much."""
+
+    series: str
+    speeds: tuple[float, float]  # or whatever ``axis`` says
+    axis: str
+    by: float  # measured less computed: the mean if it has one sign, else the root mean square
+    unit: str
+    one_sign: bool
+
+
+@dataclass(frozen=True)
+class Story:
+    """Numbers of the first screen; ``far`` has the parameters that must be others without the effect."""
+
+    gap: Gap
+    held_out: Gap | None
+    unseen: bool  # what is held out are runs that were never fitted
+    far: tuple[tuple[str, float, str, float], ...]  # parameter, by how much, unit, in sd
+
+
+def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float]]] = ()) -> Story:
+    """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
+    null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
+    named = bool(final.candidates and null.nuisances)
+    went = sorted(moved(null, null), key=lambda m: -abs(m.shift))
+    far = tuple((m.name, m.value - m.prior, m.unit, m.shift) for m in went[:3] if abs(m.shift) > LOUD)
+    most = max((abs(m.shift) for m in went), default=0.0)
+    base = float(diagnosis.nominal @ diagnosis.nominal)
+    chi2 = {"alone": alone.chi2 if alone else None, "final": final.chi2, "without": null.chi2 if named else None}
+    own = {name: None if x is None else _number(x) for name, x in chi2.items()}
+    gap = Gap(_number(base), own["alone"], own["final"], own["without"], most, n)
+    if predicted:
+        models = {name: sum(chi2.get(name, np.nan) for _, chi2 in predicted) for name in predicted[0][1]}
+        count = float(sum(numbers for numbers, _ in predicted))
+    else:
+        models = {name: score.chi2 for name, score in diagnosis.held_out.items() if score.possible}
+        models |= {"nominal": base} | ({"effect_alone": held_out(diagnosis.kind, alone).chi2} if alone else {})
+        count = n if "final" in models else 0.0
+    left = {name: _number(x) for name, x in models.items()}
+    without = left.get("nuisance_only") if named else None
+    out = Gap(left.get("nominal"), left.get("effect_alone"), left.get("final"), without, most, count) if count else None
+    return Story(gap, out, bool(predicted), far)
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def farthest_off(diagnosis: Judgement) -> Where | None:
+    """The series whose gap of the base model is largest; None if none is beyond noise."""
+    kind = diagnosis.kind
+    if kind.parts:  # the series of each part have their own units
+        views = [(part.name, kind.view(diagnosis, k)) for k, part in enumerate(kind.parts)]
+        name, most = max(views, key=lambda one: float(one[1].nominal @ one[1].nominal) - len(one[1].nominal))
+        found = farthest_off(most)
+        return found and replace(found, series=f"{name}: {found.series}")
+    gap, rows = diagnosis.nominal, kind.rows
+    shown = [rows.show(name) for name in rows.series]
+    labels = np.array([f"{one.channel}, {one.quantity}, {one.axis}" for one in shown])
+    excess = {name: float(((gap**2)[labels == name] - 1).sum()) for name in dict.fromkeys(labels.tolist())}
+    worst = max(excess, key=lambda name: excess[name])
+    if not (excess[worst] > 0 and np.isfinite(gap).all()):
+        return None
+    here = np.flatnonzero(labels == worst)
+    one = shown[here[0]]
+    away = kind.unexplained((), np.array([u.centre for u in kind.nuisances]))[one.channel]
+    away = away[(labels == worst)[rows.channels == one.channel]]
+    loud = np.abs(gap[here]) > LOUD if (np.abs(gap[here]) > LOUD).any() else np.ones(len(here), bool)
+    away, places, size = away[loud], rows.abscissa[here][loud], float(np.sqrt(np.mean(away[loud] ** 2)))
+    one_sign = bool(abs(away.mean()) > 0.8 * size)
+    quantity, _, unit = one.quantity.partition(", ")
+    series = ", ".join(dict.fromkeys(word for word in (one.channel, quantity) if word))
+    ends = float(places.min()), float(places.max())
+    by = float(away.mean()) if one_sign else size
+    return Where(series, ends, one.axis or rows.axis, by, unit or unit_of_column(one.channel), one_sign)
+
+
+def unit_of_column(name: str) -> str:
+    """SI unit at the end of the name of a column; empty if there is none."""
+    ends = {"_rad_s": "rad/s", "_rad": "rad", "_m_s2": "m/s^2", "_N_m": "N m"}
+    return next((unit for end, unit in ends.items() if name.endswith(end)), "")

@@ -1,0 +1,42 @@
+"""Other readings of the data, in other units or of another sign, judged by the parameters alone before any search."""
+
+from dataclasses import dataclass
+
+from studies.inference.fit import GUIDE, fit
+from studies.inference.kind import Kind
+from studies.inference.parameter import Candidate
+from studies.inference.rules import RULES
+
+FEW = (4, 4)
+"""Most iterations of a fit to data that are dear to compute."""
+
+
+@dataclass(frozen=True)
+class Misread:
+    """A reading in which the data fit far better: sums of squares a number as they stand, and so read."""
+
+    readings: tuple[str, ...]  # those that do about as well, the best first
+    before: float
+    after: float
+
+
+def preflight(kind: Kind) -> Misread | None:
+    """Reading of the data of a ``kind`` by which chi^2 collapses though only parameters move; None if there is none."""
+    kind = kind.quick()
+    count = len(kind.rows.where)
+    before = _left(kind)
+    if before < RULES.misread * count:
+        return None
+    found = {what: _left(other) for what, other in kind.misreadings()}
+    best = min(found.values(), default=before)
+    if before < RULES.collapse * best:
+        return None
+    if best > RULES.misread * count and any(_left(kind, one) < best for one in kind.library):
+        return None  # the reading leaves a gap, and an effect explains the data as they stand better
+    alike = sorted((value, what) for what, value in found.items() if value < RULES.as_well * best)
+    return Misread(tuple(what for _, what in alike), before / count, best / count)
+
+
+def _left(kind: Kind, *effect: Candidate) -> float:
+    """Sum of squares, prior included, after a short fit; with an ``effect`` where one is given."""
+    return fit(kind, effect, turns=GUIDE if kind.thorough else FEW).objective

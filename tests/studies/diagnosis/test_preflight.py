@@ -1,0 +1,123 @@
+"""Readings in another unit or of another sign are told before any search, and no physics is taken for one."""
+
+import csv
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.cli import main
+from studies.diagnosis import diagnose, read_measurement
+from studies.inference import preflight
+from tests.validation.blind.histories import history_case
+from tyre.errors import InputError
+
+CASES = Path(__file__).parent / "search_cases"
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
+
+
+def told(measurement):
+    found = preflight(measurement.ready())
+    return () if found is None else found.readings
+
+
+def times(source, target, factors):
+    """The measurement with columns of its table multiplied."""
+    rows = list(csv.DictReader((source / "weave.csv").read_text().splitlines()))
+    for row in rows:
+        for column, factor in factors.items():
+            row[column] = repr(float(row[column]) * factor)
+    with (target / "weave.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    (target / "MEASUREMENT.toml").write_text((source / "MEASUREMENT.toml").read_text())
+    return read_measurement(target / "MEASUREMENT.toml")
+
+
+@pytest.mark.parametrize(
+    ("factors", "reading"),
+    [
+        ({"speed_m_s": 3.6}, "speeds in km/h"),
+        ({"speed_m_s": 2.23694}, "speeds in mph"),
+        ({"imag_rad_s": 1 / (2 * np.pi), "imag_sd_rad_s": 1 / (2 * np.pi)}, "imag_rad_s in Hz"),
+        ({"real_1_s": -1}, "real_1_s of the opposite sign"),
+        ({"steer_over_lean_re": -1, "steer_over_lean_im": -1}, "steer_over_lean of the opposite sign"),
+        ({f"steer_over_lean_{x}": 57.3 for x in ("re", "im", "sd")}, "steer_over_lean in degrees"),
+    ],
+)  # fmt: skip
+def test_a_column_in_another_unit_of_another_sign_or_place_is_the_answer(modal, tmp_path, factors, reading):
+    measurement = times(modal, tmp_path, factors)
+    assert told(measurement)[0] == reading
+    with pytest.raises(InputError, match=f"{reading}.*Read so, with the parameters alone, chi\\^2 falls from"):
+        diagnose(measurement)
+
+
+def test_a_gap_that_physics_makes_is_none(modal):
+    assert told(read_measurement(modal / "MEASUREMENT.toml")) == ()
+
+
+@pytest.fixture(scope="module")
+def histories(tmp_path_factory):
+    """Synthetic kicks of another implementation, with a damper hidden."""
+    folder, rng = tmp_path_factory.mktemp("kicks"), np.random.default_rng(3)
+    history_case(folder, hidden=("steer_damper",), rng=rng, bicycle="browser", runs=4, duration=2.5)
+    return read_measurement(folder / "MEASUREMENT.toml")
+
+
+def changed(measurement, factors=None, *, names=None, speed=1.0):
+    """The runs with factors on channels, channels under other names, and a factor on the speed."""
+
+    def read(run):
+        channels = {name: (factors or {}).get(name, 1.0) * x for name, x in run.channels.items()}
+        return dataclasses.replace(
+            run, speed=speed * run.speed, channels={name: channels[(names or {}).get(name, name)] for name in channels}
+        )
+
+    return dataclasses.replace(measurement, runs=tuple(map(read, measurement.runs)))
+
+
+@pytest.mark.parametrize(
+    ("change", "reading"),
+    [
+        ({"factors": {"roll_rate_rad_s": 180 / np.pi}}, "roll_rate_rad_s in degrees"),
+        ({"factors": {"yaw_rate_rad_s": 1000.0}}, "yaw_rate_rad_s in mrad"),
+        ({"factors": {"steer_rad": -1.0}}, "steer_rad of the opposite sign"),
+        (
+            {"names": {"roll_rate_rad_s": "yaw_rate_rad_s", "yaw_rate_rad_s": "roll_rate_rad_s"}},
+            "roll_rate_rad_s and yaw_rate_rad_s swapped",
+        ),
+        ({"speed": 3.6}, "speeds in km/h"),
+    ],
+)
+def test_so_is_a_channel(histories, change, reading):
+    assert reading in told(changed(histories, **change))
+
+
+def test_hidden_physics_is_no_other_reading(histories):
+    assert told(histories) == ()
+
+
+@pytest.mark.parametrize(
+    ("case", "reading"),
+    [
+        ("modal_speed_in_kmh_trail", "speeds in km/h"),
+        ("histories_speed_in_kmh_steer_damper", "speeds in km/h"),
+        ("roll_rate_sign_wrong_steer_damper_2.05", "roll_rate_rad_s of the opposite sign"),
+    ],
+)
+def test_the_search_cases_are_told(case, reading, capsys):
+    """Synthetic, of an independent chain model, with an effect hidden beside the wrong reading."""
+    with pytest.raises(SystemExit):
+        main(["diagnose", str(CASES / case / "measurement.toml")])
+    assert f"{reading}?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["bench", "frequency_response"])
+def test_other_kinds_know_readings_of_their_own(kind):
+    ready = read_measurement(EXAMPLES / kind / "MEASUREMENT.toml").ready()
+    found = dict(ready.misreadings())
+    assert any("opposite sign" in reading for reading in found)
+    for other in found.values():
+        assert len(other.rows.where) == len(ready.rows.where)

@@ -1,0 +1,63 @@
+"""Synthetic measurements of an independent chain model on which earlier searches failed, each with its right answer."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from small_library import all_but
+
+from studies.diagnosis import diagnose, find, read_measurement, record
+
+CASES = Path(__file__).parent / "search_cases"
+TYRE = ("pneumatic_trail", "aligning_moment", "contact_length", "steer_damper", "speed_scale")
+
+
+def judged(case, *tried, runs=None):
+    measurement = read_measurement(CASES / case / "measurement.toml")
+    measurement = measurement if runs is None else replace(measurement, runs=measurement.runs[runs])
+    return diagnose(measurement, without=all_but(measurement, tried))
+
+
+@pytest.mark.parametrize(
+    ("case", "truth"),
+    [
+        ("none_though_P_truth_0.79_front_compliance", "front_compliance"),
+        ("none_though_P_truth_0.82_camber_0.63", "camber_thrust"),
+        ("none_though_P_truth_0.91_steer_spring", "steer_spring"),
+    ],
+)
+def test_what_is_probable_is_said_to_be_though_nothing_may_be_missing(case, truth):
+    found = judged(case, truth, "steer_damper", "pneumatic_trail", "speed_scale", "luggage")
+    assert found.verdict.verdict in ("tentative", "named")
+    assert found.verdict.equivalent[0] == truth
+
+
+def test_frequencies_alone_name_the_family():
+    """A trail is hidden; no decay was measured."""
+    found = judged("modal_frequency_only", *TYRE)
+    assert found.kind.data[0].shape == (7,)
+    assert {"pneumatic_trail"} <= set(found.verdict.equivalent)
+    assert {e.family for e in found.verdict.effects} == {"an aligning moment of the tyre"}
+
+
+def test_a_critical_speed_alone_is_used_and_names_nothing():
+    found = judged("critical_speed_only", "steer_damper", "pneumatic_trail")
+    assert found.kind.data[0].shape == (2,)
+    assert found.verdict.verdict in ("none", "unknown")
+    assert found.hypotheses.null.chi2 < found.nominal @ found.nominal
+
+
+def test_a_rider_who_steers_costs_no_verdict():
+    """The torque was not recorded; the bicycle alone runs away from what was ridden."""
+    found = judged("crash_svd_rider01", "twisting_torque", "steer_spring", runs=slice(0, 2))
+    assert found.verdict.verdict == "unknown"
+    told = record(found, find(found))
+    assert any(doubt.startswith("does somebody steer?") for doubt in told["doubts"])
+
+
+def test_a_member_of_a_family_is_found_where_another_one_is():
+    """9.03 mm are hidden in loud data, where a trail alone ends in another minimum."""
+    found = judged("loud_truth_lost_pneumatic_trail_9mm", *TYRE[:3], runs=slice(0, None, 2))
+    trail = next(f for f in found.hypotheses.fits if f.name == "pneumatic_trail")
+    assert trail.theta[-1] == pytest.approx(9.03e-3, abs=3 * trail.covariance[-1, -1] ** 0.5 + 2e-4)
+    assert "pneumatic_trail" in found.verdict.equivalent
