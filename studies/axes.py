@@ -10,7 +10,7 @@ import numpy as np
 from bicycle.effect_registry import effect_class
 from bicycle.model import Model
 from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
-from bicycle.parameters import BOUNDS, TYPICAL, UNITS, UNUSED
+from bicycle.parameters import ALIASES, BOUNDS, TYPICAL, UNITS, UNUSED, canonical
 from bicycle.wheel_tyres import MOST_BAR
 from tyre.errors import InputError, unknown
 
@@ -88,6 +88,7 @@ def axis_keys(model: Model) -> list[str]:
 
 def axis_of(model: Model, key: str) -> Axis:
     """The axis that a key stands for in a model; InputError if the model has no such number."""
+    key = canonical(key)
     if key == SPEED:
         return Axis(SPEED, "m/s", (), (0.0, math.inf))
     own = ParameterKey.parse(key)
@@ -96,7 +97,7 @@ def axis_of(model: Model, key: str) -> Axis:
     if not entries_of(key, set(model.parameters) - set(UNUSED)):
         missing = own.effect and own.effect not in {effect.identifier for effect in model.effects}
         hint = f"the model has no effect {own.effect}: add [effects.{own.effect}] to its file; " if missing else ""
-        raise InputError(hint + unknown("parameter", key, {SPEED, *OF_THE_TYRE, *axis_keys(model)}))
+        raise InputError(hint + unknown("parameter", key, {SPEED, *OF_THE_TYRE, *ALIASES, *axis_keys(model)}))
     if key in model.tied:
         raise InputError(f"{key} was not given and equals {model.tied[key]} of the bicycle; give it a number first")
     return Axis(key, unit_of(key), (), bounds_of(model, key))
@@ -151,6 +152,7 @@ def _by_name(texts: Sequence[str], option: str, form: str, checked: Callable[[st
     found: dict[str, Value] = {}
     for text in texts:
         name, _, value = text.partition("=")
+        name = canonical(name)
         try:
             number = checked(text, value)
         except InputError:

@@ -2,14 +2,14 @@
 
 import pkgutil
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
 import click
 
-from studies.reporting.command_context import ARGUMENTS, example
+from studies.reporting.command_context import ARGUMENTS, example, version_of, working_told
 from tyre.errors import InputError, unknown
 from tyre.progress import interrupts_arrive
 
@@ -73,18 +73,35 @@ def _know_effects(context: click.Context, parameter: click.Parameter, files: tup
 
 def build() -> click.Group:
     """Make the whole command tree."""
-    group = ModuleGroup(
-        import_module("studies.commands"), name="velotyre", params=[effects_option()],
+    version = click.Option(
+        ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_show_version,
+        help="Show the version and exit; with --verbose also what solves eigenvalues.",
+    )  # fmt: skip
+    verbose = click.Option(["--verbose"], is_flag=True, expose_value=False, hidden=True)
+    return ModuleGroup(
+        import_module("studies.commands"), name="velotyre", params=[effects_option(), version, verbose],
         help="From bicycle-tyre rig data to the stability of the bicycle.",
         epilog=example("velotyre bicycles", "velotyre modes benchmark", "velotyre run"),
     )  # fmt: skip
-    return click.version_option(package_name="velotyre", prog_name="velotyre")(group)
+
+
+def _show_version(context: click.Context, parameter: click.Parameter, value: bool) -> None:  # noqa: FBT001 (as click calls it)
+    if not value or context.resilient_parsing:
+        return
+    click.echo(f"velotyre, version {version_of('velotyre')}")
+    if "--verbose" in context.meta[ARGUMENTS]:
+        from bicycle.eigen import KERNEL
+
+        click.echo(f"eigenvalues: {KERNEL}; numpy {version_of('numpy')}, scipy {version_of('scipy')}")
+    context.exit()
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run ``velotyre`` with ``arguments`` (of the command line by default)."""
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        with ExitStack() as until_the_end, interrupts_arrive():
+        serves = "explore" in given[:1]
+        with ExitStack() as until_the_end, interrupts_arrive(), nullcontext() if serves else working_told():
             build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())

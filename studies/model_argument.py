@@ -136,13 +136,14 @@ def bicycle_alone(text: str) -> str | None:
         return text
     if is_bicycle_table(text):
         return bicycle_place(text, Path())
-    if path.suffix.lower() in (".txt", ".yml", ".yaml"):
+    if path.suffix.lower() in (".txt", ".yml", ".yaml", ".json", ".m"):
         return path.resolve().as_posix()
     if not path.is_file() and path.suffix.lower() != ".toml":
         there = unknown("bicycle", text, available_bicycles())
         raise InputError(f"{there}; or give a file: velotyre new model.toml writes an example")
     content = read_toml(path, "model file")
-    return path.resolve().as_posix() if "values" in content and "bicycle" not in content else None
+    flat = {"values", "mB", "xB", "w"} & set(content)  # parameters below [values], or at the top
+    return path.resolve().as_posix() if flat and "bicycle" not in content else None
 
 
 def _tyre_file(tyre: str) -> str:
@@ -157,6 +158,8 @@ def _pressure(tyre: str, surface: str | None, text: str | None) -> float | dict[
 
     if text is None:
         found = read_tyre(_tyre_file(tyre), surface=surface)
+        if found.default_pressure is not None:  # the only one, or none: it changes nothing
+            return found.default_pressure / PASCAL_PER_BAR
         measured = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in found.pressures)
         said = f"; it was measured at {measured} bar" if measured else ""
         raise InputError(f"--tyre {tyre} needs --pressure, in bar{said}")

@@ -38,7 +38,7 @@ MOVE_LOADS = frozenset(("w", "g", "mR", "mB", "mH", "mF", "xB", "xH"))
 def one_by_one(tyre: TyreSource, name: str, load: Array, pressure: Array) -> Array:
     """Property of a tyre at each load (N) and pressure (Pa), that it cannot tell of all at once; NaN where none."""
     asked, at = np.unique(np.column_stack([load, pressure]), axis=0, return_inverse=True)
-    return np.array([getattr(tyre.at(load=n, pressure=p), name) for n, p in asked], float)[at.ravel()]
+    return np.array([getattr(tyre.at(load=n, pressure=p, extrapolate=True), name) for n, p in asked], float)[at.ravel()]
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,8 @@ class TyreConditions:
             loads, bars = np.atleast_1d(load_N[wheel]), np.atleast_1d(pressure_bar[wheel])
             for load in {float(loads.min()), float(loads.max())}:
                 for bar in {float(bars.min()), float(bars.max())}:
-                    if not (0 < bar <= MOST_BAR and load > 0):
+                    free = bar != bar and source.default_pressure is not None
+                    if not ((free or 0 < bar <= MOST_BAR) and load > 0):
                         raise InputError(
                             f"{wheel} wheel at {load:g} N, {bar:g} bar: give loads above 0 N, and pressures above 0 "
                             f"and up to {MOST_BAR:g} bar"
@@ -101,7 +102,7 @@ class TyreConditions:
                             f"{wheel} wheel: {beyond}; take a range nearer to the tests, or, if a guess will do, "
                             f"--{EXTRAPOLATE}"
                         )
-                    source.at(load=load, pressure=bar * PASCAL_PER_BAR)
+                    source.at(load=load, pressure=bar * PASCAL_PER_BAR, extrapolate=True)
 
     def inside(self, load_N: Conditions, pressure_bar: Conditions) -> NDArray[np.bool_]:
         """Conditions (m,) at which both tyres are measured or interpolated."""
@@ -112,7 +113,7 @@ class TyreConditions:
                 (np.asarray(pressure_bar[wheel], float) * PASCAL_PER_BAR, source.pressure_range),
             ):
                 value = np.asarray(given, float)
-                good = good & (value >= low * (1 - 1e-9)) & (value <= high * (1 + 1e-9))
+                good = good & ~((value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9)))
         return np.atleast_1d(np.asarray(good, bool))
 
 
@@ -124,8 +125,6 @@ class ModelSpace:
         self.model = build_model(content)
         self.family = ModelFamily(self.model)
         self.evaluate = self.family.evaluate
-        if self.evaluate.symbolic.switches:
-            raise InputError("the equations of this model switch at a speed, which charts and designs do not cover")
         self.axes: tuple[Axis, ...] = tuple(axis_of(self.model, key) for key in keys)
         self.tyres = TyreConditions.of(content, self.model)
         conditions = [axis.key for axis in self.axes if axis.wheels]
@@ -136,6 +135,11 @@ class ModelSpace:
         twice = next((entry for entry in every if every.count(entry) > 1), None)
         if twice is not None:
             raise InputError(f"{', '.join(keys)}: {twice} is set twice; keep one of them")
+
+    def refuse_switches(self) -> None:
+        """Refuse a model whose equations switch at a speed, where derivatives are wanted."""
+        if self.evaluate.symbolic.switches:
+            raise InputError("the equations of this model switch at a speed, which charts and designs do not cover")
 
     def _entries(self, axis: Axis) -> tuple[str, ...]:
         if axis.key == SPEED:
@@ -198,7 +202,10 @@ class ModelSpace:
     def matrices(self, x: ArrayLike, speed: ArrayLike | None = None, changed: Mapping[str, Any] | None = None) -> Array:
         """Scaled state matrices (m, n, n), eigenvalues in 1/s."""
         points = np.atleast_2d(np.asarray(x, float))
-        mass, dynamics, _ = self._pencil(points, self._speeds(points, speed), self.values(points, changed))
+        speeds, values = self._speeds(points, speed), self.values(points, changed)
+        if self.evaluate.symbolic.switches:
+            return self.family.state_matrices(values, speeds[:, None])[:, 0]
+        mass, dynamics, _ = self._pencil(points, speeds, values)
         return np.asarray(np.linalg.solve(mass, dynamics))
 
     def matrices_and_slopes(self, x: ArrayLike, speed: ArrayLike | None = None) -> tuple[Array, Array]:

@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import critical_speeds
+from bicycle.critical import CriticalSpeed, critical_speeds, critical_speeds_of_many
 from bicycle.eigen import frequency_hz, least_damping_ratio, pair_damping_ratio
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from bicycle.naming import every_mode, packaged_modes
 from bicycle.propagation import damping_ratio_gradient, frequency_gradient
 from bicycle.sensitivity import sensitivities
@@ -48,6 +49,8 @@ class Output:
     unstable: int = 0  # 1 or -1 if values above or below 0 are unstable, which figures shade
     # derivative of a MODE output from an oscillating root and the root's derivatives; by differences without
     gradient: Callable[[Any, Any], Any] | None = None
+    # a MODEL output of many bicycles from family, parameters, their number, the highest speed; and why some have none
+    at_once: Callable[..., tuple[Array, Mapping[int, str]]] | None = None
 
     @property
     def scalar(self) -> bool:
@@ -140,13 +143,10 @@ def _sensitivities(model: Model, speeds: Array, max_speed: float) -> Complex:
     return np.stack([slopes.of(key) for key in slopes.parameters], -1)
 
 
-@output("critical_speeds", unit="m/s", label="Critical speed", source=MODEL, by_speed=False,
-        dims=("crossing_mode", "as_speed_grows", "occurrence"))  # fmt: skip
-def _critical_speeds(model: Model, speeds: Array, max_speed: float) -> Array:
-    linear = model.linear_model()
-    names = (*mode_names(linear), OTHER)
+def _placed(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed: float) -> Array:
+    names = (*modes, OTHER)
     result = np.full((len(names), len(CHANGES), OCCURRENCES), np.nan)
-    for crossing in critical_speeds(linear, max_speed):
+    for crossing in crossings:
         name = crossing.mode if crossing.mode in names else OTHER
         row = result[names.index(name), CHANGES.index(crossing.direction)]
         free = np.flatnonzero(np.isnan(row))
@@ -157,6 +157,28 @@ def _critical_speeds(model: Model, speeds: Array, max_speed: float) -> Array:
             )
         row[free[0]] = crossing.speed
     return result
+
+
+def _critical_speeds_at_once(
+    family: ModelFamily, values: Mapping[str, Any], count: int, max_speed: float
+) -> tuple[Array, dict[int, str]]:
+    """The output ``critical_speeds`` (m, modes, changes, occurrences) of ``count`` bicycles, and why some have none."""
+    found, refused = critical_speeds_of_many(family, values, count, max_speed=max_speed)
+    names = mode_names(family.model.linear_model())
+    result = np.full((count, len(names) + 1, len(CHANGES), OCCURRENCES), np.nan)
+    for number, crossings in enumerate(found):
+        try:
+            result[number] = _placed(names, crossings, max_speed)
+        except InputError as error:
+            refused[number] = str(error)
+    return result, refused
+
+
+@output("critical_speeds", unit="m/s", label="Critical speed", source=MODEL, by_speed=False,
+        dims=("crossing_mode", "as_speed_grows", "occurrence"), at_once=_critical_speeds_at_once)  # fmt: skip
+def _critical_speeds(model: Model, speeds: Array, max_speed: float) -> Array:
+    linear = model.linear_model()
+    return _placed(mode_names(linear), critical_speeds(linear, max_speed), max_speed)
 
 
 @output("parameters", unit="SI unit of the parameter", label="Parameter", source=PARAMETERS, by_speed=False,

@@ -136,7 +136,7 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         axes.margins(y=0.02)
         axes.grid(axis="y", visible=False)
         figure.suptitle(
-            f"What moves {ranking.mode} at {ranking.speed:g} m/s\n"
+            f"What moves {ranking.mode.replace('_', ' ')} at {ranking.speed:g} m/s\n"
             f"growth rate {z.real:.3g} 1/s, {abs(frequency_hz(z)):.2f} Hz{note}",
             fontsize=10, weight="bold",
         )  # fmt: skip

@@ -1,7 +1,6 @@
 """Root locus in any parameter: tracked and named branches, and the values at which a root crosses the axis."""
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,13 +10,12 @@ from numpy.typing import NDArray
 
 from bicycle.eigen import NOISE, angular_frequency, damping_ratio, frequency_hz, oscillating
 from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.named_modes import modes
 from bicycle.naming import known_modes
-from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
-from bicycle.tracking import BranchCrossing, branch_crossings, follow_branches
-from studies.axes import OF_THE_TYRE, Axis, axis_keys, unit_of
+from bicycle.parameter_covariance import WHEELS, ParameterKey
+from bicycle.parameters import canonical
+from bicycle.tracking import branch_crossings, follow_branches
+from studies.axes import OF_THE_TYRE, SPEED, Axis
 from studies.model_argument import choose
 from studies.model_space import ModelSpace
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
@@ -28,65 +26,49 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ParameterPath:
-    """State matrices as a function of one number, in its unit."""
+    """A model as a function of one of its numbers, at a speed (m/s) unless the speed is that number."""
 
-    key: str
-    unit: str
-    matrices: Callable[[Array], Array]
-    at: Callable[[float], tuple[Model, float]]
-    base: float
-    inside: Callable[[Array], NDArray[np.bool_]] = lambda values: np.ones(len(values), bool)
+    space: ModelSpace
+    speed: float | None
+
+    @property
+    def axis(self) -> Axis:
+        """The number that runs."""
+        return self.space.axes[0]
+
+    def matrices(self, values: Array) -> Array:
+        """Scaled state matrices (m, n, n) at values (m,)."""
+        bad = self.space.family.without_mass(self.space.values(values[:, None]), len(values))
+        if bad.any():
+            key, first = self.axis.key, values[bad][0]
+            raise InputError(f"{key} = {first:g}: the mass matrix is not positive definite; take another range")
+        return self.space.matrices(values[:, None], self.speed)
+
+    def at(self, value: float) -> tuple[Model, float]:
+        """The model at a value, checked like any other, and its speed (m/s)."""
+        low, high = self.axis.bounds
+        if self.axis.wheels and not low < value <= high:
+            raise InputError(
+                f"{self.axis.key} = {value:g} {self.axis.unit} is not possible; give values above {low:g} to {high:g}"
+            )
+        return self.space.model_at([value]), value if self.speed is None else self.speed
 
 
 def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
     """Path of ``key`` through a model file, or through the content of one with absolute paths."""
     content = model_file if isinstance(model_file, Mapping) else choose(str(model_file)).content
-    model, own = build_model(content), ParameterKey.parse(key)
-    linear = model.linear_model()
-    if key == "speed":
-        return ParameterPath("speed", "m/s", linear.state_matrix, lambda v: (model, v), math.nan)
-    of_tyre = own.name in OF_THE_TYRE
-    if own.effect in OF_THE_TYRE and speed is not None:
+    own = ParameterKey.parse(canonical(key))
+    if own.effect in OF_THE_TYRE:
         raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
-    if not of_tyre and own.effect not in OF_THE_TYRE and not entries_of(key, model.parameters):
-        raise InputError(unknown("parameter", key, {"speed", *OF_THE_TYRE, *axis_keys(model)}))
+    space = ModelSpace(content, [str(own)])
+    if str(own) == SPEED:
+        return ParameterPath(space, None)
     if speed is None:
         raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
-    linear.check_speeds(speed)
-    if of_tyre:
-        return _tyre_path(ModelSpace(content, [key]), speed)
-    family = ModelFamily(model, (key,))
-    values = {model.parameters[entry] for entry in family.entries(key)}
-
-    def at(value: float) -> tuple[Model, float]:
-        if not allows_unusual(content):
-            refuse_absurd_values(model, {key: [value]})
-        return family.with_values({key: value}), speed
-
-    return ParameterPath(
-        key, unit_of(key), lambda given: family.state_matrices({key: given}, np.full((len(given), 1), speed))[:, 0], at,
-        values.pop() if len(values) == 1 else math.nan,
-    )  # fmt: skip
-
-
-def _tyre_path(space: ModelSpace, speed: float) -> ParameterPath:
-    """Path of a tyre's pressure or load; the bicycle keeps its masses."""
-    (axis,) = space.axes
-
-    def at(value: float) -> tuple[Model, float]:
-        low, high = axis.bounds
-        if not low < value <= high:
-            raise InputError(
-                f"{axis.key} = {value:g} {axis.unit} is not possible; give values above {low:g} to {high:g}"
-            )
-        return space.model_at([value]), speed
-
-    return ParameterPath(
-        axis.key, axis.unit, lambda values: space.matrices(values[:, None], speed), at, float(space.base[0]),
-        lambda values: space.inside(values[:, None]),
-    )  # fmt: skip
+    space.linear.check_speeds(speed)
+    return ParameterPath(space, speed)
 
 
 @dataclass(frozen=True)
@@ -151,24 +133,27 @@ def parse_range(text: str) -> Array:
 
 def root_locus(path: ParameterPath, values: Array) -> RootLocus:
     """Track every root along increasing ``values`` of a parameter."""
+    along_speed, base = path.axis.key == SPEED, float(path.space.base[0])
     for end in (values[0], values[-1]):
         model, speed = path.at(float(end))
         model.linear_model().check_speeds(speed)
     # names are given within the range: for the model as it stands, or where modes differ along speed
-    anchor = path.base
-    if path.key == "speed":
-        anchor = modes(path.at(values[-1])[0].linear_model(), values[-1:]).anchor
+    anchor = modes(path.space.linear, values[-1:]).anchor if along_speed else base
     anchor = (values[0] + values[-1]) / 2 if np.isnan(anchor) else anchor
     anchor = float(np.clip(anchor, values[0], values[-1]))
     grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
     names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
-    crossings = tuple(
-        _completed(path, crossing, names[crossing.branch]) for crossing in branch_crossings(path.matrices, grid, roots)
-    )
+    crossings = []
+    for one in branch_crossings(path.matrices, grid, roots):
+        root, mode = 1j * abs(one.root.imag), names[one.branch]
+        if along_speed and one.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
+            (mode,) = _names(path, one.value, np.array([root]))
+        inside = bool(path.space.inside([[one.value]])[0])
+        crossings.append(AxisCrossing(one.value, mode, float(frequency_hz(root)), one.destabilising, not inside))
+    inside_range = path.space.inside(grid[:, None])
     return RootLocus(
-        path.key, path.unit, grid, roots, names, crossings,
-        np.isin(grid, values), path.inside(grid),
-    )  # fmt: skip
+        path.axis.key, path.axis.unit, grid, roots, names, tuple(crossings), np.isin(grid, values), inside_range
+    )
 
 
 def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
@@ -177,15 +162,6 @@ def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]
     named = [(name, root) for name in found.names for root in found.branch(name)[0] if not np.isnan(root)]
     distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
     return tuple(named[k][0] for k in distance.argmin(1))
-
-
-def _completed(path: ParameterPath, crossing: BranchCrossing, mode: str) -> AxisCrossing:
-    """The crossing with what the tyre's range says and, along speed, the name that a list of modes gives there."""
-    root = 1j * abs(crossing.root.imag)
-    if path.key == "speed" and crossing.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
-        (mode,) = _names(path, crossing.value, np.array([root]))
-    inside = bool(path.inside(np.array([crossing.value]))[0])
-    return AxisCrossing(crossing.value, mode, float(frequency_hz(root)), crossing.destabilising, not inside)
 
 
 RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)

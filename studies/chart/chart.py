@@ -7,7 +7,6 @@ it is sqrt(g' S g) / |dRe/du_i|. The numbers of the two axes themselves are wher
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from bicycle.eigen import eigenvalues, frequency_hz
-from bicycle.named_modes import modes
+from bicycle.naming import Rules, name_points
 from bicycle.propagation import model_covariance, standard_deviation
 from studies.axes import SPEED
 from studies.chart.curve import DOUBLE_ZERO, Boundary
@@ -36,10 +35,9 @@ CELLS = 300  # of a band, along each axis
 
 @dataclass(frozen=True)
 class Names:
-    """Names of the mode at each point (m), and the points (m,) at which they were asked, not taken from both sides."""
+    """Name of the mode at each point (m): two joined by a plus if it is in doubt, empty if it is unknown."""
 
     names: tuple[str, ...]
-    asked: NDArray[np.bool_]
 
     @property
     def distinct(self) -> tuple[str, ...]:
@@ -48,34 +46,18 @@ class Names:
 
 
 def named(plane: Plane, boundary: Boundary) -> Names:
-    """Names along a boundary; where neighbours that were asked differ, all between are asked by halving."""
-    count = len(boundary)
-    found: dict[int, str] = {}
-
-    def ask(k: int) -> str:
-        """Name that a list of modes gives to the root that crosses at a point; two joined modes have a plus."""
-        if k not in found:
-            share, root = boundary.shares[k : k + 1], 1j * abs(boundary.roots[k].imag)
-            listed = modes(plane.space.linear_at(plane.x(share)[0]), [float(plane.speeds(share)[0])])
-            away, name = min(
-                (abs(value - root), name)
-                for name, branch in listed.branches.items() for value in branch[0] if not np.isnan(value)
-            )  # fmt: skip
-            found[k] = name if away < FAR * float(boundary.sizes[k]) + 1e-6 else ""
-        return found[k]
-
-    # points of a boundary at which names are asked at least
-    nodes = np.unique(np.linspace(0, count - 1, min(9, count)).round().astype(int)).tolist()
-    open_ = list(pairwise(nodes))
-    ask(nodes[0])
-    while open_:
-        a, b = open_.pop()
-        if ask(a) != ask(b) and b - a > 1:
-            middle = (a + b) // 2
-            open_ += [(a, middle), (middle, b)]
-    known = np.array(sorted(found))
-    before = known[np.searchsorted(known, np.arange(count), side="right") - 1]
-    return Names(tuple(found[int(k)] for k in before), np.isin(np.arange(count), known))
+    """Names of the crossing root along a boundary, each point by itself."""
+    space, x, count = plane.space, plane.x(boundary.shares), len(boundary)
+    values, rules = space.values(x), Rules.of(space.linear)
+    gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
+    polynomial = space.family.polynomials(values, count).polynomial
+    speeds, row = plane.speeds(boundary.shares), np.arange(count)
+    found = name_points(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, row, speeds)
+    away = np.abs(found.values - 1j * np.abs(boundary.roots.imag)[:, None])
+    own = away.argmin(1)
+    near = away[row, own] < FAR * boundary.sizes + 1e-6
+    pairs = zip(near, found.first[row, own].tolist(), found.second[row, own].tolist(), strict=True)
+    return Names(tuple(rules.name(first, second) if known else "" for known, first, second in pairs))
 
 
 @dataclass(frozen=True)
@@ -182,7 +164,7 @@ class StabilityChart:
             columns: dict[str, Any] = {axis.column: points[:, i] for i, axis in enumerate(axes)}
             columns |= {
                 "boundary": number, "closed": curve.closed, "mode": [name or "unknown" for name in one.names.names],
-                "mode_asked_here": one.names.asked, "kind": "real" if curve.real else "oscillatory",
+                "kind": "real" if curve.real else "oscillatory",
                 "frequency_Hz": one.frequency, "residual_real_1_s": curve.roots.real,
                 "largest_root_1_s": curve.sizes, "unstable_roots_on_the_stable_side": one.beside,
                 f"towards_instability_{axes[0].key}": curve.normals[:, 0],

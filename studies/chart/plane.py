@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bicycle.eigen import eigensystem, eigenvalues
 from bicycle.naming import check_trackable, speed_unit
 from bicycle.parameter_covariance import WHEELS, ParameterKey
+from bicycle.parameters import canonical
 from studies.axes import SPEED, Axis, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
@@ -93,7 +94,7 @@ class Plane:
     def of(cls, content: Any, x: str, y: str, *, speed: float | None = None) -> "Plane":
         """The plane of two axes as they are written."""
         given = [split_range(text) for text in (x, y)]
-        names = [name for name, _, _ in given]
+        names = [canonical(name) for name, _, _ in given]
         if names[0] == names[1]:
             raise InputError(f"both axes are {names[0]}; give two different ones")
         if SPEED in names and speed is not None:
@@ -101,6 +102,7 @@ class Plane:
         if SPEED not in names and speed is None:
             raise InputError("no axis is the speed: give the --speed (m/s) of the chart, or --x speed")
         space = ModelSpace(content, names)
+        space.refuse_switches()
         spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, given, strict=True)]
         plane = cls(space, (spans[0], spans[1]), speed)
         corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import Number, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -14,10 +15,12 @@ from studies.reporting.command_context import example
 )
 @takes_model
 @click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
-@click.option("--speed", type=float, required=True, help="m/s.")
+@speed_option()
 @click.option("--out", "target", metavar="FILE", type=click.Path(path_type=Path), required=True, help=".gif or .mp4")
-@click.option("--amplitude", type=float, default=12.0, show_default=True, help="Largest angle shown, degrees.")
-@click.option("--seconds", type=float, default=3.0, show_default=True, help="Length of the film.")
+@click.option(
+    "--amplitude", type=Number(0, 45, above=True), default=12.0, show_default=True, help="Largest angle shown, degrees."
+)
+@click.option("--seconds", type=Number(0.2, 60), default=3.0, show_default=True, help="Length of the film.")
 def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitude: float, seconds: float) -> None:
     import math
 
@@ -29,10 +32,6 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
     from tyre.errors import InputError
 
     check_film(target)
-    if not 0 < amplitude <= 45:
-        raise InputError(f"amplitude = {amplitude:g} degrees is outside 0 .. 45 (0 excluded)")
-    if not 0.2 <= seconds <= 60:
-        raise InputError(f"seconds = {seconds:g} is outside 0.2 .. 60")
     model = chosen.model
     linear = model.linear_model()
     found = modes(linear, [speed])

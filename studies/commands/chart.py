@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import assume_option, sd_option, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -17,11 +18,11 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 @takes_model
 @click.option("--x", "x_text", required=True, metavar=AXIS, help="Horizontal: speed, or as --parameter of root-locus.")
 @click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
-@click.option("--speed", type=float, help="m/s, unless the speed is an axis.")
+@speed_option("m/s, unless the speed is an axis.", required=False)
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
 @click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as largest_growth_rate.")
-@click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
-@click.option("--assume", is_flag=True, help="Take default standard deviations for what no source states.")
+@sd_option
+@assume_option
 @click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, contours: str | None,

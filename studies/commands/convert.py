@@ -19,7 +19,6 @@ from studies.reporting.command_context import example, verbose
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
     from bicycle.bicycle_files import WRITERS, load_bicycle
-    from bicycle.parameters import doubts_about
     from studies.reporting.output import print_warnings
     from tyre.errors import InputError
     from tyre.files import write_text
@@ -29,8 +28,7 @@ def command(bicycle: str, target: Path, *, force: bool) -> None:
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
     found = load_bicycle(bicycle)
-    meant = any(doubt.absurd for doubt in doubts_about(found.values))  # the file it comes from says so
-    write_text(target, WRITERS[target.suffix.lower()](found, allow_unusual=meant))
+    write_text(target, WRITERS[target.suffix.lower()](found, allow_unusual=found.unusual))
     print_warnings(found.warnings)
     known = f", sd of {len(found.sd)}" if found.sd else ""
     click.echo(f"{target}: {found.name}, {len(found.values)} parameters{known}")

@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import max_speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -11,7 +12,7 @@ from studies.reporting.command_context import example
     epilog=example("velotyre critical benchmark --tyre Tyre1 --pressure 5.5 --csv critical.csv"),
 )
 @takes_model
-@click.option("--max-speed", default=60.0, show_default=True, help="Search up to this speed, m/s.")
+@max_speed_option(60.0)
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import SPEED, SPEED_ABOVE_0, Number, assume_option, sd_option, seed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -19,19 +20,19 @@ from studies.reporting.command_context import example
     "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT",
     help="Mode (all: every one), and 'stable' or a least damping ratio; repeat.",
 )  # fmt: skip
-@click.option("--up-to", type=click.FloatRange(min=0, min_open=True), required=True, help="Highest speed, m/s.")
-@click.option("--from", "low", type=click.FloatRange(min=0), default=1.0, show_default=True, help="Lowest speed, m/s.")
+@click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
+@click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed, m/s.")
 @click.option(
     "--vary", required=True, metavar="NAME,NAME", help="Numbers that may change, as --parameter of root-locus."
 )
-@click.option("--damping-ratio", type=click.FloatRange(0, 1, max_open=True), help="Least damping ratio for 'stable'.")
+@click.option("--damping-ratio", type=Number(0, 1, below=True), help="Least damping ratio for 'stable'.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; repeat.")
 @click.option("--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="How far a number may go; repeat.")
-@click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
-@click.option("--assume", is_flag=True, help="Take default standard deviations for what no source states.")
-@click.option("--probability", type=click.FloatRange(0, 1, min_open=True, max_open=True), help="Keep it so surely.")
-@click.option("--samples", type=click.IntRange(50), default=1000, show_default=True, help="Drawn bicycles.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the random numbers.")
+@sd_option
+@assume_option
+@click.option("--probability", type=Number(0, 1, above=True, below=True), help="Keep it so surely.")
+@click.option("--samples", type=Number(50, 1e12, whole=True), default=1000, show_default=True, help="Drawn bicycles.")
+@seed_option
 @click.option(
     "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="Corrected model file, .toml."
 )
@@ -41,6 +42,7 @@ def command(
     damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
     probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
+    from bicycle.parameters import canonical
     from studies.axes import numbers_by_name, ranges_by_name
     from studies.design import (
         HEADERS,
@@ -64,7 +66,7 @@ def command(
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: a model file ends in .toml")
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
-    keys = [key for key in vary.split(",") if key]
+    keys = [canonical(key) for key in vary.split(",") if key]
     if not keys:
         raise InputError("--vary: give at least one parameter, for example --vary c,w")
     content, added = with_effects(chosen.content, keys)

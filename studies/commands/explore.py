@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import Number
 from studies.reporting.command_context import example
 
 
@@ -11,7 +12,7 @@ from studies.reporting.command_context import example
     epilog=example("velotyre explore", "velotyre explore model.toml --port 8060 --no-browser"),
 )
 @click.argument("model", required=False)
-@click.option("--port", default=8050, show_default=True, type=click.IntRange(0, 65535), help="0 takes a free one.")
+@click.option("--port", default=8050, show_default=True, type=Number(0, 65535, whole=True), help="0 takes a free one.")
 @click.option("--no-browser", is_flag=True, help="Only say the address.")
 def command(model: str | None, port: int, *, no_browser: bool) -> None:
     from tyre.progress import optional_module

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from studies.channel_options import chosen_map, takes_channels
+from studies.command_options import FINITE
 from studies.reporting.command_context import example
 
 
@@ -24,8 +25,22 @@ from studies.reporting.command_context import example
     "--instrument", "reference", default="", metavar="COLUMN",
     help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
 )  # fmt: skip
-@click.option("--segment", "segment_s", type=float, default=10.0, show_default=True, help="Length of the segments, s.")
-@click.option("--to-hz", "highest_hz", type=float, default=5.0, show_default=True, help="Highest frequency, Hz.")
+@click.option(
+    "--segment",
+    "segment_s",
+    type=FINITE,
+    default=10.0,
+    show_default=True,
+    help="Length of the segments, s.",
+)
+@click.option(
+    "--to-hz",
+    "highest_hz",
+    type=FINITE,
+    default=5.0,
+    show_default=True,
+    help="Highest frequency, Hz.",
+)
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
 def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], source: str, outputs: str,

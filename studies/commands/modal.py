@@ -9,15 +9,13 @@ from typing import Any
 import click
 
 from studies.channel_options import chosen_map, takes_channels
+from studies.command_options import FINITE, TIME
 from studies.reporting.command_context import example
 
-CLOCK = (
-    "{error}; --from and --to count from the first sample, which is at {begin:.10g} s by the clock of the recording: "
-    "by that clock the window is {meant}"
-)
+CLOCK = "; --from and --to count from the first sample, which is at {begin:.10g} s by the clock of the recording"
 BEYOND = (
-    "{run}: the window from {first:g} s{last} reaches beyond the recording, 0 to {length:g} s{own}; what there is was "
-    "fitted{meant}"
+    "{run}: the window from {first:g} s to {last:g} s reaches beyond the recording, 0 to {length:g} s{clock}; what "
+    "there is was fitted"
 )
 UNUSED = (
     "no run could be used{unwritten}; see the judgements above; `velotyre look {file}` finds the windows in which a "
@@ -34,10 +32,15 @@ UNUSED = (
 @click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
 @click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
 @click.option(
-    "--from", "first_s", default=0.0, show_default=True, help="Start of the window, s after the first sample."
+    "--from",
+    "first_s",
+    type=TIME,
+    default=0.0,
+    show_default=True,
+    help="Start of the window, s after the first sample.",
 )
-@click.option("--to", "last_s", default=float("inf"), help="End of the window, likewise.")
-@click.option("--start-hz", type=float, help="Look near this frequency.")
+@click.option("--to", "last_s", type=TIME, help="End of the window, likewise.")
+@click.option("--start-hz", type=FINITE, help="Look near this frequency.")
 @click.option(
     "--drift", help="none, constant, parabola, exponential or parabola-exponential; by default weighed by evidence."
 )
@@ -45,8 +48,8 @@ UNUSED = (
 @click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
 def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
-    modes: str | None, first_s: float, last_s: float, start_hz: float | None, drift: str | None, out_file: str | None,
-    figures: Path | None,
+    modes: str | None, first_s: float, last_s: float | None, start_hz: float | None, drift: str | None,
+    out_file: str | None, figures: Path | None,
 ) -> None:  # fmt: skip
     from contextlib import nullcontext
 
@@ -62,7 +65,7 @@ def command(
     channel_map = chosen_map(channels_file, channel_texts)
     events = named_apart([_read(given, channel_map) for given in runs])
     refuse_copies(events)
-    window: dict[str, Any] = {"first_s": first_s, "last_s": last_s}
+    window: dict[str, Any] = {"first_s": first_s, "last_s": float("inf") if last_s is None else last_s}
     notes: list[str] = []
     drawn: list[str] = []
     pairs: list[tuple[str, Any]] = []
@@ -71,10 +74,7 @@ def command(
             try:
                 found = identify_modes(event, len(names), start_hz=start_hz, drift=drift, **window)
             except InputError as error:
-                meant = _by_its_clock(event, **window)
-                if not meant:
-                    raise
-                raise InputError(CLOCK.format(error=error, begin=float(event.time[0]), meant=meant)) from error
+                raise InputError(f"{error}{_clock(event)}") from error
             named = list(zip(names, found, strict=True))
             pairs += named
             notes += [f"{event.name}: {note}" for note in event.notes] + _beyond(event, **window)
@@ -127,28 +127,15 @@ def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
 
 def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:
     """Note if a window that was asked for is longer than the recording; 0 and infinity are not asked for."""
-    begin, length = float(event.time[0]), float(event.time[-1] - event.time[0])
+    length = float(event.time[-1] - event.time[0])
     if not first_s < -event.step and not length + event.step < last_s < float("inf"):
         return []
-    own = f" after its first sample, which is at {begin:.10g} s by its own clock" if abs(begin) > event.step else ""
-    meant = _by_its_clock(event, first_s, last_s)
-    return [
-        BEYOND.format(
-            run=event.name, first=first_s, last=f" to {last_s:g} s" if last_s < float("inf") else "", length=length,
-            own=own, meant=f"; by that clock the window is {meant}" if meant else "",
-        )
-    ]  # fmt: skip
+    return [BEYOND.format(run=event.name, first=first_s, last=last_s, length=length, clock=_clock(event))]
 
 
-def _by_its_clock(event: Any, first_s: float, last_s: float) -> str:
-    """Options of a window that lies in the recording by its own clock alone; empty for any other."""
-    begin, length, spare = float(event.time[0]), float(event.time[-1] - event.time[0]), event.step
-    end, ends = begin + length + spare, last_s < float("inf")
-    outside = not -spare <= first_s <= length + spare or (ends and last_s > length + spare)
-    inside = begin - spare <= first_s <= end and (not ends or last_s <= end)
-    if abs(begin) <= spare or not outside or not inside:
-        return ""
-    return f"--from {max(first_s - begin, 0):.6g}" + (f" --to {last_s - begin:.6g}" if ends else "")
+def _clock(event: Any) -> str:
+    begin = float(event.time[0])
+    return CLOCK.format(begin=begin) if abs(begin) > event.step else ""
 
 
 def _shown(each: Any) -> list[object]:

@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import check_memory, max_speed_option, speeds_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 from tyre.errors import InputError
@@ -15,10 +16,8 @@ from tyre.errors import InputError
     ),
 )
 @takes_model
-@click.option(
-    "--speeds", default="2:20:2", show_default=True, help="m/s: start:stop:step with both ends, or a list 2,5,8."
-)
-@click.option("--max-speed", default=60.0, show_default=True, help="Search critical speeds up to this speed, m/s.")
+@speeds_option(".", "2:20:2")
+@max_speed_option(60.0)
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw frequency and real part: .png, .svg or .pdf.")
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and root as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
@@ -47,6 +46,7 @@ def command(
     check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     asked = parse_speeds(speeds)
+    check_memory("number of --speeds", len(asked), 64 * max(model.order for model in models.values()) ** 2)
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:
         tables = [named_rows(named.to_dataframe(), name) for name, (named, _) in found.items() if named is not None]

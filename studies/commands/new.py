@@ -2,15 +2,24 @@
 
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 import click
 
+from studies.command_options import ANGLE, FINITE, POSITIVE
 from studies.reporting.command_context import example
+
+NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
 
 
 @click.command(
-    help="Write FILE.toml, a model file (or another kind) that runs as it is, with every key explained.",
-    epilog=example("velotyre new model.toml", "velotyre modes model.toml"),
+    help="Write FILE.toml, a model file (or another kind) that runs as it is, with every key explained; or a bicycle "
+    "of yours from what you can measure.",
+    epilog=example(
+        "velotyre new model.toml",
+        "velotyre new mine.toml --wheelbase 1.02 --trail 0.06 --head-angle 72.5 --wheel 622x28 --mass 9 "
+        "--rider-height 1.80 --rider-mass 75 --posture hoods",
+    ),
 )
 @click.argument("target", metavar="FILE.toml", type=click.Path(path_type=Path))
 @click.option(
@@ -19,8 +28,21 @@ from studies.reporting.command_context import example
 )  # fmt: skip
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
+@click.option(
+    "--wheelbase", type=POSITIVE, help="m; with the options below: a bicycle of yours, not measured but scaled."
+)
+@click.option("--trail", type=FINITE, help="m.")
+@click.option("--head-angle", type=ANGLE, help="Steer axis from the horizontal, degrees.")
+@click.option("--wheel", metavar="RIMxTYRE", help="As on the tyre, mm: 622x28.")
+@click.option("--mass", type=POSITIVE, help="Bicycle without rider, kg.")
+@click.option("--rider-height", type=POSITIVE, help="m; without it a bicycle without rider (needs the extra rider).")
+@click.option("--rider-mass", type=POSITIVE, help="kg.")
+@click.option("--posture", type=click.Choice(["upright", "hoods", "drops"]), default="hoods", help="[default: hoods]")
+@click.option("--front-wheel-mass", type=POSITIVE, help="kg, if you weigh it: the speeds are then better known.")
+@click.option("--fork-mass", type=POSITIVE, help="Fork, stem and bar, kg, if you weigh them.")
+@click.option("--front-wheel-inertia", type=POSITIVE, help="About its axle, kg m^2, if you swing it.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
-def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool) -> None:
+def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **own: Any) -> None:
     from bicycle.bicycle_files import available_bicycles, load_bicycle
     from bicycle.model_file import build_model
     from studies.model_example import example_model
@@ -29,13 +51,24 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool) ->
     from tyre.files import tomllib, write_text
 
     if target.suffix.lower() != ".toml":
-        raise InputError(f"{target}: a {kind} file ends in .toml; give for example {target.with_suffix('.toml')}")
+        named = (target if target.name else target / kind).with_suffix(".toml")
+        raise InputError(f"{target}: a {kind} file ends in .toml; give for example {named}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
-    unused = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
+    context = click.get_current_context()
+    stated = [
+        key for key in context.params if context.get_parameter_source(key) is not click.core.ParameterSource.DEFAULT
+    ]
+    unused: tuple[str, ...] = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
+    why = f"is of a model file; leave it out with --kind {kind}"
+    if set(stated) & set(own):
+        unused, why = ("kind", "bicycle", "tyre"), "does not go with a bicycle of yours"
     for option in unused:
-        if click.get_current_context().get_parameter_source(option) is not click.core.ParameterSource.DEFAULT:
-            raise InputError(f"--{option} is of a model file; leave it out with --kind {kind}")
+        if option in stated:
+            raise InputError(f"--{option} {why}")
+    if set(stated) & set(own):
+        _write_own(target, own)
+        return
     if kind == "sensors":
         _write_sensors(target)
         return
@@ -48,6 +81,25 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool) ->
     build_model(tomllib.loads(text))  # refuses what would not run: a tyre far outside its tests, for example
     write_text(target, text)
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
+
+
+def _write_own(target: Path, own: dict[str, Any]) -> None:
+    """Write a bicycle that its owner describes."""
+    from studies.own_bicycle import Asked, file_text, own_bicycle
+    from tyre.errors import InputError
+    from tyre.files import write_text
+
+    missing = [f"--{key.replace('_', '-')}" for key in NEEDED if own[key] is None]
+    if missing:
+        raise InputError(f"a bicycle of yours needs {', '.join(missing)}")
+    asked = Asked(**own)
+    found = own_bicycle(asked, target.stem)
+    options = [f"--{key.replace('_', '-')} {value}" for key, value in own.items() if value is not None]
+    text = file_text(found, asked, f"velotyre new {target.name} {' '.join(options)}")
+    write_text(target, text)
+    head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]
+    click.echo("\n".join(line.removeprefix("#").removeprefix(" ") for line in head))
+    click.echo(f"{target}: next: velotyre critical {quote(str(target))}")
 
 
 def _write_sensors(target: Path) -> None:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from studies.command_options import ANGLE, FINITE
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
@@ -21,12 +22,16 @@ if TYPE_CHECKING:
 @verbose
 @click.argument("bicycle")
 @click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
-@click.option("--height", type=float, help="m; with --mass instead of --rider: a body scaled from a measured one.")
-@click.option("--mass", type=float, help="Total mass of the rider, kg.")
+@click.option(
+    "--height",
+    type=FINITE,
+    help="m; with --mass instead of --rider: a body scaled from a measured one.",
+)
+@click.option("--mass", type=FINITE, help="Total mass of the rider, kg.")
 @click.option("--posture", type=click.Choice(["upright", "hoods", "drops"]), required=True, help="How the rider sits.")
-@click.option("--torso-lean", type=float, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
-@click.option("--back-rounding", type=float, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
-@click.option("--elbows-out", type=float, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
+@click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
+@click.option("--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
+@click.option("--elbows-out", type=ANGLE, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
 @click.option("--geometry", type=click.Path(path_type=Path), help="Seat and bar: .toml, or a raw *Measured.txt.")
 @click.option("--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml; a picture beside.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")

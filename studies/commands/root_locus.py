@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import POSITIVE, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -18,9 +19,9 @@ from studies.reporting.command_context import example
     help="speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a measured tyre.",
 )  # fmt: skip
 @click.option("--range", "span", required=True, metavar="START:STOP[:STEP]", help="Values of the parameter, SI or bar.")
-@click.option("--speed", type=float, help="m/s, unless the speed is the parameter.")
+@speed_option("m/s, unless the speed is the parameter.", required=False)
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
-@click.option("--max-frequency", type=click.FloatRange(min=0, min_open=True), help="Show up to this frequency, Hz.")
+@click.option("--max-frequency", type=POSITIVE, help="Show up to this frequency, Hz.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
@@ -38,7 +39,7 @@ def command(
     values, model = parse_range(span), chosen.model
     path = parameter_path(chosen.content, parameter, speed=speed)
     locus = root_locus(path, values)
-    where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.unit}"
+    where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.axis.unit}"
     where += "" if speed is None else f", at {speed:g} m/s"
     with results(out):
         write_csv(locus.frame(), out / "root_locus.csv")
@@ -52,11 +53,11 @@ def command(
             }
             for c in locus.crossings
         ]  # fmt: skip
-        record = {"parameter": parameter, "unit": path.unit, "speed_m_s": speed, "crossings": found}
+        record = {"parameter": parameter, "unit": path.axis.unit, "speed_m_s": speed, "crossings": found}
         write_json(record | {"unstable_throughout": list(locus.unstable_throughout)}, json_file)
     if json_file != "-":
         effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
-        headers = [f"{parameter} {path.unit}", "mode", "frequency Hz", "as it grows"]
+        headers = [f"{parameter} {path.axis.unit}", "mode", "frequency Hz", "as it grows"]
         rows = [
             [f"{c.value:.6g}", c.mode, c.frequency_hz, effect[c.destabilising], range_note[c.extrapolated]]
             for c in locus.crossings
@@ -64,9 +65,10 @@ def command(
         if rows:
             print_table(rows, [*headers, "tyre values"])
         else:
-            click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {path.unit}")
-        always = ", ".join(locus.unstable_throughout)
+            click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {path.axis.unit}")
+        always = ", ".join(locus.unstable_throughout).replace("_", " ")
         if always or not rows:
             click.echo(f"unstable all along: {always or 'no mode'}")
-        beyond = [] if locus.inside.all() else ["part of the range lies beyond the measured loads or pressures"]
+        share = "part" if locus.inside.any() else "all"
+        beyond = [] if locus.inside.all() else [f"{share} of the range lies beyond the measured loads or pressures"]
         print_warnings([*model.linear_model().warnings, *beyond])

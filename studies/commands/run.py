@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import WORKERS
 from studies.reporting.command_context import example
 
 
@@ -9,15 +10,13 @@ from studies.reporting.command_context import example
     help="Does this tyre, at this pressure, bring my bicycle closer to wobble? Measured tyres on a bicycle, hands off "
     "and on the bar, with a rigid and a flexible front: a report with figures and tables. MODEL is a model file, whose "
     "tyre the question is then about, or a bicycle.",
-    epilog=example("velotyre run --bicycle benchmark --pressures 4,5.5,7 --out out"),
+    epilog=example("velotyre run --bicycle benchmark --tyre Tyre2 --pressures 4,7 --out out"),
 )
 @click.argument("model_file", metavar="[MODEL]", required=False)
 @click.option("--out", default="out", show_default=True, help="Folder to write into.")
 @click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
-@click.option(
-    "--tyre", "tyres", multiple=True,
-    help="File of a tyre to study too: a table of tyre fit, .tir or Pacejka-89; may be repeated.",
-)  # fmt: skip
+@click.option("--tyre", metavar="TYRE", help="A packaged tyre, a table (.csv), a .tir or Pacejka-89 file.")
+@click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
 @click.option(
     "--pressures", metavar="LIST", help="Pressures to study, bar, such as 3.5,5,7; default: the measured ones."
 )
@@ -25,14 +24,15 @@ from studies.reporting.command_context import example
 @click.option(
     "--posture", type=click.Choice(["upright", "hoods", "drops"]), help="How the --rider sits; default: drops."
 )
-@click.option("--workers", type=click.IntRange(1), help="Processes; default: one for each core, up to 4.")
-def command(model_file: str | None, out: str, workers: int | None, **given: object) -> None:
+@click.option("--workers", type=WORKERS, help="Processes; default: one for each core, up to 4.")
+@click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
+def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **given: object) -> None:
     import os
     from pathlib import Path
-    from textwrap import fill
 
-    from studies.main_study import run_and_write, settings_of
+    from studies.main_study import answer, on_a_terminal, record, run_and_write, settings_of
     from studies.reporting.manifest import results
+    from studies.reporting.output import check_targets, write_json
     from tyre.errors import InputError
 
     folder = Path(out)
@@ -41,11 +41,13 @@ def command(model_file: str | None, out: str, workers: int | None, **given: obje
         raise InputError(f"--out {out!r} {why}; give a folder to write into, for example out")
     settings = settings_of(model_file, **given)
     with results(folder):
-        _, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
-    for line in first.strip().replace("**", "").splitlines():
-        click.echo(
-            fill(line.removeprefix("# ").removeprefix("- "), 110, subsequent_indent="  " * line.startswith("- "))
-        )
+        check_targets(json=json_file)
+        study, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
+        if json_file:
+            write_json(record(study, answer(study)), json_file)
+    if json_file != "-":
+        click.echo(on_a_terminal(first))
     for warning in settings.bicycle.warnings:
         click.echo(f"warning: {warning}", err=True)
-    click.echo(f"\nreport: {report.as_posix()}")
+    if json_file != "-":
+        click.echo(f"\nfigure: {(folder / 'headline.png').as_posix()}\nreport: {report.as_posix()}")

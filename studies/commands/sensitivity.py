@@ -2,6 +2,7 @@
 
 import click
 
+from studies.command_options import Number, max_speed_option, sd_option, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -12,14 +13,16 @@ from studies.reporting.command_context import example
 )
 @takes_model
 @click.option("--mode", required=True, help="Name of the mode, as velotyre modes shows it.")
-@click.option("--speed", required=True, type=float, help="Forward speed, m/s.")
-@click.option("--sd", multiple=True, metavar="KEY=SD", help="Standard deviation of a parameter, SI; may be repeated.")
-@click.option("--max-speed", default=40.0, show_default=True, help="Search critical speeds up to this speed, m/s.")
-@click.option("--top", default=15, show_default=True, type=click.IntRange(1), help="Rows of the table and the figure.")
+@speed_option()
+@sd_option
+@max_speed_option(40.0)
+@click.option(
+    "--top", default=15, show_default=True, type=Number(1, 1000, whole=True), help="Rows of the table and the figure."
+)
 @click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, mode: str, speed: float, sd: tuple[str, ...], max_speed: float, top: int,
+    chosen: ChosenModel, mode: str, speed: float, sds: tuple[str, ...], max_speed: float, top: int,
     out: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     from pathlib import Path
@@ -30,7 +33,7 @@ def command(
     from studies.reporting.output import print_table, print_warnings, write_csv, write_json
 
     model = chosen.model
-    ranking = rank(model, mode=mode, speed=speed, given_sd=numbers_by_name(sd, "--sd", "c=0.002"), max_speed=max_speed)
+    ranking = rank(model, mode=mode, speed=speed, given_sd=numbers_by_name(sds, "--sd", "c=0.002"), max_speed=max_speed)
     if json_file:
         write_json(record(ranking), json_file)
     if out:
@@ -48,7 +51,7 @@ def command(
     if json_file != "-":
         z = ranking.eigenvalue
         root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
-        click.echo(f"{mode} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
+        click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
         for other in ranking.others:
             click.echo(f"it has another real root here, {other:.4g} 1/s, which this does not rank")
         if ranking.meeting:

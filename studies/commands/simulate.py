@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import click.core
 
 from studies.channel_options import chosen_map, takes_channels
+from studies.command_options import FINITE, SEED, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -22,9 +24,16 @@ RECORDING = "recording.csv"
     epilog=example("velotyre simulate benchmark --speed 5 --initial lean=0.02 --out history"),
 )
 @takes_model
-@click.option("--speed", type=float, required=True, help="m/s.")
-@click.option("--duration", type=float, default=5.0, show_default=True, help="s.")
-@click.option("--step", "sample", type=float, default=0.005, show_default=True, help="Time between samples, s.")
+@speed_option()
+@click.option("--duration", type=FINITE, default=5.0, show_default=True, help="s.")
+@click.option(
+    "--step",
+    "sample",
+    type=FINITE,
+    default=0.005,
+    show_default=True,
+    help="Time between samples, s.",
+)
 @click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
 @click.option(
     "--input", "inputs", multiple=True, metavar="SPEC",
@@ -34,10 +43,10 @@ RECORDING = "recording.csv"
 @takes_channels
 @click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
 @click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
-@click.option("--friction", type=float, default=0.8, show_default=True, help="Peak side force over load, D.")
-@click.option("--shape-factor", type=float, default=1.3, show_default=True, help="C of the Magic Formula.")
-@click.option("--curvature-factor", type=float, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option("--offset", type=float, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
+@click.option("--friction", type=FINITE, default=0.8, show_default=True, help="Peak side force over load, D.")
+@click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
+@click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
+@click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
 @click.option(
     "--sensors",
     "sensors_file",
@@ -48,7 +57,7 @@ RECORDING = "recording.csv"
 @click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
 @click.option(
     "--seed",
-    type=click.IntRange(0, 2**32 - 1),
+    type=SEED,
     help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
 )
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
@@ -61,26 +70,26 @@ def command(
     import math
     import secrets
 
-    import click.core
     import numpy as np
 
-    from bicycle.nonlinear import MagicTyre, magic_formula_model
+    from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
     from bicycle.responses import frequency_response as gains
     from bicycle.responses import respond
+    from bicycle.wheel_tyres import wheel_curves
     from studies.reporting.manifest import results
     from studies.reporting.output import print_warnings, write_csv
     from studies.simulation import check_within, draw_frequency_response, draw_responses, parse_initial, parse_inputs
     from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
-        if not (math.isfinite(value) and value > 0):
+        if value <= 0:
             raise InputError(f"{name} = {value:g} s must be positive")
     sensors, sample = _sensors(sensors_file, sample, noise=noise, seed=seed)
     if sample > duration:
         raise InputError(f"step = {sample:g} s is longer than duration = {duration:g} s; take a smaller step")
     context = click.get_current_context()
     for name in ("friction", "shape_factor", "curvature_factor", "offset"):
-        if not nonlinear and context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT:
+        if not nonlinear and not _is_default(context, name):
             option = "--" + name.replace("_", "-")
             raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
     if duration / sample > 1e6:
@@ -99,8 +108,11 @@ def command(
     if start or histories or offset:
         responses["linear"] = respond(linear, speed=speed, time=time, initial=start, inputs=histories)
     if nonlinear:
+        given = {name for name in ("friction", "shape_factor", "curvature_factor") if not _is_default(context, name)}
+        curves = {} if given else wheel_curves(chosen.content.get("effects", {}))
+        tyres = {wheel: CurveTyre(*curve, offset) for wheel, curve in curves.items()}
         tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
-        system = magic_formula_model(model, speed=speed, rear=tyre, front=tyre)
+        system = magic_formula_model(model, speed=speed, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre))
         responses["Magic Formula"] = system.simulate(time=time, initial=start, inputs=histories)
     spectrum = None
     if frequency_response:
@@ -134,8 +146,15 @@ def command(
             written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]
             if linear.eigenvalues(speed).real.max() > 0:
                 notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
+    if nonlinear:
+        labels = dict.fromkeys(source.label for source, _ in curves.values())
+        notes += [f"{label}: side force and moment follow its curves, without its shifts" for label in labels]
     print_warnings([*linear.warnings, *notes])
     click.echo(f"{out}: {', '.join(sorted(written))}")
+
+
+def _is_default(context: click.Context, name: str) -> bool:
+    return context.get_parameter_source(name) is click.core.ParameterSource.DEFAULT
 
 
 def _sensors(

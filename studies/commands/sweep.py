@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import SPEED, WORKERS
 from studies.reporting.command_context import example, verbose
 
 
@@ -16,12 +17,12 @@ from studies.reporting.command_context import example, verbose
 @verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
 @click.option("--out", metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
-@click.option("--workers", type=click.IntRange(1), help="Workers of this machine; default: one a core.")
-@click.option("--processes", type=click.IntRange(1), help="The same, processes whatever is computed.")
+@click.option("--workers", type=WORKERS, help="Workers of this machine; default: one a core.")
+@click.option("--processes", type=WORKERS, help="The same, processes whatever is computed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
 @click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures.")
 @click.option("--figures", metavar="DIR", help="Draw the result into this folder.")
-@click.option("--at", type=float, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
+@click.option("--at", type=SPEED, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
     sweep_file: str, out: str | None, workers: int | None, processes: int | None, scheduler: str | None,

@@ -25,19 +25,36 @@ COLUMNS = {
 """Field of `TyreProperties` -> name and factor in the units of the field."""
 
 
+CAMBERS = (0.0, 15.0)  # deg, drawn
+SLIPS = (-10.0, 10.0)
+
+
 @click.command(
     help="List the packaged tyres, or show one, or that of a file (tyre table, .tir, Pacejka-89), at its conditions.",
-    epilog=example("velotyre tyres", "velotyre tyres Tyre1 --surface drum"),
+    epilog=example(
+        "velotyre tyres",
+        "velotyre tyres Tyre1 --surface drum",
+        "velotyre tyres 'Schwalbe 50km Energizer Plus 28 x 1.75' --plot curves.png",
+    ),
 )
 @click.argument("tyre", required=False)
 @click.option("--surface", metavar="SURFACE", help="flat (default) or drum.")
+@click.option("--plot", metavar="FILE", help="Draw side force and aligning moment over slip: .png, .svg or .pdf.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the tyres as JSON; - is standard output.")
-def command(tyre: str | None, surface: str | None, json_file: str | None) -> None:
+def command(tyre: str | None, surface: str | None, plot: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
+    from studies.reporting.modes_picture import check_picture
     from studies.reporting.output import print_table, write_json
+    from tyre.errors import InputError
 
+    if plot is not None:
+        check_picture(plot)
+        if tyre is None:
+            raise InputError("--plot draws one tyre; name it, or give its file")
     found = _listed_tyres(tyre, surface)
+    if plot is not None:
+        _draw(found[0], plot)
     records = [_record(one) for one in found]
     if json_file:
         write_json(records[0] if tyre else {"tyres": records}, json_file)
@@ -95,8 +112,9 @@ def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
         measured = tyre.measured
         fields = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
         return measured.load, measured.pressure, {name: getattr(measured, name) for name in fields}
-    load, pressure = (grid.ravel() for grid in np.meshgrid(tyre.loads, tyre.pressures, indexing="ij"))
-    return load, pressure, tyre.linear(load=load, pressure=pressure) if load.size else {}
+    pressures = tyre.pressures if tyre.pressures.size else [np.nan]  # none is stated, and none matters
+    load, pressure = (grid.ravel() for grid in np.meshgrid(tyre.loads, pressures, indexing="ij"))
+    return load, pressure, tyre.linear(load=load, pressure=pressure)
 
 
 def _record(tyre: "TyreSource") -> dict[str, Any]:
@@ -119,17 +137,56 @@ def _record(tyre: "TyreSource") -> dict[str, Any]:
 
 def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
     """Measured conditions of a table, or values of a formula at loads and pressures in its range."""
+    import numpy as np
     import pandas as pd
 
     from tyre import TyreMap
-    from tyre.errors import InputError
     from tyre.units import PASCAL_PER_BAR
 
     if isinstance(tyre, TyreMap):
         stated = tyre.measured.cornering_stiffness_sd is not None
         return tyre.table if stated else tyre.table.assign(cornering_stiffness_sd_N_per_deg=None)  # 0 would be exact
     load, pressure, held = _held(tyre)
-    if not load.size:
-        raise InputError(f"{tyre.label}: the file states no pressure, so there is nothing to list")
     columns = {name: held[field] * factor for field, (name, factor) in COLUMNS.items() if field in held}
-    return pd.DataFrame({"load_N": load, "pressure_bar": pressure / PASCAL_PER_BAR} | columns)
+    bars = {} if np.isnan(pressure).all() else {"pressure_bar": pressure / PASCAL_PER_BAR}
+    return pd.DataFrame({"load_N": load} | bars | columns)
+
+
+def _draw(tyre: "TyreSource", target: str) -> None:
+    """Draw the curves of a formula over slip, at its loads and the middle one of its pressures."""
+    import matplotlib
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from studies.reporting.plotting import GREY, STYLE, look, settle
+    from tyre.errors import InputError
+    from tyre.files import replacing
+    from tyre.formula_tyre import FormulaTyre
+    from tyre.units import PASCAL_PER_BAR
+
+    if not isinstance(tyre, FormulaTyre):
+        raise InputError(f"{tyre.label} is a table of stiffnesses and has no curves; --plot draws .tir and Pacejka-89")
+    slip, pressures = np.radians(np.linspace(*SLIPS, 201)), tyre.pressures
+    pressure = float(pressures[len(pressures) // 2]) if pressures.size else np.nan
+    curves = {"side force, N": tyre.side_force, "aligning moment, N m": tyre.aligning_moment}
+    try:
+        tyre.aligning_moment(slip_angle=slip, load=tyre.loads[0], pressure=pressure)
+    except InputError:
+        del curves["aligning moment, N m"]
+    style: Any = dict(STYLE)
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=(4.6 * len(curves), 3.6), layout="constrained")
+        for axes, (name, curve) in zip(np.ravel(figure.subplots(1, len(curves))), curves.items(), strict=True):
+            for number, load in enumerate(tyre.loads):
+                for camber, line in zip(CAMBERS, ("-", ":"), strict=True):
+                    drawn = curve(slip_angle=slip, load=load, pressure=pressure, camber=np.radians(camber))
+                    label = f"{load:g} N" if not camber else None
+                    axes.plot(np.degrees(slip), drawn, line, color=look(number).colour, label=label)
+            axes.set(xlabel="slip angle, deg", title=name)
+            axes.axhline(0.0, color=GREY, linewidth=0.6)
+        bars = f" at {pressure / PASCAL_PER_BAR:g} bar" * (pressure == pressure)
+        figure.suptitle(f"{tyre.tyre} on {tyre.surface}{bars}; dotted: camber {CAMBERS[1]:g} deg", fontsize=10)
+        figure.axes[0].legend()
+        settle(figure)
+        with replacing(target) as part:
+            figure.savefig(part)

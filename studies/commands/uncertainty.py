@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.command_options import Number, max_speed_option, sd_option, seed_option, speeds_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -20,18 +21,18 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
     epilog=example("velotyre uncertainty pista --speeds 5"),
 )
 @takes_model
-@click.option("--speeds", help="m/s: start:stop:step with both ends, or a list 2,5,8; default: critical speeds only.")
+@speeds_option("; default: critical speeds only.")
 @click.option("--output", "outputs", multiple=True, metavar="NAME", help="A further output, as of sweeps; repeat.")
-@click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat.")
+@sd_option
 @click.option(
     "--relative-cornering-stiffness-sd",
-    type=click.FloatRange(0),
+    type=Number(0, 10),
     help="sd(C_Fy)/C_Fy of a tyre whose table states none; default: 0.03, with --stated-only 0.",
 )
 @click.option("--stated-only", is_flag=True, help="Count as exact what no source states; else defaults are assumed.")
-@click.option("--max-speed", default=60.0, show_default=True, help="Search critical speeds up to this speed, m/s.")
-@click.option("--samples", type=click.IntRange(2), default=2000, show_default=True, help="Monte Carlo bicycles.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the random numbers.")
+@max_speed_option(60.0)
+@click.option("--samples", type=Number(2, 1e12, whole=True), default=2000, show_default=True, help="Random bicycles.")
+@seed_option
 @click.option("--narrow", metavar="NAME", help="Which measurement would narrow this critical speed most (needs SALib).")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
@@ -46,6 +47,7 @@ def command(
     from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_json
     from studies.sampling import left_out
     from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
+    from tyre.errors import InputError
 
     check_targets(json=json_file)
     further = [scalar_output(name) for name in outputs]
@@ -60,15 +62,12 @@ def command(
     kept = samples - sum(refused.values())
     notes: list[str] = [left_out(refused, samples)] if refused else []
     notes += [*stands_alone(uncertainty), *remarks(found, unlisted, kept, max_speed)]
-    if json_file != "-":
-        _print(uncertainty, found, notes)
-    effects = total_effects(uncertainty, narrow, max_speed=max_speed, seed=seed) if narrow else {}
-    if effects and json_file != "-":
-        click.echo(f"\nwhat would narrow '{narrow}' most (share of its variance that goes when it is measured exactly)")
-        ranked = sorted(effects.items(), key=lambda item: -item[1][0])
-        rows = [[name, *values] for name, values in ranked]
-        print_table(rows, ["measurement", "first order", "total", "total ± 95 %"])
-    if json_file:
+    effects, failure = dict[str, tuple[float, float, float]](), None
+    try:
+        effects = total_effects(uncertainty, narrow, max_speed=max_speed, seed=seed) if narrow else {}
+    except InputError as error:
+        failure = error  # said when the table is there
+    if json_file and not failure:  # before anything is printed, which a pipe may cut off
         indices = {k: dict(zip(("first", "total", "total_95"), v, strict=True)) for k, v in effects.items()}
         content = {
             "samples": samples, "seed": seed, "max_speed_m_s": max_speed,
@@ -82,6 +81,16 @@ def command(
             "narrow": {"critical_speed": narrow, "indices": indices},
         }  # fmt: skip
         write_json(content, json_file)
+    if json_file != "-":
+        _print(uncertainty, found, notes)
+        if effects:
+            click.echo(
+                f"\nwhat would narrow '{narrow}' most (share of its variance that goes if it is measured exactly)"
+            )
+            ranked = sorted(effects.items(), key=lambda item: -item[1][0])
+            print_table([[name, *row] for name, row in ranked], ["measurement", "first order", "total", "total ± 95 %"])
+    if failure:
+        raise failure
     print_warnings(uncertainty.warnings)
 
 

@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from bicycle.effect_registry import registry
-from bicycle.eigen import eigenvalues
-from bicycle.model_family import ModelFamily
-from bicycle.named_modes import Modes, modes
+from bicycle.named_modes import modes
+from bicycle.naming import Rules
 from bicycle.parameter_covariance import ParameterKey
 from studies.design.problem import (
     CLEARLY,
@@ -25,12 +23,11 @@ from studies.design.problem import (
     expanded,
     grid,
     limits_of,
-    members,
     solved,
 )
 from studies.model_space import ModelSpace, changed_content
-from studies.uncertainty.uncertain_model import UncertainModel, matched_roots
-from tyre.arrays import Array, Complex
+from studies.uncertainty.uncertain_model import UncertainModel
+from tyre.arrays import Array
 from tyre.errors import InputError
 
 
@@ -82,52 +79,17 @@ def certainty(
 ) -> Certainty:  # fmt: skip
     """Draw bicycles about a design and see which of them keep the demands at rising speeds (k,), m/s."""
     draw = uncertain.matched_draw if matched and uncertain.can_match(samples) else uncertain.draw
-    z, refused = uncertain.possible(draw(samples, seed))
-    family = ModelFamily(uncertain.nominal)
-    nominal = modes(uncertain.nominal.linear_model(), speeds)
-    start = nominal.model.eigenvalues(speeds)
-    masks = {demand: _mask(start, nominal, demand) for demand in demands}
+    z, left_out = uncertain.possible(draw(samples, seed))
+    names = Rules.of(uncertain.nominal.linear_model()).names
     excess = {demand: np.full(len(z), np.nan) for demand in demands}
-    lost: list[int] = []
-    for rows in (slice(a, a + 256) for a in range(0, len(z), 256)):
-        roots, good = _followed(uncertain, z[rows], speeds, start)
-        own = np.arange(rows.start, rows.start + len(roots))
-        for demand, mask in masks.items():
-            missed = _top(speeds, np.where(mask, demand.excess(roots), -np.inf).max(2))
-            excess[demand][own] = np.where((good | ~mask).all((1, 2)), missed, np.nan)
-        lost += own[np.isnan(np.stack([excess[d][own] for d in demands])).any(0)].tolist()
-    for row in lost[:60]:  # draws whose modes are named anew at most, where roots cannot be followed
-        points = uncertain.points(z[row : row + 1])
-        linear = family.linear_model({key: points.value(key, 0) for key in points.values})
-        branches = modes(linear, speeds).branches
+    for rows, named, refused in uncertain.named(z, speeds):
         for demand in demands:
-            worst, there = demand.worst(branches)
-            excess[demand][row] = float(demand.excess(worst[there]).max()) if there.any() else -math.inf
+            place = names.index(demand.mode)
+            own = (named.first == place) | (named.second == place)
+            missed = _top(speeds, np.where(own, demand.excess(named.values), -np.inf).max(2))
+            excess[demand][rows] = np.where(refused, np.nan, missed)
     unknown = int(np.isnan(np.stack(list(excess.values()))).any(0).sum())
-    return Certainty(excess, unknown, sum(refused.values()))
-
-
-def _mask(start: Complex, nominal: Modes, demand: Demand) -> NDArray[np.bool_]:
-    """Roots (speeds, n) that belong to the mode of a demand; of a pair both."""
-    own = members(nominal.branches, demand.mode)
-    own = np.concatenate([own, own.conj()], 1)
-    away = np.abs(start[:, :, None] - own[:, None, :])
-    return np.asarray(np.nanmin(np.where(np.isnan(away), np.inf, away), 2) <= 1e-7 * np.abs(start).max(1)[:, None])
-
-
-def _followed(uncertain: UncertainModel, z: Array, speeds: Array, start: Complex) -> tuple[Complex, NDArray[np.bool_]]:
-    """Roots (m, k, n) of draws in the order of those of the design, and which of them are beyond doubt."""
-    count, n = len(z), start.shape[1]
-    past: Any = None
-    here: Any = np.broadcast_to(start, (count, *start.shape)).reshape(-1, n)
-    good = np.ones(here.shape, bool)
-    for share in (1 / 3, 2 / 3, 1.0):  # of the way from the design to a draw
-        batches = uncertain.batches(z, share=share)
-        values = np.concatenate([eigenvalues(polynomial(speeds[None])).reshape(-1, n) for _, polynomial, _ in batches])
-        chosen, error, rival = matched_roots(here if past is None else 2 * here - past, values)
-        good &= error < rival / 2
-        past, here = here, chosen
-    return here.reshape(count, *start.shape), good.reshape(count, *start.shape)
+    return Certainty(excess, unknown, sum(left_out.values()))
 
 
 def _top(speeds: Array, excess: Array) -> Array:
@@ -221,6 +183,7 @@ def designed(
 ) -> Design:  # fmt: skip
     """The smallest change of some numbers of a model that keeps every demand over a range of speed."""
     space = ModelSpace(content, keys)
+    space.refuse_switches()
     start, looked = base_of(space), grid(*speeds)
     space.linear.check_speeds(looked)
     demands = expanded(asked, space.linear, looked)

@@ -4,7 +4,7 @@ import base64
 import binascii
 import hashlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -31,7 +31,8 @@ from studies.explorer.figures import (
     sensitivity_figure,
 )
 from studies.explorer.forms import controls_html
-from studies.explorer.models import at_speed, bicycle_name, computed, ranking
+from studies.explorer.geometry import Misfit
+from studies.explorer.models import Computed, at_speed, bicycle_name, computed, ranking, view_from_the_side
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
@@ -62,12 +63,25 @@ def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
         "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
+        "sides": side_views(state, now, pinned),
         "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events, *kept_here(state))],
     }
     locus = root_locus(now, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
     modes = modes_figure(now, pinned, palette)
     return {"figures": {"modes": modes, "critical": critical_strip(now, palette), "locus": locus}, "shown": shown}
+
+
+def side_views(state: Shown, now: Computed, pinned: Mapping[str, Computed]) -> str:
+    """Drawings to scale of the bicycle and of the one pinned last, side by side, with their critical speeds."""
+    shown = [(state, now), *zip(map(parse_state, state.pins), pinned.values(), strict=True)]
+    views = []
+    for one, found in (shown[0], *shown[1:][-1:]):
+        views.append(
+            view_from_the_side(one) | {"critical": list(map(critical_words, found.critical)), "fast": one.fast}
+        )
+    low, top, wide, high = zip(*(view["box"] for view in views), strict=True)
+    return str(exports.template("side_view").render(views=views, box=(min(low), min(top), max(wide), max(high))))
 
 
 def _damping(state: Shown, palette: Palette) -> dict[str, Any]:
@@ -160,7 +174,7 @@ def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, Palett
             state = parse_state(text)
         except InputError as error:  # else the message already stands on the page
             return {"message": str(error)} if name == "chart" else no_update
-        return _or_message(lambda: answer(state, _palette(theme)), lambda message: {"message": message})
+        return _or_message(lambda: answer(state, _palette(theme)))
 
 
 def _form_and_files(app: Dash) -> None:
@@ -168,7 +182,7 @@ def _form_and_files(app: Dash) -> None:
     def along(asked: Any) -> Any:
         text, theme = _asked(asked)
         refused = {"asked": text}
-        return _or_message(lambda: main_figures(text, theme), lambda message: {"shown": refused | {"message": message}})
+        return _or_message(lambda: main_figures(text, theme), lambda told: {"shown": refused | told})
 
     @app.callback(Output("form", "data"), Input("ask-form", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
@@ -199,7 +213,7 @@ def _form_and_files(app: Dash) -> None:
             shown = ", ".join(one[:80] for one in names)
             return {"address": state.address, "remarks": list(remarks), "name": shown}
 
-        return _or_message(load, lambda message: {"message": message})
+        return _or_message(load)
 
     @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)
     def save(asked: Any) -> Any:
@@ -217,15 +231,17 @@ def _form_and_files(app: Dash) -> None:
         return _or_message(content, lambda _: no_update)
 
 
-def _or_message(made: Callable[[], Any], refused: Callable[[str], Any]) -> Any:
+def _or_message(made: Callable[[], Any], refused: Callable[[dict[str, str]], Any] = dict) -> Any:
     """Give what is made, or a refusal in words; what nobody foresaw goes to the terminal, and the page says so."""
     try:
         return made()
+    except Misfit as error:  # the page says it beside the slider
+        return refused({"message": str(error), "key": error.key})
     except InputError as error:
-        return refused(str(error))
+        return refused({"message": str(error)})
     except Exception:
         logging.getLogger(__name__).exception("no answer")
-        return refused(FAILED)
+        return refused({"message": FAILED})
 
 
 def _listed(given: Any) -> list[str]:

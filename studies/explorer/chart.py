@@ -11,7 +11,7 @@ import numpy as np
 
 from bicycle.mode_figure import mode_look, mode_words
 from studies.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
-from studies.chart.chart import BAND, CELLS, NamedBoundary, StabilityChart, band_of, checked, stability_chart, title
+from studies.chart.chart import BAND, NamedBoundary, StabilityChart, checked, stability_chart, title
 from studies.chart.plane import Plane, Span, split_range
 from studies.explorer.figures import HEIGHTS, Figure, Palette, colour_on, layout, series
 from studies.explorer.models import model_content, model_of
@@ -64,9 +64,6 @@ FAINT = 0.25  # of the colour of the mode
 HAIR = 1.5e-3
 """Of the axes: a band whose half width is nowhere more is hidden by the line of its boundary."""
 
-NARROW = 3 / CELLS
-"""Of the axes: up to here the band is drawn along the normals of its boundary, for cells would miss it."""
-
 
 def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     """A filled trace for each boundary whose band means something; none where nothing is uncertain."""
@@ -74,7 +71,7 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     for one in chart.boundaries if chart.uncertain else ():
         if not one.band_is_told or _widest(one) < HAIR:
             continue
-        x, y = _joined(_ribbon(chart, one) if _widest(one) < NARROW else _rims(chart, one))
+        x, y = _joined(_ribbon(chart, one))
         colour = colour_on(mode_look(one.names.names[0] or "other").colour, palette)
         red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
         found.append({
@@ -98,18 +95,8 @@ def _widest(one: NamedBoundary) -> float:
     return float(BAND * one.spread[:, 2].max())
 
 
-def _rims(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
-    """Rims (k, 2) of what lies in the band, in the units of the axes; holes are turned the other way."""
-    from matplotlib.figure import Figure
-
-    share, away = band_of(one.curve.shares, one.spread[:, 2])
-    first, second = chart.plane.spans
-    drawn = Figure().subplots().contourf(first.at(share), second.at(share), away.T, levels=[-1, 1])
-    return [np.asarray(rim) for path in drawn.get_paths() for rim in path.to_polygons()]
-
-
 def _ribbon(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
-    """The boundary moved by the half width to both sides."""
+    """Rims (k, 2) of a band: its boundary moved by the half width to both sides, in the units of the axes."""
     half = BAND * one.spread[:, 2:] * one.curve.normals
     ahead, behind = one.curve.shares + half, one.curve.shares - half
     if one.curve.closed:

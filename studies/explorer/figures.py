@@ -14,7 +14,7 @@ import numpy as np
 
 from bicycle.critical import CriticalSpeed
 from bicycle.default_sd import EXACT
-from bicycle.eigen import frequency_hz, oscillating
+from bicycle.eigen import angular_frequency, frequency_hz, oscillating
 from bicycle.mode_figure import mode_look, mode_words
 from bicycle.named_modes import UNITS, Modes
 from studies.explorer.models import AtSpeed, Computed
@@ -124,10 +124,23 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
             hovermode="closest", margin=FIXED,
             xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
             yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
-            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47], "rangemode": "tozero"} | ONCE,
+            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47],
+                    "range": [0, slow_hertz([now, *pinned.values()])]} | ONCE,
             meta=modes_table(now.named),
         ),
     }  # fmt: skip
+
+
+SLOW_HZ = 15.0  # what oscillates faster, such as a wheel on its tyre, is left out of an axis at first
+
+
+def slow_hertz(every: Sequence[Computed]) -> float:
+    """End of an axis of frequencies (Hz) that holds the slow oscillations."""
+    highest = [
+        np.nanmax(hertz) for one in every for name in one.named.names
+        if np.isfinite(hertz := one.named.frequency(name)).any()
+    ]  # fmt: skip
+    return 1.1 * float(max([hertz for hertz in highest if hertz <= SLOW_HZ], default=max(highest, default=1.0)) or 1.0)
 
 
 def root_locus(now: Computed, palette: Palette) -> Figure:
@@ -160,7 +173,9 @@ def root_locus(now: Computed, palette: Palette) -> Figure:
         "layout": layout(
             palette, title="Root locus in speed (shaded: unstable)", height=HEIGHTS["locus"], shapes=[shade],
             margin=FIXED, xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
-            yaxis={"title": {"text": "Imaginary part, rad/s"}, "rangemode": "tozero"} | ONCE, meta=modes_table(named),
+            yaxis={"title": {"text": "Imaginary part, rad/s"},
+                   "range": [0, float(angular_frequency(slow_hertz([now])))]} | ONCE,
+            meta=modes_table(named),
         ),
     }  # fmt: skip
 
@@ -250,9 +265,9 @@ def _listed(values: Any) -> list[float | None]:
 
 
 def _real_range(every: Sequence[Computed]) -> tuple[float, float]:
-    """Range with every unstable root and the slower stable ones; what decays faster than 40 1/s is over at once."""
+    """Range with every unstable root and the slower stable ones; what decays faster than 20 1/s is over at once."""
     real = np.concatenate([values.real.ravel() for one in every for values in one.named.branches.values()])
-    low = max(float(np.nanmin(real)), -40.0)
+    low = max(float(np.nanmin(real)), -20.0)
     return 1.08 * min(low, -1.0), 1.08 * max(float(np.nanmax(real)), -0.15 * low, 1.0)
 
 

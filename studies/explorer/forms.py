@@ -14,6 +14,7 @@ from bicycle.rider_posture import POSTURES
 from bicycle.wheel_tyres import FROM_TYRE, MOST_BAR
 from studies.explorer.chart import chart_axes
 from studies.explorer.exports import template
+from studies.explorer.geometry import GEOMETRY, slider_fields
 from studies.explorer.models import bicycle_or_none, known_tyres
 from studies.explorer.state import FASTEST, ON, State, written
 from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
@@ -131,10 +132,11 @@ def controls(state: State) -> dict[str, Any]:
             *([{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] * own),
             *(
                 {"value": name, "words": name, "chosen": model.get("bicycle") == name,
-                 "edit": Edit(("bicycle", "name", "covariance"), {"bicycle": name})}
+                 "edit": Edit(("bicycle", "name", "covariance", GEOMETRY), {"bicycle": name})}
                 for name in available_bicycles()
             ),
         ],
+        "geometry": slider_fields(bicycle) if bicycle else [],
         "riders": _options("rider", {"": "none put on it", **{name: name for name in available_riders()}}, state.rider),
         "postures": _options("posture", {name: name for name in POSTURES}, state.posture),
         "laws": law_options(law, bicycle, measured=measured),
@@ -241,7 +243,12 @@ def _options(key: str, choices: Mapping[str, str], chosen: str) -> list[dict[str
     if chosen not in choices:
         raise InputError(f"{key} = {chosen!r} is not known; known: {', '.join(filter(None, choices))}")
     return [
-        {"value": value, "words": words, "chosen": value == chosen, "edit": Edit((key,), {key: value} if value else {})}
+        {
+            "value": value,
+            "words": words,
+            "chosen": value == chosen,
+            "edit": Edit((key, GEOMETRY), {key: value} if value else {}),
+        }
         for value, words in choices.items()
     ]
 

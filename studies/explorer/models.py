@@ -1,10 +1,10 @@
 """Make the model of a state and compute its modes; nothing but packaged and loaded data is read."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache, wraps
 from threading import RLock
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from bicycle.model_file import build_model
 from bicycle.named_modes import Modes, modes
 from bicycle.parameters import Bicycle
 from bicycle.propagation import mode_sd, model_covariance
+from studies.explorer.geometry import GEOMETRY, kept_on_the_axis, moved, side_view
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
 from studies.ranking import Ranking, rank
@@ -24,21 +25,25 @@ from tyre.errors import InputError, unknown
 from tyre.find_tyre import packaged_formulas
 
 POINTS = 60  # speeds along a curve
-P = ParamSpec("P")
 R = TypeVar("R")
 _one_at_a_time = RLock()  # requests come in parallel; the same state is computed once
 
 
-def _kept(make: Callable[P, R]) -> Callable[P, R]:
-    """Keep what is computed of the last states, so that asking again is free."""
-    cached = lru_cache(maxsize=32)(make)
+def _kept(*view: str) -> Callable[[Callable[[State], R]], Callable[[State], R]]:
+    """Keep what is computed of the last models at the fields ``view`` of their states: asking again is free."""
 
-    @wraps(make)
-    def call(*args: P.args, **more: P.kwargs) -> R:
-        with _one_at_a_time:
-            return cached(*args, **more)  # type: ignore[arg-type]
+    def keep(make: Callable[[State], R]) -> Callable[[State], R]:
+        cached = lru_cache(maxsize=32)(make)
 
-    return call
+        @wraps(make)
+        def call(state: State) -> R:
+            fields = {name: getattr(state, name) for name in ("model", "name", "rider", "posture", *view)}
+            with _one_at_a_time:
+                return cached(State(**fields))
+
+        return call
+
+    return keep
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,55 +71,38 @@ class AtSpeed:
         return mode if mode in here else here[0]
 
 
-def _alone(state: State) -> State:
-    """State of the model alone, without the view of it."""
-    return State(state.model, state.name, state.rider, state.posture)
-
-
+@_kept("slow", "fast")
 def computed(state: State) -> Computed:
     """Compute model, modes and critical speeds of a state."""
-    return _computed(_alone(state), state.slow, state.fast)
-
-
-@_kept
-def _computed(state: State, slow: float, fast: float) -> Computed:
     model, linear = _built(state)
     notes = tuple(TYRES.in_words(str(note)) for note in linear.warnings)
-    found = modes(linear, np.linspace(slow, fast, POINTS))
-    return Computed(model, linear, found, critical_speeds(linear, max_speed=fast), notes)
+    found = modes(linear, np.linspace(state.slow, state.fast, POINTS))
+    return Computed(model, linear, found, critical_speeds(linear, max_speed=state.fast), notes)
 
 
+@_kept("at")
 def at_speed(state: State) -> AtSpeed:
     """Compute the modes of a state at its chosen speed, with uncertainty."""
-    return _at_speed(_alone(state), state.at)
-
-
-@_kept
-def _at_speed(state: State, speed: float) -> AtSpeed:
     model, linear = _built(state)
-    named = modes(linear, [speed])
+    named = modes(linear, [state.at])
     names, covariance = model_covariance(model)
     roots = np.array([[values[0, 0] for values in named.branches.values()]])
-    damping = mode_sd(model, [speed], roots, names, covariance)[1] if names else np.full(roots.shape, np.nan)
+    damping = mode_sd(model, [state.at], roots, names, covariance)[1] if names else np.full(roots.shape, np.nan)
     return AtSpeed(named, dict(zip(named.branches, damping[0].tolist(), strict=True)), names)
 
 
+@_kept("mode", "at", "fast")
 def ranking(state: State) -> Ranking:
     """Rank parameters by what one sd of each does to the chosen mode at the chosen speed."""
-    return _ranking(_alone(state), at_speed(state).first(state.mode), state.at, state.fast)
-
-
-@_kept
-def _ranking(state: State, mode: str, speed: float, fastest: float) -> Ranking:
-    return rank(_built(state)[0], mode=mode, speed=speed, max_speed=fastest)
+    return rank(model_of(state), mode=at_speed(state).first(state.mode), speed=state.at, max_speed=state.fast)
 
 
 def model_of(state: State) -> Model:
     """Give the model of a state."""
-    return _built(_alone(state))[0]
+    return _built(state)[0]
 
 
-@_kept
+@_kept()
 def _built(state: State) -> tuple[Model, LinearModel]:
     model = build(state)
     return model, model.linear_model()
@@ -123,17 +111,17 @@ def _built(state: State) -> tuple[Model, LinearModel]:
 def bicycle_or_none(state: State) -> Bicycle | None:
     """Give the bicycle of a state with its rider, without effects; None if it makes none."""
     try:
-        return _bicycle(_alone(state))
+        return _bicycle(state)
     except InputError:
         return None
 
 
-@_kept
+@_kept()
 def _bicycle(state: State) -> Bicycle:
     content = state.content
     refuse_other_files(content)
     alone = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
-    return build_model(alone | _rider(state, content)).bicycle
+    return moved(build_model(alone | _rider(state, content)).bicycle, state.geometry)
 
 
 def build(state: State) -> Model:
@@ -147,7 +135,15 @@ def model_content(state: State) -> dict[str, Any]:
     """Make the model file of a state: its rider is part of the bicycle, loaded tyres have their paths."""
     content = state.content
     refuse_other_files(content)
+    if state.geometry:
+        before, after = _bicycle(replace(state, model=_unmoved(state))), _bicycle(state)
+        effects = kept_on_the_axis(content.get("effects", {}), before, after)
+        return TYRES.located(content | {"bicycle": as_table(after), "effects": effects})
     return TYRES.located(content | _rider(state, content))
+
+
+def _unmoved(state: State) -> tuple[tuple[str, Any], ...]:
+    return tuple((key, value) for key, value in state.model if not key.startswith(f"{GEOMETRY}."))
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
@@ -188,11 +184,19 @@ def as_table(bicycle: Bicycle) -> dict[str, Any]:
     }
 
 
+def view_from_the_side(state: State) -> dict[str, Any]:
+    """Drawing of the bicycle of a state from the side, with its name."""
+    found = side_view(_bicycle(state), model_content(state).get("effects", {}))
+    kinds = {kind for kind, _ in found["lines"]}
+    return found | {"name": bicycle_name(state), "rider": "rider" in kinds, "hinge": "hinge" in kinds}
+
+
 def bicycle_name(state: State) -> str:
     """Name the bicycle of a state, with its rider."""
     given = state.content["bicycle"]
     name = given if isinstance(given, str) else state.name or "own bicycle"
-    return f"{name} with {state.rider}, {state.posture}" if state.rider else name
+    name = f"{name} with {state.rider}, {state.posture}" if state.rider else name
+    return f"{name}, moved" if state.geometry else name
 
 
 def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from urllib.parse import quote, unquote
 from bicycle.effect import WHEELS
 from bicycle.effect_registry import registry
 from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS
+from studies.explorer.geometry import GEOMETRY
 from tyre import schema
 from tyre.errors import InputError, is_number, shown, unknown
 from tyre.schema import number, remarked, text
@@ -159,8 +160,13 @@ class State:
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of its model file, without the rider."""
-        return nested(dict(self.model))
+        """The content of its model file, without the rider and what is moved."""
+        return {key: value for key, value in nested(dict(self.model)).items() if key != GEOMETRY}
+
+    @property
+    def geometry(self) -> dict[str, Any]:
+        """Numbers of the bicycle that are moved, by the keys of their sliders."""
+        return dict(nested(dict(self.model)).get(GEOMETRY, {}))
 
     @property
     def address(self) -> str:
@@ -210,7 +216,7 @@ def parse_state(address: Any) -> State:
             continue
         if key in model or key in view:
             raise InputError(f"address: {key} is given twice; keep one")
-        if key.split(".")[0] in FILE_KEYS:
+        if key.split(".")[0] in (*FILE_KEYS, GEOMETRY):
             model[key] = model_value(key, value)
         elif key in ("slow", "fast", "at"):
             view[key] = finite(key, value)
@@ -222,7 +228,7 @@ def parse_state(address: Any) -> State:
         strange = [key for key in view if key not in VIEW.keys]
         if not strange:
             raise
-        raise InputError(f"address: {unknown('key', strange[0], [*FILE_KEYS, *VIEW.keys, PIN])}") from error
+        raise InputError(f"address: {unknown('key', strange[0], [*FILE_KEYS, GEOMETRY, *VIEW.keys, PIN])}") from error
     if not any(key.startswith("bicycle.") for key in model):
         model.setdefault("bicycle", "benchmark")
     state = State(model=tuple(sorted(each_wheel(model).items())), pins=_pins(pins), **checked)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any
 
-from bicycle.bicycle_files import WRITERS, load_bicycle, read_flat_text, read_flat_yaml
+from bicycle.bicycle_files import WRITERS, load_bicycle
 from bicycle.model_file import MODEL
 from bicycle.parameters import UNITS
 from studies.explorer.models import as_table, refuse_other_files, tyres_of
@@ -23,6 +23,14 @@ from tyre.pacejka89 import KEYS, MOMENT, SIDE
 from tyre.plausible import WAY_OUT
 
 LARGEST, LARGEST_BODY = 1_000_000, 3_000_000  # bytes of a dropped file, and of a request with such a file and a state
+START = (
+    "bicycle=pista_charlie_drops&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar=5.5"
+    "&effects.pneumatic_trail.trail=0.017&effects.twisting_torque.twisting_stiffness=5"
+    "&effects.front_compliance.stiffness=5000&effects.front_compliance.damping=20"
+    "&effects.front_compliance.joint_x=0.867&effects.front_compliance.joint_z=-0.65&fast=30&at=10"
+)
+"""Address of what the page opens on: what the tool is about."""
+
 ENDINGS = tuple(WRITERS)
 """Of bicycles and models."""
 
@@ -47,9 +55,9 @@ def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, .
 
 
 def start_state(model: str | None) -> State:
-    """The state that MODEL of the command line means; without one the benchmark on rigid wheels."""
+    """The state that MODEL of the command line means; without one a rider on a measured tyre, the front flexible."""
     if model is None:
-        return State()
+        return parse_state(START)
     content = dict(choose(model).content)
     name = ""
     for _, table in tyres_of(content):
@@ -76,9 +84,7 @@ def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
         return _kept(state, flattened(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
     bicycle = load_bicycle(path)
     others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
-    ending = path.suffix.lower()
-    reader = read_flat_text if ending == ".txt" else read_flat_yaml
-    if content.get(WAY_OUT) is True if ending == ".toml" else reader(path).allow_unusual:
+    if bicycle.unusual:
         others[WAY_OUT] = True
     made = _kept(state, flattened({"bicycle": as_table(bicycle)} | others), bicycle.name)
     return made, tuple(" ".join(note.split()) for note in bicycle.warnings)

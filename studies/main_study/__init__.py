@@ -4,25 +4,28 @@ from importlib import import_module
 from typing import Any
 
 PLACES = {
-    "settings": ("LIMITS", "Arms", "Front", "Ranges", "Settings", "Setup", "read_pressures", "settings_of"),
+    "settings": (
+        "LIMITS", "Arms", "Front", "Ranges", "Settings", "Setup", "assumed_front", "plain_name",
+        "read_pressures", "settings_of",
+    ),
     "cases": ("CONTACT", "Cases", "TyreCase", "given_case", "tyre_cases"),
     "result": (
         "Band", "LeastDamped", "Result", "Span", "UncertainCriticalSpeed", "beside", "draws", "follow", "least_damped",
         "model", "nearest", "solve", "uncertainty", "unstable_bands", "wobble_edges", "wobble_span",
     ),
     "compare": (
-        "CRITICAL", "DAMPING", "Change", "Check", "End", "Hinge", "Plausible", "chosen", "decompose", "doubt",
-        "front_draws", "front_values", "hinges", "named_speeds", "plausible",
+        "CRITICAL", "DAMPING", "Change", "Check", "End", "Hinge", "Plausible", "contact_models", "decompose",
+        "front_draws", "front_values", "hinges", "named_speeds", "plausible", "wobble_growth",
     ),
     "study": ("Study", "pressure_ends", "run_study", "spread"),
     "published": ("Comparison", "Finding", "compared", "findings"),
-    "screen": ("Tally", "answer", "tallied", "verdict"),
+    "screen": ("World", "answer", "record", "unstable_length", "word_of"),
     "report": (
-        "first_screen", "like", "never_stable", "printed", "run_and_write", "signed", "span_of", "write_report",
+        "first_screen", "like", "never_stable", "on_a_terminal", "printed", "run_and_write", "signed", "span_of",
+        "write_report",
     ),
     "tidy_tables": ("tables", "write_tables"),
-    "figures": ("draw_critical_speeds", "draw_damping", "draw_headline"),
-    "paper_figures": ("FIGURES", "draw_paper_figure"),
+    "figures": ("draw_causes", "draw_critical_speeds", "draw_damping", "draw_headline"),
 }  # fmt: skip
 
 

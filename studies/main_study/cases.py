@@ -1,8 +1,8 @@
 """Tyres of the main study: measured ones at the bicycle's wheel loads, and the one that a model file gives."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from bicycle.effect import WHEELS
 from bicycle.effect_registry import effect_class
 from bicycle.parameters import Bicycle
 from bicycle.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, wheel_sources
-from studies.main_study.settings import LAW, Settings, Table
+from studies.main_study.settings import LAW, Settings, Setup, Table
 from tyre import TyreMap, TyreProperties, available_tyres, read_tyre
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -61,6 +61,17 @@ class TyreCase:
         """True if a wheel load or the pressure is outside the measured range."""
         return not all(one.inside for one in self.properties)
 
+    def on(self, setup: Setup) -> Setup:
+        """World ``setup`` with trail, twisting torque and camber thrust of the tyre in place of what is assumed."""
+        own: dict[str, Any] = {}
+        for name, measured in (("trail", "pneumatic_trail"), ("twisting", "twisting_stiffness"),
+                               ("camber_share", "camber_stiffness")):  # fmt: skip
+            values = [getattr(p, measured) for p in self.properties]
+            if values and None not in values:
+                loads = [p.load if name == "camber_share" else 1.0 for p in self.properties]
+                own[name] = tuple(float(v / load) for v, load in zip(values, loads, strict=True))
+        return replace(setup, **own)
+
     @property
     def order(self) -> float:
         """Pressure to sort by; a case without one comes first."""
@@ -76,28 +87,31 @@ class Cases:
 
 
 def tyre_cases(settings: Settings) -> Cases:
-    """Gather the tyre in question first, then every packaged tyre, each on its surfaces and at each pressure."""
+    """Gather the conditions of the tyre in question; without one those of every packaged tyre on its surfaces."""
     found: list[TyreCase] = []
     left_out: list[str] = []
-    if settings.contact is not None:
-        found.append(given_case(settings.contact, settings.bicycle))
-        if "tyre" in settings.contact:
-            given = [{**settings.contact, "pressure_bar": bar} for bar in settings.pressures]
-            found += [given_case(table, settings.bicycle) for table in given]
-    for source, measured, packaged in _measured_tyres(settings.tyres):
+    contact = settings.contact
+    if contact is not None:
+        found.append(given_case(contact, settings.bicycle))
+        given = [{**contact, "pressure_bar": bar} for bar in settings.pressures if "tyre" in contact]
+        found += [given_case(table, settings.bicycle) for table in given]
+    for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give some")
         for pressure in settings.pressures or [one / PASCAL_PER_BAR for one in measured.pressures]:
             table = {"tyre": source, "surface": measured.surface, "pressure_bar": round(float(pressure), 9),
                      EXTRAPOLATE: True}  # fmt: skip
             try:
+                packaged = not is_file_name(source)
                 found.append(_measured_case(table, (measured, measured), settings.bicycle, packaged=packaged))
             except InputError as error:
                 left_out.append(f"{measured.tyre} {measured.surface} at {pressure:g} bar: {error}")
     if not found:
         raise InputError("no tyre can be studied: " + "; ".join(left_out))
-    once = _once(found)
-    return Cases(tuple(sorted(once, key=lambda case: case.name != once[0].name)), tuple(left_out))
+    once: dict[tuple[str, str], TyreCase] = {}  # a model file may name a pressure that was measured
+    for case in found:
+        once.setdefault((case.name, case.condition), case)
+    return Cases(tuple(sorted(once.values(), key=lambda case: case.name != found[0].name)), tuple(left_out))
 
 
 def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
@@ -115,43 +129,24 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
     )  # fmt: skip
 
 
-def _once(found: Sequence[TyreCase]) -> list[TyreCase]:
-    """Keep every condition once: a model file may name one at which a table is studied anyway."""
-    kept: dict[tuple[str, str], TyreCase] = {}
-    sources: dict[str, set[Any]] = {}
-    for case in found:
-        source = set(_per_wheel(case.table.get("tyre")))
-        if sources.setdefault(case.name, source) != source:
-            file = next(one for one in sources[case.name] if is_file_name(one))
-            raise InputError(f"{file}: there is another {case.name}; rename the tyre in its .toml")
-        kept.setdefault((case.name, case.condition), case)
-    return list(kept.values())
-
-
-def _measured_tyres(files: Sequence[str]) -> Iterator[tuple[str, TyreSource, bool]]:
-    """Yield source as in a model file, map, and packaged or not: the tyres of ``files``, then all packaged ones."""
-    packaged: list[tuple[str, TyreSource]] = [
-        (name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS))
-        for name, surfaces in available_tyres().items()
-        for on in surfaces
-    ]
-    seen = {(one.tyre, one.surface) for _, one in packaged}
-    for file in files:
-        if not is_file_name(file):
-            raise InputError(
-                f"tyre {file!r} is no file of a tyre table (.csv), .tir or Pacejka-89 file; the packaged tyres are "
-                "studied anyway"
-            )
-        place = Path(file).resolve().as_posix()
-        measured = read_tyre(place).assuming(CORNERING_STIFFNESS)
-        if (measured.tyre, measured.surface) in seen:
-            raise InputError(
-                f"{file}: there is another {measured.tyre} {measured.surface}; rename the tyre in its .toml"
-            )
-        seen.add((measured.tyre, measured.surface))
-        yield place, measured, False
-    for name, measured in packaged:
-        yield name, measured, True
+def _measured_tyres(settings: Settings) -> Iterator[tuple[str, TyreSource]]:
+    """Yield name or file, and map: of the tyre in question at its measured pressures, or of all packaged tyres."""
+    if settings.contact is not None:
+        tyres = {_per_wheel(settings.contact.get(key)) for key in ("tyre", "surface")}
+        alike = "tyre" in settings.contact and all(rear == front for rear, front in tyres)
+        wanted = [_per_wheel(settings.contact["tyre"])[0]] if alike and not settings.pressures else []
+        surface = _per_wheel(settings.contact.get("surface"))[0]
+    else:
+        wanted, surface = [settings.tyre] if settings.tyre else [], settings.surface
+    for tyre in wanted:
+        place = Path(tyre).resolve().as_posix() if is_file_name(tyre) else tyre
+        measured = read_tyre(place, surface=surface).assuming(CORNERING_STIFFNESS)
+        if settings.contact is None or measured.pressures.size:
+            yield place, measured
+    if settings.contact is None and not settings.tyre:
+        for name, surfaces in available_tyres().items():
+            for on in surfaces:
+                yield name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS)
 
 
 def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: Bicycle, *, packaged: bool) -> TyreCase:

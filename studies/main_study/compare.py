@@ -1,4 +1,4 @@
-"""Comparisons of the main study: causes of a change, what the answer hinges on, contact length, posture, random fronts.
+"""Comparisons of the main study: causes of a change, what the answer hinges on, contact models, random bicycles.
 
 A world is varied one thing at a time, or drawn at random; the result is always where wobble is unstable and its least
 damping.
@@ -13,21 +13,23 @@ from numpy.typing import NDArray
 
 from bicycle.critical import CriticalSpeed, CrossingIdentity, critical_speeds, identified
 from bicycle.effect_registry import effect_class
-from bicycle.eigen import damping_ratio
+from bicycle.eigen import damping_ratio, frequency_hz
+from bicycle.linear_model import LinearModel
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
-from bicycle.parameters import Bicycle
 from bicycle.sensitivity import critical_speed_sensitivities
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import (
-    CAMBER,
     FRICTION,
+    TRAIL,
+    TWIST,
     WOBBLE,
     LeastDamped,
     Result,
     Span,
     beside,
     draws,
+    has_moment,
     is_wobble,
     least_damped,
     model,
@@ -36,11 +38,11 @@ from studies.main_study.result import (
     uncertainty,
     wobble_span,
 )
-from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Front, Settings, Setup
 from studies.uncertainty import assumed, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
 from tyre.arrays import Array
-from tyre.contact_patch import half_length_under_load
+from tyre.contact_patch import half_length_under_load, string_trail
 from tyre.errors import InputError
 
 DAMPING, CRITICAL = "damping_ratio", "critical_speed_m_s"
@@ -90,7 +92,7 @@ class Decomposition:
 
 def decompose(settings: Settings, higher: Result, lower: Result) -> Decomposition:
     """Split the changes from the higher to the lower pressure into the parts of C and of the relaxation length."""
-    before, after, setup = higher.case.contact, lower.case.contact, higher.setup
+    before, after, setup = higher.case.contact, lower.case.contact, higher.case.on(higher.setup)
     only_stiffness, only_length = before.copy(), before.copy()
     only_stiffness[0::2] = after[0::2]
     only_length[1::2] = after[1::2]
@@ -111,7 +113,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
         if mode in at_lower and abs(roots[0] - at_lower[mode]) < 1e-6 * abs(roots[0]):  # else another root has the name
             ratios = [float(damping_ratio(value)) for value in (eigenvalue, *roots)]
             changes.append(Change(mode, DAMPING, ratios[0], ratios[1], ratios[2] - ratios[0], ratios[3] - ratios[0]))
-    return Decomposition(higher.case, lower.case, setup, tuple(changes))
+    return Decomposition(higher.case, lower.case, higher.setup, tuple(changes))
 
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
@@ -161,68 +163,95 @@ def wobble(settings: Settings, setup: Setup, contact: Array, what: str = "") -> 
     return End(what, span, least_damped(modes(linear, settings.speeds)))
 
 
-def hinges(settings: Settings, cases: Sequence[TyreCase], case: TyreCase) -> tuple[Hinge, ...]:
+def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
     """Vary everything that is assumed or chosen one at a time around the reference world, the largest change first."""
     found = []
-    for what, ends in _variations(settings, cases, case):
+    for what, ends in _variations(settings, cases, focus):
         try:
-            low, high = (wobble(settings, setup, contact, value) for value, setup, contact in ends)
+            low, high = (wobble(*end, value) for value, end in ends.items())
         except InputError:
             continue  # an end that makes no model tells nothing
         found.append(Hinge(what, low, high))
     return tuple(sorted(found, key=lambda one: -one.size))
 
 
-def _variations(
-    settings: Settings, cases: Sequence[TyreCase], case: TyreCase
-) -> Iterator[tuple[str, list[tuple[str, Setup, Array]]]]:
-    """Yield the thing that is varied, and both ends: value, setup and tyre."""
-    base, ranges, contact, front = settings.reference, settings.ranges, case.contact, settings.reference.front
-    assert front is not None  # of the reference world
-    yield "hands", [("off the bar", base, contact), ("on the bar", replace(base, arms=settings.arms), contact)]
-    yield "front", [("flexible", base, contact), ("rigid", replace(base, front=None), contact)]
-    heights = [front.joint_height + shift for shift in ranges.hinge]
-    fronts: dict[str, list[tuple[str, dict[str, Any]]]] = {
-        "stiffness of the front": [(f"{v:g} N m/rad", {"stiffness": v}) for v in ranges.stiffness],
-        "damping of the front": [(f"{v:g} N m s/rad", {"damping": v}) for v in ranges.damping],
-        "height of its hinge": [(f"{v:.2f} m", {"joint_height": v}) for v in heights],
-    }
-    if ranges.friction[1] > 0:
-        fronts["friction of the steering"] = [
-            (f"{v:g} N m s/rad", {"friction": front.friction + v}) for v in ranges.friction
-        ]
-    for what, ends in fronts.items():
-        yield what, [(value, replace(base, front=replace(front, **new)), contact) for value, new in ends]
-    if "camber_thrust" not in settings.further:
-        shares = ranges.camber_share
-        yield "camber thrust", [(f"{v:g} × load", replace(base, camber_share=v), contact) for v in shares]
+Ends = dict[str, tuple[Settings, Setup, Array]]  # value -> study, world and tyre of the end
+
+
+def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> Iterator[tuple[str, Ends]]:
+    """Yield the thing that is varied, and both of its ends."""
+    base, ranges = focus.on(settings.reference), settings.ranges
+
+    def ends(what: str, values: Iterable[Any], unit: str, front: Front | None = None) -> tuple[str, Ends]:
+        worlds = [{what: v} if front is None else {"front": replace(front, **{what: v})} for v in values]
+        return WORDS[what], {
+            f"{v:g} {unit}".strip(): (settings, replace(base, **world), focus.contact)
+            for v, world in zip(values, worlds, strict=True)
+        }
+
+    yield "hands", {"off the bar": (settings, base, focus.contact),
+                    "on the bar": (settings, replace(base, arms=settings.arms), focus.contact)}  # fmt: skip
+    if front := base.front:
+        yield "front", {"flexible": (settings, base, focus.contact),
+                        "rigid": (settings, replace(base, front=None), focus.contact)}  # fmt: skip
+        yield ends("stiffness", ranges.stiffness, "N m/rad", front)
+        yield ends("damping", ranges.damping, "N m s/rad", front)
+        yield ends("joint_height", [round(front.joint_height + shift, 3) for shift in ranges.hinge], "m", front)
+        if ranges.friction[1] > 0:
+            yield ends("friction", [front.friction + more for more in ranges.friction], "N m s/rad", front)
+    for what, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
+        given = EFFECTS[what] in settings.further or (what == "trail" and has_moment(settings))
+        if not given and getattr(base, what) == getattr(settings, what):  # the tyre's file says nothing of it
+            yield ends(what, getattr(ranges, what), unit)
     measured = sorted((one for one in cases if one.pressures_bar), key=lambda one: one.pressure_bar)
     if len(measured) > 1:
-        yield "pressure", [(one.condition, base, one.contact) for one in (measured[0], measured[-1])]
+        yield "pressure", {one.condition: (settings, one.on(settings.reference), one.contact)
+                           for one in (measured[0], measured[-1])}  # fmt: skip
+    seated: Ends = {}
+    for bicycle in settings.postures:
+        own = replace(settings, bicycle=bicycle)
+        for case in tyre_cases(own).found:
+            if (case.name, case.condition) == (focus.name, focus.condition):
+                seated[bicycle.name.rpartition("_")[2]] = (own, case.on(own.reference), case.contact)
+    if len(seated) > 1:
+        yield "posture of the rider", {name: seated[name] for name in (next(iter(seated)), next(reversed(seated)))}
+
+
+WORDS = {
+    "stiffness": "stiffness of the front", "damping": "damping of the front", "joint_height": "height of its hinge",
+    "friction": "friction of the steering", "camber_share": "camber thrust", "trail": "trail of the tyres",
+    "twisting": "twisting torque",
+}  # fmt: skip
+EFFECTS = {"camber_share": "camber_thrust", "trail": TRAIL, "twisting": TWIST}
 
 
 @dataclass(frozen=True, eq=False)
-class ContactLength:
-    """Wobble of one case in the reference world: with the single lag, and with a contact of ``half_length`` (m)."""
+class ContactModels:
+    """Wobble of one case in the reference world with three models of the contact.
+
+    A single lag; the lag with the trail of the string; a string in contact over twice ``half_length`` (m, rear and
+    front). The last two differ by the lag alone.
+    """
 
     case: TyreCase
     half_length: tuple[float, float]
+    trail: tuple[float, float]
     estimated: bool
     lag: End
+    trailing: End
     string: End
 
 
-def contact_lengths(settings: Settings, cases: Sequence[TyreCase]) -> tuple[ContactLength, ...]:
-    """Compare every case with the default contact, then with its own; none if a model file excludes it."""
-    if CONTACT_LENGTH in settings.further:  # every world has it
+def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[ContactModels, ...]:
+    """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
+    if has_moment(settings):
         return ()
     assumed = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
-    assert isinstance(assumed, float)
     radii = (settings.bicycle["rR"], settings.bicycle["rF"])
     found = []
     for estimated in (False, True):
         for case in cases:
-            wanted = [assumed, assumed]
+            wanted: Any = [assumed, assumed]
             if estimated:
                 if not case.properties or case.width is None:
                     continue
@@ -230,37 +259,16 @@ def contact_lengths(settings: Settings, cases: Sequence[TyreCase]) -> tuple[Cont
                     half_length_under_load(load=p.load, pressure=p.pressure, wheel_radius=r, tyre_width=case.width)
                     for p, r in zip(case.properties, radii, strict=True)
                 ]
-            rear, front = np.minimum(wanted, LIMITS.widest * case.contact[1::2]).tolist()
-            longer = replace(settings.reference, contact_half_length=(rear, front))
-            try:
-                lag, string = (wobble(settings, setup, case.contact) for setup in (settings.reference, longer))
-            except InputError:  # the file has an aligning moment of its own: there is nothing to compare
-                return ()
-            found.append(ContactLength(case, (rear, front), estimated, lag, string))
-    return tuple(found)
-
-
-@dataclass(frozen=True, eq=False)
-class Posture:
-    """A rider's posture as a bicycle, and its wobble in the reference world; None if the tyre says nothing."""
-
-    bicycle: Bicycle
-    end: End | None
-    extrapolated: bool
-
-
-def postures(settings: Settings, focus: TyreCase) -> tuple[Posture, ...]:
-    """Compute the wobble in each posture, on the tyre in focus at the wheel loads of that posture."""
-    found = []
-    for bicycle in settings.postures:
-        own, end, extrapolated = replace(settings, bicycle=bicycle), None, True
-        try:
-            for case in tyre_cases(own).found:
-                if (case.name, case.condition) == (focus.name, focus.condition):
-                    end, extrapolated = wobble(own, own.reference, case.contact), case.extrapolated
-        except InputError:
-            pass
-        found.append(Posture(bicycle, end, extrapolated))
+            half = np.minimum(wanted, LIMITS.widest * case.contact[1::2])
+            trail = string_trail(half_length=half, relaxation_length=case.contact[1::2])
+            base = case.on(settings.reference)
+            rear, front = half.tolist()
+            worlds = (
+                replace(base, trail=0.0), replace(base, trail=tuple(trail.tolist())),
+                replace(base, contact_half_length=(rear, front)),
+            )  # fmt: skip
+            ends = [wobble(settings, world, case.contact) for world in worlds]
+            found.append(ContactModels(case, (rear, front), tuple(trail.tolist()), estimated, *ends))
     return tuple(found)
 
 
@@ -296,20 +304,6 @@ class Check:
     failure: str = ""
 
 
-def chosen(results: Sequence[Result]) -> list[Result]:
-    """Pick the results to check: the most doubtful one of the tyre in question, of the others, of each other setup."""
-    first, subject = results[0].setup, results[0].case.name
-    groups: dict[tuple[Setup, bool], list[Result]] = {}
-    for result in results:
-        groups.setdefault((result.setup, result.setup == first and result.case.name == subject), []).append(result)
-    return [max(group, key=doubt) for group in groups.values()]
-
-
-def doubt(result: Result) -> float:
-    """Largest relative standard deviation of a speed at which wobble changes its stability."""
-    return max((c.sd / c.speed for c in result.wobble_edges), default=0.0)
-
-
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
     try:
@@ -324,18 +318,27 @@ def check(settings: Settings, result: Result) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class Plausible:
-    """Onset and end (m/s) of unstable wobble of each random bicycle (n,); NaN if it has none."""
+    """Onset and end (m/s) of unstable wobble of each random bicycle (n,), NaN if it has none; and its growth.
+
+    ``growth`` (n, speeds), 1/s, is the largest real part of the oscillations of wobble's frequencies.
+    """
 
     case: TyreCase
     setup: Setup
     onset: Array
     end: Array
     computed: NDArray[np.bool_]
+    growth: Array
 
     @property
     def count(self) -> int:
         """Number of bicycles that were computed."""
         return int(self.computed.sum())
+
+    @property
+    def unstable(self) -> Array:
+        """Length of the unstable speeds of each, m/s (n,)."""
+        return np.nan_to_num(self.end - self.onset, nan=0.0)
 
     @property
     def without(self) -> int:
@@ -353,9 +356,9 @@ class Plausible:
 
 def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
     """Draw bicycles, tyres and what nobody measured (a Sobol sequence over the ranges), and find their wobble."""
-    count = settings.fronts
+    count, speeds = settings.fronts, growth_speeds(settings)
     onset, end = np.full((2, count), np.nan)
-    computed = np.zeros(count, bool)
+    computed, growth = np.zeros(count, bool), np.full((count, len(speeds)), np.nan)
     uncertain = uncertainty(settings, case, setup)
     family = ModelFamily(uncertain.nominal)
     drawn = front_draws(settings)
@@ -363,14 +366,30 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
         if values is None:
             continue
         try:
-            linear = family.linear_model(values | front_values(settings, setup, drawn, k, values))
+            new = front_values(settings, case.on(setup), drawn, k, values)
+            linear = family.linear_model(values | new)
             span = wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
+            growth[k] = wobble_growth(linear, speeds)
         except InputError:  # a draw that makes no model is counted, and told beside the count
             continue
         computed[k] = True
         if span:
             onset[k], end[k] = span.low, min(span.high, settings.fastest)
-    return Plausible(case, setup, onset, end, computed)
+    return Plausible(case, setup, onset, end, computed, growth)
+
+
+def growth_speeds(settings: Settings) -> Array:
+    """Speeds (m/s) at which the growth of the plausible bicycles is drawn."""
+    return np.linspace(1.0, settings.fastest, 30)
+
+
+def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
+    """Largest real part (1/s) of the oscillations of wobble's frequencies at ``speeds`` (n,); NaN without one."""
+    values = linear.eigenvalues(speeds)
+    hertz = frequency_hz(values)
+    there = (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)
+    found = np.where(there, values.real, -np.inf).max(axis=1)
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 def front_draws(settings: Settings) -> Mapping[str, Array]:
@@ -390,10 +409,19 @@ def front_draws(settings: Settings) -> Mapping[str, Array]:
 def front_values(
     settings: Settings, setup: Setup, drawn: Mapping[str, Array], k: int, values: Mapping[str, float]
 ) -> dict[str, float]:
-    """Parameters of the effects beside the tyre for draw number ``k`` of ``drawn``, on a bicycle with SI ``values``."""
+    """Parameters of the effects beside the tyre's law for draw number ``k`` of ``drawn``, on a bicycle of ``values``.
+
+    What the file of the tyre or the model holds of trail and twisting torque stays.
+    """
     new = {name: float(numbers[k]) for name, numbers in drawn.items()}
-    share = new["camber_share"] if "camber_thrust" in settings.further else new["camber_share"] / setup.camber_share
-    found = {key: values[key] * share for key in CAMBER}
+    found: dict[str, float] = {}
+    for name, effect in EFFECTS.items():
+        keys = [key for key in values if key.startswith(f"{effect}.") and "lag_share" not in key]
+        given, nominal = effect in settings.further, getattr(settings, name)
+        if given and name == "camber_share":
+            found |= {key: values[key] * new[name] for key in keys}
+        elif not given and getattr(setup, name) == nominal and nominal:
+            found |= {key: values[key] * new[name] / nominal for key in keys}
     if setup.front:
         front = replace(
             setup.front, stiffness=new["stiffness"], damping=new["damping"],

@@ -1,18 +1,16 @@
-"""Figures of the main study: unstable wobble and what moves it, damping, critical speeds."""
+"""Figures of the main study: growth and unstable speeds of wobble, what moves them, damping, critical speeds."""
 
-import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from textwrap import fill
 from typing import Any
 
 import numpy as np
 
 from bicycle.critical import CrossingIdentity
-from studies.main_study.compare import Change, Plausible
+from studies.main_study.compare import Change, growth_speeds
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
-from studies.main_study.settings import Settings, Setup
+from studies.main_study.settings import LIMITS, Setup, plain_name
 from studies.main_study.study import Study
 from studies.reporting import plotting
 from studies.reporting.plotting import (
@@ -31,19 +29,16 @@ EDGES = (
 SMALL = {"fontsize": 8.5, "va": "center"}
 
 
-def drawings(settings: Settings, folder: Path) -> list[Callable[[Study], Path]]:
-    """List every figure of the study for ``folder``, each to be called with the study."""
-    return [
-        partial(draw_headline, setup=settings.reference, target=folder / "headline"),
-        partial(draw_headline, setup=settings.setups[1], target=folder / "wobble_hands_on"),
-        partial(draw_damping, target=folder / "damping_ratio"),
-        partial(draw_critical_speeds, target=folder / "critical_speeds"),
-    ]
+def drawings(study: Study, folder: Path) -> list[Callable[[Study], Path]]:
+    """List the figures of a ``study`` for ``folder``, each to be called with it; causes if there are two pressures."""
+    draws = {"headline": draw_headline, "damping_ratio": draw_damping, "critical_speeds": draw_critical_speeds}
+    draws |= {"causes": draw_causes} if study.decompositions else {}
+    return [partial(draw, target=folder / name) for name, draw in draws.items()]
 
 
 def _title(canvas: Any, study: Study, text: str, results: Sequence[Result]) -> None:
     note = "; hatched: tyre values extrapolated" if any(r.case.extrapolated for r in results) else ""
-    canvas.suptitle(f"{study.settings.bicycle.name}{text}{note}", x=0.01, ha="left", fontsize=10)
+    canvas.suptitle(f"{plain_name(study.settings.bicycle)}{text}{note}", x=0.01, ha="left", fontsize=10)
 
 
 def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
@@ -51,107 +46,94 @@ def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
         axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
 
 
-def draw_headline(study: Study, setup: Setup, target: Path) -> Path:
-    """Draw bands of unstable wobble in one world, and beside them how lower pressure moves their edges, and why."""
-    found = [study.decomposition(setup, name) for name in study.names]
-    explained = any(d.change(key) for d in found if d for _, key in EDGES)
-    rows = len(study.of(setup)) + 0.9 * len(study.names)
-    width, ratios = (11.5, (1.7, 1)) if explained else (8.5, (1,))
-    with plotting.drawing(target, width=width, height=1.9 + 0.27 * rows) as canvas:
-        grid = canvas.subplots(1, len(ratios), squeeze=False, gridspec_kw={"width_ratios": ratios})[0]
-        unstable = any(result.span(study.settings.fastest) for result in study.of(setup))
-        _draw_bands(grid[0], study, setup, unstable=unstable)
-        if explained:
-            _draw_parts(grid[1], study, setup)
-        what = "Where wobble is unstable" if unstable else "No unstable wobble on any tyre studied"
-        canvas.suptitle(f"{what}: {study.settings.bicycle.name}", x=0.01, ha="left", fontsize=12, fontweight="bold")
+def draw_headline(study: Study, target: Path) -> Path:
+    """Draw growth of wobble and weave over speed, a colour a pressure, and below the unstable speeds of each world."""
+    with plotting.drawing(target, width=9.0, height=6.6) as canvas:
+        growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.4, 1)})
+        _draw_growth(growth, study)
+        _draw_worlds(bars, study)
+        _title(canvas, study, f" on {study.names[0]}", study.of(study.settings.reference, study.names[0]))
     return target
 
 
-def _draw_bands(axes: Any, study: Study, setup: Setup, *, unstable: bool) -> None:
-    """Draw bars from onset to end of unstable wobble; pale ends: one sd; thin lines: plausible fronts."""
-    height, ticks, fastest = 0.0, {}, study.settings.fastest
-    limit = 1.27 * fastest  # room for what is written at the end of a bar
-    for number, name in enumerate(study.names):
-        colour = look(number).colour
-        axes.text(0.004 * limit, height - 0.66, name, fontweight="bold", va="center",
-                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
-        for result in study.of(setup, name):
-            _hatch_row(axes, height, extrapolated=result.case.extrapolated)
-            _draw_bar(axes, result, height - 0.12, colour, fastest)
-            if unstable and not result.bands(fastest):
-                axes.text(0.35 * fastest, height - 0.12, "no unstable wobble", color="0.35", style="italic", **SMALL)
-            outer = study.outer(result)
-            if outer:
-                _draw_outer(axes, outer, height + 0.24, colour, fastest)
-            for c in result.crossings:
-                if c.mode == WEAVE and c.speed < fastest and c.oscillatory:
-                    face = "black" if c.destabilising else "white"
-                    axes.plot(c.speed, height + 0.36, "o", color="black", markerfacecolor=face, ms=3.8, zorder=4)
-            ticks[height] = result.case.condition
-            height += 1
-        height += 0.9
-    axes.set_yticks(list(ticks), list(ticks.values()))
-    axes.set(xlim=(0, limit), ylim=(height - 1.3, -1.0), xlabel="Speed, m/s")
+def _draw_growth(axes: Any, study: Study) -> None:
+    """Draw the reference world: one line a pressure, plausible bicycles at the lowest one as a pale band."""
+    reference, lowest, highest = study.settings.reference, -2.0, 1.0
+    outer = study.outer(study.result(reference, study.subject[0]))
+    if outer and outer.count:
+        low, high = np.nanquantile(outer.growth[outer.computed], LIMITS.likely, axis=0)
+        axes.fill_between(growth_speeds(study.settings), low, high, color=look(0).colour, alpha=0.15, linewidth=0,
+                          label=f"wobble of nine of ten plausible bicycles, {outer.case.condition}")  # fmt: skip
+        highest = max(highest, float(np.nanmax(high)))
+    ends: list[tuple[float, str, str]] = []
+    for number, result in enumerate(study.of(reference, study.names[0])):
+        at, colour = result.modes.speeds[:-1], look(number).colour
+        for mode, line in ((WOBBLE, "-"), (WEAVE, (0, (4, 2)))):
+            if mode in result.modes.branches:
+                root = result.modes.branches[mode][:-1, 0]
+                real = np.where((root.imag > 0) & (at >= 1.0), root.real, np.nan)
+                axes.plot(at, real, color=colour, linestyle=line)
+                if np.isfinite(real).any():
+                    lowest, highest = min(lowest, float(np.nanmin(real))), max(highest, float(np.nanmax(real)))
+                if mode == WOBBLE and np.isfinite(real[-1]):
+                    length = 1e3 * result.case.contact[3]
+                    ends.append((float(real[-1]), f"{result.case.condition}: {length:.0f} mm", colour))
+    axes.plot([], [], color="0.3", label="wobble, beside it pressure and relaxation length")
+    axes.plot([], [], color="0.3", linestyle=(0, (4, 2)), label="weave")
+    lowest = max(lowest, LIMITS.slowest)
+    apart, height = 0.055 * (1.15 * highest - 1.06 * lowest), -np.inf  # a line of letters takes so much
+    for real_part, words, colour in sorted(ends):
+        height = max(height + apart, real_part)
+        axes.annotate(
+            words, (study.settings.fastest, height), (4, 0), textcoords="offset points", color=colour, **SMALL
+        )
+    axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0)
+    axes.axhline(0, color="0.2", linewidth=0.8)
+    axes.set(xlim=(1.0, study.settings.fastest), ylim=(1.06 * lowest, 1.15 * highest))
+    axes.set_ylabel("Growth, 1/s (shaded: unstable)")
+    axes.set_title(world_words(reference), fontsize=9)
     axes.secondary_xaxis("top", functions=(lambda v: 3.6 * v, lambda v: v / 3.6)).set_xlabel("km/h", fontsize=8)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=3, fontsize=8)
+
+
+def world_words(setup: Setup) -> str:
+    """Name of a world, with a star where it rests on a front that nobody measured."""
+    return setup.label + (" (assumed)" if setup.front and not setup.front.given else "")
+
+
+def _draw_worlds(axes: Any, study: Study) -> None:
+    """Draw bars from onset to end of unstable wobble, a row a world, the ends of the pressures one above the other."""
+    limit, ends = study.settings.fastest, (study.subject[0], study.subject[-1])
+    cases = list(dict.fromkeys(ends))
+    for row, setup in enumerate(study.settings.setups):
+        results = [study.result(setup, case) for case in cases]
+        _hatch_row(axes, row, extrapolated=cases[0].extrapolated)
+        if all(result and not result.span(limit) for result in results):
+            axes.text(1.3, row, "stable", fontsize=8, va="center", color="0.3", style="italic")
+            continue
+        for k, (case, result) in enumerate(zip(cases, results, strict=True)):
+            height, colour = row + 0.36 * (k - (len(cases) - 1) / 2), look(study.subject.index(case)).colour
+            span = result.span(limit) if result else None
+            if span:
+                axes.barh(height, min(span.high, limit) - span.low, left=span.low, height=0.32, color=colour)
+            else:
+                words = f"stable, {case.condition}" if result else "not computed"
+                axes.text(1.3, height, words, fontsize=7.5, va="center", color=colour, style="italic")
+    setups = study.settings.setups
+    axes.set_yticks(range(len(setups)), [world_words(setup) for setup in setups], fontsize=8)
+    axes.set(ylim=(len(setups) - 0.5, -0.5), xlabel="Speed, m/s")
+    axes.set_title("Unstable wobble", fontsize=9)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    heading = "Unstable wobble" if unstable else f"No unstable wobble in any case up to {fastest:g} m/s"
-    assumed = " (assumed)" if setup.front and not setup.front.given else ""
-    axes.set_title(f"{heading}: {setup.label}{assumed}", fontsize=9)
-    lines = "\n".join(fill(line, 100) for line in _marks(study, setup, unstable=unstable))
-    axes.text(0.0, -0.55 / (0.27 * (height + 2)), lines, transform=axes.transAxes, va="top", fontsize=7.5, color="0.3")
 
 
-def _marks(study: Study, setup: Setup, *, unstable: bool) -> list[str]:
-    """Explain the marks that are there, and no others."""
-    fastest, results = study.settings.fastest, study.of(setup)
-    weave = [c for r in results for c in r.crossings if c.mode == WEAVE and c.speed < fastest and c.oscillatory]
-    circles = ["stable (hollow)"] if any(not c.destabilising for c in weave) else []
-    circles += ["unstable (filled)"] if any(c.destabilising for c in weave) else []
-    outer = [one for r in results if (one := study.outer(r))]
-    first = ["pale ends: ± one standard deviation of tyre and bicycle"] if unstable else []
-    first += [f"circles: weave becomes {', '.join(circles)}"] if circles else []
-    first += ["hatched: tyre values extrapolated"] if any(r.case.extrapolated for r in results) else []
-    lines = ["; ".join(first)]
-    if any(one.without < one.count for one in outer):
-        lines.append(
-            f"thin lines: where nine of ten of those of {outer[0].count} random bicycles with plausible fronts that "
-            "wobble have onset and end"
-        )
-    if any(one.without for one in outer):
-        lines.append(f"at the right: how many of these {outer[0].count} do not wobble up to {fastest:g} m/s")
-    return [line for line in lines if line]
-
-
-def _draw_bar(axes: Any, result: Result, height: float, colour: str, fastest: float) -> None:
-    for band in result.bands(fastest):
-        low = band.start.speed if band.start else 0.0
-        high = band.end.speed if band.end and band.end.speed <= fastest else fastest
-        axes.barh(height, high - low, left=low, height=0.5, color=colour, alpha=0.85, linewidth=0)
-        if high == fastest:
-            axes.text(high, height, " ▸", va="center", fontsize=9, color=colour)
-        for edge, align, side in ((band.start, "right", -1), (band.end, "left", 1)):
-            if edge and edge.speed <= fastest:
-                for shade, alpha in (("white", 0.55), (colour, 0.25)):
-                    axes.barh(height, 2 * edge.sd, left=edge.speed - edge.sd, height=0.5, linewidth=0, color=shade,
-                              alpha=alpha)  # fmt: skip
-                place = np.clip(edge.speed + side * edge.sd, 0.045 * fastest, 1.04 * fastest)
-                axes.annotate(f"{edge.speed:.1f}", (place, height), (3 * side, 0), textcoords="offset points", ha=align,
-                              **SMALL)  # fmt: skip
-
-
-def _draw_outer(axes: Any, outer: Plausible, height: float, colour: str, fastest: float) -> None:
-    """Draw where onset and end are for plausible fronts, and how many of them do not wobble."""
-    for edge in ("onset", "end"):
-        for low, high in filter(None, [outer.likely(edge)]):
-            axes.plot([low, min(high, fastest)], [height, height], color=colour, linewidth=1.2, zorder=3)
-            for end in (low, high):
-                if not math.isclose(end, fastest):
-                    axes.plot([end, end], [height - 0.09, height + 0.09], color=colour, linewidth=1.2, zorder=3)
-    if outer.without:
-        axes.text(1.27 * fastest, height - 0.24, f"{outer.without} without", fontsize=7.5, color="0.35", ha="right",
-                  va="center")  # fmt: skip
+def draw_causes(study: Study, target: Path) -> Path:
+    """Draw how lower pressure moves the edges of unstable wobble in the reference world, and by what."""
+    with plotting.drawing(target, width=7.0, height=1.9 + 0.9 * len(study.names)) as canvas:
+        axes = canvas.add_subplot()
+        _draw_parts(axes, study, study.settings.reference)
+        _title(canvas, study, f": {world_words(study.settings.reference)}", study.of(study.settings.reference))
+    return target
 
 
 def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
@@ -182,7 +164,7 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     axes.set(xlim=(low - room, high + room), ylim=(height - 1.8, -1.2), xlabel="Change of speed, m/s")
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title("Why: change from " + " and ".join(sorted(pressures)), fontsize=9)
+    axes.set_title(f"Change of the edges of unstable wobble from {' and '.join(sorted(pressures))}", fontsize=9)
     names = ("relaxation length", "cornering stiffness", "interaction")
     handles = [Patch(label=part, **style) for part, style in zip(names, _part_styles("0.35"), strict=True)]
     below = -0.5 / (axes.figure.get_figheight() - 1.4)  # inches below the axes
@@ -212,77 +194,72 @@ def _part_styles(colour: str) -> list[dict[str, Any]]:
 
 
 def draw_damping(study: Study, target: Path) -> Path:
-    """Draw damping ratios against pressure: a row per mode, a column per setup; bands: one standard deviation."""
-    setups = study.settings.setups
-    with plotting.drawing(target, width=12.5, height=6.4) as canvas:
+    """Draw damping ratios of the tyre in question against pressure, a column a world; bands: one standard deviation."""
+    setups, name = study.settings.setups, study.names[0]
+    with plotting.drawing(target, width=11.0, height=5.6) as canvas:
         grid = canvas.subplots(len(COMPARED), len(setups), sharex=True, sharey="row", squeeze=False)
         for row, mode in zip(grid, COMPARED, strict=True):
             for axes, setup in zip(row, setups, strict=True):
-                for number, name in enumerate(study.names):
-                    mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
-                    if mine:
-                        _draw_ratios(axes, mine, mode, number, name)
-                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in study.of(setup)))
-                if mode == COMPARED[0]:
-                    axes.set_title(setup.label.replace(", ", ",\n"), fontsize=8.5)
+                mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
+                if mine:
+                    _draw_ratios(axes, mine, mode)
+                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in mine))
             low, high = row[0].get_ylim()
             for axes in row:
                 if low < 0:
                     axes.axhspan(low, min(0.0, high), color=UNSTABLE, zorder=0)
                 axes.set_ylim(low, high)
             row[0].set_ylabel(f"{mode.capitalize()}: damping ratio")
+        for axes, setup in zip(grid[0], setups, strict=True):
+            axes.set_title(setup.label.replace(", ", ",\n"), fontsize=8.5)
         for axes in grid[-1]:
             axes.set_xlabel("Inflation pressure, bar")
-            axes.set_xticks(sorted({case.pressure_bar for case in study.cases if case.pressures_bar}))
-        handles, labels = max((axes.get_legend_handles_labels() for axes in grid.flat), key=lambda pair: len(pair[1]))
-        canvas.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+            axes.set_xticks(sorted({case.pressure_bar for case in study.subject if case.pressures_bar}))
         text = (
-            f" at {study.settings.report_speed:g} m/s; bands: one standard deviation of tyre and bicycle (darker: of "
-            "the tyre data alone); shaded: unstable"
+            f" on {name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of tyre and bicycle "
+            "(darker: of the tyre data alone); shaded: unstable"
         )
-        _title(canvas, study, text, study.results)
+        _title(canvas, study, text, study.of(study.settings.reference, name))
     return target
 
 
-def _draw_ratios(axes: Any, found: list[Result], mode: str, number: int, name: str) -> None:
+def _draw_ratios(axes: Any, found: list[Result], mode: str) -> None:
     pressures = [r.case.pressure_bar for r in found]
     ratios = [r.damping[mode] for r in found]
-    values, style = np.array([r.value for r in ratios]), look(number)
+    values, style = np.array([r.value for r in ratios]), look(0)
     sds = [[r.sd for r in ratios], [r.tyre_sd for r in ratios]]
     for sd in sds if sds[0] != sds[1] else sds[:1]:
         axes.fill_between(pressures, values - sd, values + sd, color=style.colour, alpha=0.2, linewidth=0)
-    axes.plot(pressures, values, label=name, **style.plot)
+    axes.plot(pressures, values, **style.plot)
 
 
 def draw_critical_speeds(study: Study, target: Path) -> Path:
-    """Draw a panel per world; filled: becomes unstable, hollow: becomes stable; bars: one standard deviation."""
-    setups, rows = study.settings.setups, study.cases
-    crossed = list(dict.fromkeys(c.mode for result in study.results for c in result.crossings))
+    """Draw a panel per world, a row a pressure; filled: becomes unstable, hollow: stable; bars: one sd."""
+    setups, rows, name = study.settings.setups, study.subject, study.names[0]
+    crossed = list(dict.fromkeys(c.mode for setup in setups for r in study.of(setup, name) for c in r.crossings))
     heights = dict(zip(crossed, np.linspace(-0.28, 0.28, len(crossed)), strict=True))  # modes lie one above the other
-    columns = (len(setups) + 1) // 2
-    with plotting.drawing(target, width=12.5, height=8.6) as canvas:
-        grid = canvas.subplots(2, columns, sharex=True, sharey=True, squeeze=False).ravel()
-        for axes, setup in zip(grid, setups, strict=False):
+    with plotting.drawing(target, width=8.5, height=2.2 + 0.34 * len(rows) * len(setups)) as canvas:
+        grid = canvas.subplots(len(setups), 1, sharex=True, sharey=True, squeeze=False).ravel()
+        for axes, setup in zip(grid, setups, strict=True):
             for row, result in enumerate(study.result(setup, case) for case in rows):
                 if result:
                     _draw_crossings(axes, result, row, heights)
             axes.grid(visible=False, axis="y")
-            axes.set_title(setup.label)
+            axes.set_title(setup.label, fontsize=9)
             axes.set_xlim(0, study.settings.max_speed)
-        grid[0].set_yticks(np.arange(len(rows)), [f"{case.name}, {case.condition}" for case in rows])
+        grid[0].set_yticks(np.arange(len(rows)), [case.condition for case in rows])
         grid[0].set_ylim(len(rows) - 0.4, -0.6)
-        for axes in grid[-columns:]:
-            axes.set_xlabel("Speed, m/s")
+        grid[-1].set_xlabel("Speed, m/s")
         shown: dict[str, Any] = {}
         for mode in crossed:
             style = {"linestyle": "none", "color": mode_look(mode).colour, **mode_marker(mode)}
             (shown[mode_words(mode)],) = grid[0].plot([], [], **style)
         for words, face in (("filled: becomes unstable as the speed grows", "0.3"), ("hollow: becomes stable", "none")):
             (shown[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
-        ncols = plotting.legend_columns(list(shown), width=12.5)
+        ncols = plotting.legend_columns(list(shown), width=8.5)
         canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=ncols)
-        text = ": critical speeds; bars: one standard deviation of tyre and bicycle (thick: of the tyre data alone)"
-        _title(canvas, study, text, study.results)
+        text = f" on {name}: critical speeds\nbars: one sd of tyre and bicycle (thick: of the tyre data alone)"
+        _title(canvas, study, text, study.of(study.settings.reference, name))
     return target
 
 

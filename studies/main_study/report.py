@@ -1,30 +1,28 @@
 """The report of the main study, Markdown and HTML: numbers and objects for the templates, which make the words."""
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from decimal import Decimal
-from importlib import resources
+from functools import partial
 from pathlib import Path
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bicycle.default_sd import CORNERING_STIFFNESS
-from studies.main_study import figures, paper_figures
+from studies.main_study import figures
 from studies.main_study.cases import Cases
-from studies.main_study.compare import CRITICAL, DAMPING, Change
+from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
 from studies.main_study.published import compared
-from studies.main_study.result import COMPARED, WOBBLE, Result, varied_apart
+from studies.main_study.result import Result, has_moment
 from studies.main_study.screen import answer
-from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Settings
+from studies.main_study.settings import LIMITS, Settings, plain_name
 from studies.main_study.study import Study, run_study, spread
 from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
-from studies.reporting.markdown_text import page as html_page
-from studies.reporting.markdown_text import render_file
-from studies.uncertainty.propagation import Quantity
-from tyre.files import write_text
+from studies.reporting.markdown_text import render_file, write_pages
+from studies.uncertainty.propagation import Quantity, differs
 
 PACKAGE = "studies.main_study"
 
@@ -37,10 +35,8 @@ def run_and_write(
     with spread(workers) as each:
         study = run_study(settings, each=each, cases=cases)
         write_tables(study, folder)
-        each(_draw, [(draw, study) for draw in figures.drawings(settings, folder)], "figures")
-        stems = [(stem,) for stem in paper_figures.paper_stems(folder)]
-        papers = each(paper_figures.draw_paper_figure, stems, "figures of the paper")
-    first, _, page = write_report(study, folder, redrawn=[stem.name for stem in papers])
+        each(_draw, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
+    first, _, page = write_report(study, folder)
     return study, first, page
 
 
@@ -48,21 +44,11 @@ def _draw(draw: Callable[[Study], Path], study: Study) -> Path:
     return draw(study)
 
 
-def write_report(study: Study, folder: Path, *, redrawn: Sequence[str] = ()) -> tuple[str, Path, Path]:
+def write_report(study: Study, folder: Path) -> tuple[str, Path, Path]:
     """Write report.md and report.html into ``folder``, beside the figures they show; return the first screen too."""
-    template = resources.files(PACKAGE).joinpath("templates", "report.md.j2").read_text(encoding="utf-8")
-    titles = [title for title in re.findall(r"^## (.+)$", template, re.MULTILINE) if title != "Contents"]
     content = facts(study)
-    shown = content | {"paper_figures": redrawn, "sections": [(title, anchor(title)) for title in titles]}
-    text = render_file(PACKAGE, "report.md.j2", shown, filters=FILTERS).rstrip() + made_by()
-    layout = resources.files(PACKAGE).joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
-    made = html_page(
-        layout, title=f"velotyre: {study.settings.bicycle.name}", text=text, extensions=("tables", "toc"),
-        extension_configs={"toc": {"slugify": lambda title, _: anchor(title)}},
-    )  # fmt: skip
-    files = (folder / "report.md", folder / "report.html")
-    for file, whole in zip(files, (text, made), strict=True):
-        write_text(file, whole)
+    text = render_file(PACKAGE, "report.md.j2", content, filters=FILTERS).rstrip() + made_by()
+    files = write_pages(folder, title=f"velotyre: {study.settings.bicycle.name}", text=text)
     return first_screen(study, content), *files
 
 
@@ -71,50 +57,57 @@ def first_screen(study: Study, content: dict[str, Any] | None = None) -> str:
     return render_file(PACKAGE, "answer.md.j2", content or facts(study), escaped=False, filters=FILTERS)
 
 
-def anchor(title: str) -> str:
-    """Make the end of a link to the section ``title`` as Markdown viewers do."""
-    return re.sub(r"[^a-z0-9]+", "-", re.sub(r"['?.]", "", title.lower())).strip("-")
+def on_a_terminal(text: str, width: int = 110) -> str:
+    """Show the Markdown of a first screen without its marks, with its table in columns."""
+    from tabulate import tabulate
+
+    blocks = []
+    for block in text.replace("**", "").strip().split("\n\n"):
+        if block.startswith("|"):
+            heads, _, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines())
+            blocks.append(tabulate(rows, headers=heads, tablefmt="simple", disable_numparse=True))
+        else:
+            blocks.append(fill(block.removeprefix("# "), width))
+    return "\n\n".join(blocks)
 
 
 def facts(study: Study) -> dict[str, Any]:
     """Gather what the templates show."""
     settings, reference = study.settings, study.settings.reference
-    shares, exact = study.sources.shares, study.sources.exact
-    first = next((which for mode in COMPARED for which in shares if which.mode.split("+")[0] == mode), None)
-    ranked = sorted(shares[first].items(), key=lambda one: -one[1]) if first else []
-    reasons: dict[str, list[str]] = {}
-    for key, why in exact.items():
-        reasons.setdefault(why, []).append(key)
+    exact: dict[str, list[str]] = {}
+    for key, why in study.sources.exact.items():
+        exact.setdefault(why, []).append(key)
     quantities = [(one.result, q) for one in study.checks for q in one.quantities]
-    comparisons = compared(study)
+    a, shares = answer(study), study.sources.shares
     return {
-        "study": study, "settings": settings, "limits": LIMITS, "a": answer(study),
-        "results": study.of(reference, study.names[0]),
-        "causes": (first, [(group, share) for group, share in ranked if share >= 0.005]) if first else None,
-        "exact_alone": [key for key in exact if not varied_apart(key)],
-        "other_wobble": sorted({c.mode for r in study.results for c in _edges(r, study) if c.mode != WOBBLE}),
-        "single_lag": CONTACT_LENGTH not in settings.further, "shortest": _shortest_wave(study),
-        "hands_on": _wobbling_hands_on(study), "comparisons": comparisons,
-        "outside": {one.finding.quantity if one.finding.hands != "on" else "hands on"
-                    for one in comparisons if one.verdict == "outside"},
-        "critical_parts": list(parts(study, CRITICAL, 3)), "damping_parts": list(parts(study, DAMPING, 5)),
-        "other_crossings": list(_other_crossings(study)), "shares": shares,
+        "study": study, "settings": settings, "limits": LIMITS, "a": a, "intervals": partial(intervals, study),
+        "assumed_of_tyre": {name for name in ("trail", "twisting", "camber_share")
+                            if getattr(study.focus.on(reference), name) == getattr(settings, name)
+                            and EFFECTS[name] not in settings.further
+                            and not (name == "trail" and has_moment(settings))},
+        "comparisons": compared(study), "critical_parts": list(parts(study, CRITICAL, 3)),
+        "damping_parts": list(parts(study, DAMPING, 5)), "other_crossings": list(_other_crossings(study)),
+        "shares": shares, "assumed_sds": study.sources.assumed, "exact_reasons": exact, "quantities": quantities,
         "groups": [group for group in dict.fromkeys(g for one in shares.values() for g in one)
                    if max(one.get(group, 0.0) for one in shares.values()) >= 0.005],
-        "assumed_sds": study.sources.assumed,
-        "exact_reasons": reasons, "quantities": quantities,
-        "near": [100 * excess(q) for _, q in quantities if not differs(q)],
         "different": [(r, q) for r, q in quantities if differs(q)],
         "ranges": vars(settings.ranges), "assumed_stiffness_sd": CORNERING_STIFFNESS,
         "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
         "extrapolated": [(case, wheel, p) for case in study.cases
                          for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside],
         "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
-        "own": list(dict.fromkeys(case.name for case in study.cases if not case.packaged)),
-        "packaged": list(dict.fromkeys(case.name for case in study.cases if case.packaged)),
         "notes": list(dict.fromkeys((case.name, note) for case in study.cases for p in case.properties
                                     for note in p.notes)),
     }  # fmt: skip
+
+
+def intervals(study: Study, result: Result, edge: Any) -> tuple[float, float] | None:
+    """Interval of 95 % of the draws of an ``edge`` whose linear standard deviation is not valid; else None."""
+    for check in study.checks:
+        for q in check.quantities if check.result is result else ():
+            if q.crossing and math.isclose(q.value, edge.speed, rel_tol=1e-9) and (differs(q) or q.lost):
+                return q.band()
+    return None
 
 
 class Printed(NamedTuple):
@@ -153,36 +146,6 @@ def never_stable(result: Result, limit: float) -> bool:
 def excess(quantity: Quantity) -> float:
     """Relative excess of the standard deviation of the draws over the linear one."""
     return quantity.sampled_sd / quantity.linear_sd - 1
-
-
-def differs(quantity: Quantity) -> bool:
-    """Return True if the two standard deviations are far apart, or some draws have lost the quantity."""
-    return bool(quantity.lost) or not abs(excess(quantity)) <= LIMITS.far
-
-
-def _edges(result: Result, study: Study) -> list[Any]:
-    """Ends of the bands of unstable wobble that begin at speeds looked at."""
-    bands = result.bands(study.settings.fastest)
-    return [edge for band in bands for edge in (band.start, band.end) if edge]
-
-
-def _shortest_wave(study: Study) -> tuple[float, float, Any, Any] | None:
-    """Shortest wave at an edge of a band: in relaxation lengths and in m, with the edge and its case."""
-    found = []
-    for r in study.of(study.settings.reference):
-        for edge in _edges(r, study):
-            wave = edge.speed / edge.frequency_hz
-            found.append((wave / float(r.case.contact[3]), wave, edge, r.case))
-    return min(found, key=lambda one: one[0], default=None)
-
-
-def _wobbling_hands_on(study: Study) -> Any:
-    """Random bicycles with hands on of which some wobble although the bicycle of the study does not."""
-    result = study.result(study.settings.setups[1], study.focus)
-    outer = study.outer(result)
-    if result is None or outer is None or result.span(study.settings.fastest) or not outer.likely("onset"):
-        return None
-    return outer
 
 
 def _other_crossings(study: Study) -> Any:
@@ -232,4 +195,5 @@ def two_digits(sd: float) -> str:
     return np.format_float_positional(sd, precision=2, fractional=False, trim="-")
 
 
-FILTERS = {"like": like, "signed": signed, "span_of": span_of, "excess": excess, "digits": two_digits}
+FILTERS = {"plain": plain_name, "like": like, "signed": signed, "span_of": span_of, "excess": excess,
+           "digits": two_digits}  # fmt: skip

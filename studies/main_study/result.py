@@ -22,7 +22,7 @@ from bicycle.parameter_covariance import ParameterKey
 from bicycle.parameters import UNITS, bodies, static_loads
 from bicycle.propagation import critical_speed_gradients, mode_gradients, standard_deviation
 from studies.main_study.cases import CONTACT, TyreCase
-from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, PerWheel, Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
 from tyre.arrays import Array
 
@@ -30,7 +30,8 @@ WOBBLE, WEAVE = "wobble", "weave"
 COMPARED = (WOBBLE, WEAVE)
 CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"
-PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust")
+TRAIL, TWIST = "pneumatic_trail", "twisting_torque"
+PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust", TRAIL, TWIST)
 """Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
 
 
@@ -50,6 +51,10 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
     p, front, arms = settings.bicycle.values, setup.front, setup.arms
     camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
     tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
+    if np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings):
+        tables[TRAIL] = {"trail": _both(setup.trail)}
+    if np.any(setup.twisting):
+        tables[TWIST] = {"twisting_stiffness": _both(setup.twisting)}
     tables |= {name: dict(table) for name, table in settings.further.items()}
     if arms:
         tables["rider_arms"] = {"inertia": arms.inertia, "stiffness": arms.stiffness, "damping": arms.damping}
@@ -67,6 +72,15 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
     return tables
 
 
+def has_moment(settings: Settings) -> bool:
+    """Return True if the model file gives the tyres an aligning moment of their own."""
+    return any(effect_class(name).slot == effect_class(TRAIL).slot for name in settings.further)
+
+
+def _both(value: PerWheel) -> dict[str, float]:
+    return dict(zip(WHEELS, np.broadcast_to(value, 2).tolist(), strict=True))
+
+
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters that hang on the bicycle ``p``: assumed camber thrust on the loads, an assumed hinge."""
     found: dict[str, Any] = {}
@@ -79,11 +93,13 @@ def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, 
 
 def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
     rear, front = static_loads(bodies(p), p["w"], p["g"])
-    return setup.camber_share * rear, setup.camber_share * front
+    share = np.broadcast_to(setup.camber_share, 2)
+    return share[0] * rear, share[1] * front
 
 
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
     """Model of a case with all that is uncertain about tyre and bicycle."""
+    setup = case.on(setup)
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
     exact = {key: 0.0 for key in parameters if varied_apart(key) and key not in followers}
@@ -92,8 +108,9 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
         "effects": {LAW: dict(case.table), **beside(settings, setup)},
     }
     return Uncertainty(
-        content, sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd, follow=lambda p: follow(settings, setup, p)
-    )
+        content, sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd, follow=lambda p: follow(settings, setup, p),
+        bicycle_covariance=settings.bicycle.covariance,
+    )  # fmt: skip
 
 
 def varied_apart(key: str) -> bool:
@@ -230,7 +247,7 @@ class Result:
 
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
     """Compute modes, frequency and damping ratio at the report speed, and critical speeds, with their sds."""
-    built = model(settings, setup, case.contact)
+    built = model(settings, case.on(setup), case.contact)
     linear = built.linear_model()
     names, whole = uncertainty(settings, case, setup).covariance()
     at = np.ix_(*2 * [[names.index(name) for name in CONTACT]])

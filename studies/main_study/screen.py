@@ -1,169 +1,150 @@
-"""Facts of the first screen: sign and size of what less air does, how sure, what it hinges on, how far to believe it.
+"""The answer: what less air does to the wobble of a bicycle in four worlds and on plausible bicycles, by one rule.
 
-Numbers and objects only; the template ``answer.md.j2`` makes the words, for terminal and report.
+Less air moves wobble where the range of its unstable speeds becomes longer, or shorter, by :attr:`Limits.practical`.
+
+- ``yes``: it moves one way in a world that rests on no assumed front, the other way in none, and in at least
+  :attr:`Limits.agree` of the plausible bicycles likewise.
+- ``no practical difference``: it moves in none of the four worlds, and in at most the rest of the plausible bicycles.
+- ``cannot be said``: all else, and whenever a world is not known.
+
+A tyre of one condition has no less air; then the question is if it wobbles at all, over as many speeds, by that rule.
 """
 
-import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from studies.main_study.cases import TyreCase
-from studies.main_study.compare import ContactLength, Hinge, Plausible
-from studies.main_study.result import WEAVE, Result, Span
-from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Setup
+from studies.main_study.compare import Hinge
+from studies.main_study.result import Result, Span
+from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study, pressure_ends
 
-
-@dataclass(frozen=True)
-class Tally:
-    """Random bicycles whose unstable wobble covers more speeds at the lower pressure, fewer, or as many."""
-
-    more: int
-    fewer: int
-    neither: int
-    stable: bool = False
-
-    @property
-    def count(self) -> int:
-        """Number of bicycles that were compared."""
-        return self.more + self.fewer + self.neither
+YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "cannot be said"
 
 
 @dataclass(frozen=True)
 class World:
-    """Unstable wobble of the tyre in question in another world: at ``unstable`` of ``count`` pressures, or nowhere."""
+    """Wobble of the tyre in question in one world at both ends of its pressures; ``high`` is None for one condition."""
 
     setup: Setup
-    span: Span | None
-    unstable: int
-    count: int
-
-
-@dataclass(frozen=True)
-class Why:
-    """Reasons for the wobble of this bicycle: what alone takes it away, or makes it begin ``later`` (onset, m/s)."""
-
-    result: Result
-    span: Span
-    gone: tuple[tuple[str, str], ...]
-    later: tuple[tuple[str, str, float], ...]
+    low: Result
+    high: Result | None
+    longer: float  # m/s of unstable speeds at the low pressure more than at the high one, or at all
+    assumed: bool  # rests on a front that nobody measured
 
     @property
-    def doubling(self) -> float | None:
-        """Time (s) in which the least damped amplitude doubles; None if it does not grow."""
-        least = self.result.least
-        return math.log(2) / least.eigenvalue.real if least and least.eigenvalue.real > 0 else None
+    def moves(self) -> int:
+        """1 if less air brings wobble closer, -1 if farther away, 0 if no rider meets the difference."""
+        return int(np.sign(self.longer)) if abs(self.longer) >= LIMITS.practical else 0
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Everything that the first screen tells of the tyre in question, in the reference world."""
+    """Facts of the first screen on the tyre in question."""
 
-    asks_pressure: bool
-    own: Result | None
-    others: int
-    worse: int
-    high: Result | None
-    low: Result | None
-    tally: Tally
-    verdict: str
+    word: str
     worlds: tuple[World, ...]
+    longer: int  # plausible bicycles that less air brings closer
+    shorter: int
+    count: int
     hinges: tuple[Hinge, ...]
-    onset: tuple[TyreCase, float] | None
-    strings: tuple[ContactLength, ...]
-    weave: tuple[float, ...]
-    why: Why | None
 
     @property
-    def named(self) -> list[tuple[int, Hinge]]:
-        """The first four things it hinges on and pressure, each with its rank."""
-        return [(k, one) for k, one in enumerate(self.hinges, 1) if k <= 4 or one.what == "pressure"]
+    def whole(self) -> bool:
+        """True if all four worlds are known."""
+        return len(self.worlds) == 4
+
+    @property
+    def asks_pressure(self) -> bool:
+        """True if there are two pressures to compare."""
+        return self.worlds[0].high is not None
+
+    @property
+    def change(self) -> float | None:
+        """Change of the least damping ratio in the reference world by less air; None if one pressure has no wobble."""
+        low, high = self.worlds[0].low.least, self.worlds[0].high and self.worlds[0].high.least
+        return low.damping_ratio - high.damping_ratio if low and high else None
+
+    @property
+    def place(self) -> int | None:
+        """Place of the pressure among what it hinges on, from 1; None for one pressure."""
+        return next((k for k, one in enumerate(self.hinges, 1) if one.what == "pressure"), None)
 
 
 def answer(study: Study) -> Answer:
     """Gather the facts of the first screen."""
-    settings, ends = study.settings, pressure_ends(list(study.subject))
-    results = study.of(settings.reference, study.names[0])
-    focus = study.result(settings.reference, study.focus)
-    high, low = (study.result(settings.reference, case) for case in ends[0]) if ends else (None, None)
-    tally = tallied(study.outer(high), study.outer(low))
-    own = focus if settings.contact is not None or not ends else None
-    others = [r.least.damping_ratio for r in study.of(settings.reference) if r.case.name != study.names[0] and r.least]
-    if own is None or own.least is None:
-        others = []
-    strings = [one for one in study.contact_lengths if not one.estimated]
-    weave = [[c.speed for c in r.crossings if c.mode == WEAVE and c.destabilising] for r in results]
+    settings, limit = study.settings, study.settings.fastest
+    ends = pressure_ends(study.subject)
+    high_case, low_case = ends[0] if ends else (None, study.focus)
+    worlds = []
+    for setup in settings.setups:
+        low = study.result(setup, low_case)
+        high = study.result(setup, high_case) if high_case else None
+        if low and (high or not high_case):
+            longer = unstable_length(low.span(limit), limit) - (unstable_length(high.span(limit), limit) if high else 0)
+            assumed = setup.front is not None and not setup.front.given
+            worlds.append(World(setup, low, high, longer, assumed))
+    outer = [study.outer(one) for one in (worlds[0].low, worlds[0].high) if one]
+    change = np.zeros(0)
+    if all(outer):
+        computed = np.logical_and.reduce([one.computed for one in outer if one])
+        lengths = [one.unstable[computed] for one in outer if one]
+        change = lengths[0] - (lengths[1] if len(lengths) > 1 else 0.0)
+    longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
     return Answer(
-        settings.contact is None and bool(ends), own, len(others),
-        sum(own is not None and own.least is not None and ratio < own.least.damping_ratio for ratio in others),
-        high, low, tally, verdict(high, low, tally) if high and low else "", tuple(_worlds(study)),
-        tuple(one for one in study.hinges if one.low.least and one.high.least), _onset(study, results),
-        tuple(dict.fromkeys((strings[0], strings[-1]))) if strings else (),
-        tuple(min(speeds) for speeds in weave if speeds and min(speeds) <= settings.fastest), _why(study, focus),
+        word_of([(one.moves, one.assumed) for one in worlds], longer, shorter, len(change), two=bool(ends)),
+        tuple(worlds), longer, shorter, len(change),
+        tuple(one for one in study.hinges if np.isfinite(one.size)),
     )  # fmt: skip
 
 
-def verdict(high: Result, low: Result, tally: Tally) -> str:
-    """Name the sign, and how sure it is over the plausible fronts; if few of them wobble, by the damping."""
-    told = tally.more + tally.fewer
-    before, after = (one.least.damping_ratio if one.least else None for one in (high, low))
-    closer = None if before is None or after is None or abs(after - before) < LIMITS.seen else after < before
-    if told > LIMITS.few * tally.count:
-        share = tally.more / told
-        sign, sure = share > 0.5, max(share, 1 - share)
-        if sure < LIMITS.probable or (closer is not None and closer != sign):
-            return "It depends on the front."
-        probably = "" if sure >= LIMITS.clear else ", probably"
-        return f"Yes{probably}: closer." if sign else f"No{probably}: farther away."
-    if closer is None:
-        return "No difference that matters."
-    if not closer:
-        return "Farther away."
-    return "Closer, but stable." if tally.stable else "Closer."
+def unstable_length(span: Span | None, limit: float) -> float:
+    """Length (m/s) of the unstable speeds up to ``limit``."""
+    return min(span.high, limit) - span.low if span else 0.0
 
 
-def tallied(high: Plausible | None, low: Plausible | None) -> Tally:
-    """Compare the same random bicycles at two pressures."""
-    if high is None or low is None:
-        return Tally(0, 0, 0)
-    widths = [np.nan_to_num(one.end - one.onset, nan=0.0) for one in (high, low)]
-    kept = high.computed & low.computed
-    change = (widths[1] - widths[0])[kept]
-    stable = bool(kept.any()) and all(one.without == one.count for one in (high, low))
-    return Tally(int((change > 0).sum()), int((change < 0).sum()), int((change == 0).sum()), stable)
+def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: int, *, two: bool = True) -> str:
+    """Choose the word: ``worlds`` holds how each moves and if it rests on an assumed front (see the module).
+
+    ``longer`` and ``shorter`` of ``count`` plausible bicycles move so; ``two`` is False for a tyre of one condition.
+    """
+    if len(worlds) < 4:
+        return UNKNOWN
+    moved = {moves for moves, _ in worlds} - {0}
+    if not moved:
+        stays = longer + shorter <= (1 - LIMITS.agree) * count
+        return (NO_DIFFERENCE if two else NO) if stays else UNKNOWN
+    agree = longer if moved == {1} else shorter
+    measured = any(moves and not assumed for moves, assumed in worlds)
+    return YES if len(moved) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
 
 
-def _worlds(study: Study) -> list[World]:
-    limit, found = study.settings.fastest, []
-    for setup in study.settings.setups[1:]:
-        spans = [r.span(limit) for r in study.of(setup, study.names[0])]
-        there = [span for span in spans if span]
-        joined = Span(min(s.low for s in there), max(s.high for s in there), limit) if there else None
-        if spans:
-            found.append(World(setup, joined, len(there), len(spans)))
-    return found
+def record(study: Study, found: Answer) -> dict[str, Any]:
+    """Make the answer JSON-ready: the question, the word, the table of worlds, and the numbers of the rule."""
+    limit = study.settings.fastest
 
+    def end(result: Result | None) -> dict[str, Any] | None:
+        if result is None:
+            return None
+        span = result.span(limit)
+        lengths = result.case.contact[1::2].tolist()
+        return {
+            "pressure_bar": list(result.case.pressures_bar), "relaxation_length_m": lengths,
+            "unstable": span is not None, "from_m_s": span.low if span else None,
+            "to_m_s": span.high if span and span.high <= limit else None,
+            "least_damping_ratio": result.least.damping_ratio if result.least else None,
+        }  # fmt: skip
 
-def _onset(study: Study, results: list[Result]) -> tuple[TyreCase, float] | None:
-    """Take the first case of the tyre in question whose wobble has an onset; none if its tyre is no single lag."""
-    if CONTACT_LENGTH in study.settings.further:
-        return None
-    for r in results:
-        bands = r.bands(study.settings.fastest)
-        if bands and bands[0].start:
-            return r.case, bands[0].start.speed / bands[0].start.frequency_hz
-    return None
-
-
-def _why(study: Study, own: Result | None) -> Why | None:
-    """Look for what removes a wobble that begins at ridden speeds; real bicycles seldom have one."""
-    span = own.span(study.settings.fastest) if own else None
-    if own is None or span is None or span.low > LIMITS.ridden[1]:
-        return None
-    ends = [(hinge.what, end) for hinge in study.hinges for end in (hinge.low, hinge.high)]
-    gone = tuple((what, end.what) for what, end in ends if end.span is None and what != "pressure")
-    later = [
-        (what, end.what, end.span.low) for what, end in ends if end.span and end.span.low > LIMITS.later * span.low
-    ]
-    return Why(own, span, gone, tuple(sorted(later, key=lambda one: one[2], reverse=True)[:4]))
+    return {
+        "bicycle": study.settings.bicycle.name, "tyre": study.focus.tyre, "surface": study.focus.surface,
+        "word": found.word, "searched_m_s": [0.0, limit],
+        "worlds": [
+            {"hands": one.setup.hands, "front": one.setup.front_name, "front_assumed": one.assumed,
+             "low": end(one.low), "high": end(one.high), "longer_m_s": one.longer, "moves": one.moves}
+            for one in found.worlds
+        ],
+        "rule": {"least_change_m_s": LIMITS.practical, "share_that_must_agree": LIMITS.agree,
+                 "plausible_bicycles": found.count, "longer": found.longer, "shorter": found.shorter},
+        "hinges": [{"what": one.what, "change_of_least_damping_ratio": one.size} for one in found.hinges],
+    }  # fmt: skip

@@ -1,7 +1,7 @@
 """Questions to the main study: a bicycle, four worlds, and how far what nobody measured may be off."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -26,25 +26,45 @@ LAW, CONTACT_LENGTH = "relaxation_length", "contact_length"  # effects
 DEFAULT_BICYCLE, DEFAULT_POSTURE = "pista_charlie_drops", "drops"
 
 
+PLAIN = {
+    "balanceassistv1": "the riderless balance-assist e-bike", "benchmark": "the benchmark bicycle with a rigid rider",
+    "browser": "the riderless Batavus Browser city bicycle", "crescendo": "the riderless Batavus Crescendo",
+    "fisher": "the riderless Gary Fisher mountain bicycle", "kooijman2008": "the riderless bicycle of Kooijman (2008)",
+    "pista": "the riderless Pista track bicycle", "pista_rider": "the Pista track bicycle with a rigid rider",
+    "pista_charlie_drops": "a Pista track bicycle with a rider in the drops",
+    "pista_charlie_hoods": "a Pista track bicycle with a rider on the hoods",
+    "pista_charlie_upright": "a Pista track bicycle with an upright rider",
+    "rigid": "the riderless Davis instrumented bicycle", "rigid_rider": "the Davis instrumented bicycle with a rider",
+    "rigid_rider_joined": "the Davis instrumented bicycle with a rigid rider",
+}  # fmt: skip
+
+
+def plain_name(bicycle: Bicycle) -> str:
+    """Name of a ``bicycle`` for a reader who does not know its file."""
+    return PLAIN.get(bicycle.name, bicycle.name.replace("_", " "))
+
+
 @dataclass(frozen=True)
 class Limits:
     """Numbers that decide a name or a verdict of the main study."""
 
     camber_share: float = 0.65  # 1/rad of the load, the middle of what Dressel (2013) measured
-    camber_range: tuple[float, float] = (0.43, 0.86)  # 1/rad, its ends: 0.0075 to 0.015 per degree
+    camber_range: tuple[float, float] = (0.43, 0.94)  # 1/rad, from Dressel's 0.0075 per degree to the Schwalbe tyre
+    trail: float = 0.017  # m, of the Schwalbe tyre at 400 N and 4 bar
+    trail_range: tuple[float, float] = (0.012, 0.026)  # m, of the packaged Schwalbe tyre at 300 to 600 N, 3 to 5 bar
+    twisting: float = 5.0  # N m/rad, of it at 400 N
+    twisting_range: tuple[float, float] = (2.4, 12.0)  # N m/rad, as the trail
     ridden: tuple[float, float] = (3.0, 20.0)  # m/s, where the least damping of wobble is looked for
     wobble_hz: float = 4.0  # weave is at 1 to 4 Hz, wobble at 4 to 10 Hz; decides where tracking gives both names
     tyres_hz: float = 15.0  # near rest the wheels vibrate on their tyres at 16 to 20 Hz
     typical_bar: float = 5.5  # the pressure nearest to it is looked at in detail
-    likely: tuple[float, float] = (0.05, 0.95)  # quantiles that an outer error bar joins
-    fewest: int = 10  # random bicycles that wobble: of fewer the bar joins all
-    clear: float = 0.95  # share of the random bicycles that makes a sign sure
-    probable: float = 0.8  # share that makes it probable
-    few: float = 0.1  # share of random bicycles below which the damping tells the sign
-    seen: float = 0.005  # of a damping ratio: a smaller change is none
-    long_wave: float = 10.0  # relaxation lengths in a wavelength, from which a single lag describes a tyre fairly
-    later: float = 1.5  # times the onset, from which something makes wobble begin later
-    far: float = 0.05  # relative difference of two standard deviations that is told
+    likely: tuple[float, float] = (0.05, 0.95)  # quantiles of the plausible bicycles that a band joins
+    wheelbase: tuple[float, float] = (0.9, 1.2)  # m; a front is assumed for bicycles like the packaged ones,
+    wheel: tuple[float, float] = (0.28, 0.38)  # m, radius of the front wheel: it is that of a racing frame
+    fewest: int = 10  # plausible bicycles that wobble: of fewer a band joins all
+    practical: float = 1.0  # m/s of unstable speeds: a smaller change is none that a rider meets
+    agree: float = 0.9  # share of the plausible bicycles that must agree with a yes or a no
+    slowest: float = -12.0  # 1/s; what decays faster is left out of the picture
     widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
 
 
@@ -87,18 +107,29 @@ class Ranges:
     hinge: tuple[float, float] = (-0.1, 0.1)
     friction: tuple[float, float] = (0.0, 1.0)
     camber_share: tuple[float, float] = LIMITS.camber_range
+    trail: tuple[float, float] = LIMITS.trail_range
+    twisting: tuple[float, float] = LIMITS.twisting_range
     arm_inertia: tuple[float, float] = (0.05, 0.2)
     arm_stiffness: tuple[float, float] = (0.0, 30.0)
     arm_damping: tuple[float, float] = (0.2, 3.0)
 
 
+PerWheel = float | tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Setup:
-    """One world beside the tyre: a flexible front (None: rigid), hands on the bar (None: off), extras of the tyre."""
+    """One world beside the tyre's law: a flexible front (None: rigid), hands on the bar (None: off), more of the tyre.
+
+    ``trail`` (m), ``twisting`` (N m/rad) and ``camber_share`` (1/rad of the load) are of both wheels, or rear and
+    front; with a ``contact_half_length`` (m) the tyre is a string, whose trail is its own.
+    """
 
     front: Front | None
     arms: Arms | None = None
-    camber_share: float = LIMITS.camber_share
+    camber_share: PerWheel = LIMITS.camber_share
+    trail: PerWheel = LIMITS.trail
+    twisting: PerWheel = LIMITS.twisting
     contact_half_length: tuple[float, float] | None = None
 
     @property
@@ -123,11 +154,14 @@ class Settings:
 
     bicycle: Bicycle
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
-    front: Front = field(default_factory=Front)
+    front: Front | None = field(default_factory=Front)  # None: nobody knows it, and none is assumed
     arms: Arms = field(default_factory=Arms)
     camber_share: float = LIMITS.camber_share
+    trail: float = LIMITS.trail
+    twisting: float = LIMITS.twisting
     further: Mapping[str, Table] = field(default_factory=dict)
-    tyres: tuple[str, ...] = ()
+    tyre: str = ""  # packaged, or a file; empty: every packaged one
+    surface: str | None = None
     pressures: tuple[float, ...] = ()
     contact: Table | None = None
     postures: tuple[Bicycle, ...] = ()
@@ -144,34 +178,43 @@ class Settings:
 
     @property
     def reference(self) -> Setup:
-        """World of the first sentence: nothing holds the handlebar, the front flexes."""
-        return Setup(self.front, None, self.camber_share)
+        """World in which wobble is worst: nothing holds the handlebar, the front flexes if one is known."""
+        return self.setups[0]
 
     @property
     def setups(self) -> tuple[Setup, ...]:
-        """Four worlds, the one of the first sentence first."""
-        return tuple(Setup(front, arms, self.camber_share)
-                     for front in (self.front, None) for arms in (None, self.arms))  # fmt: skip
+        """Four worlds, the reference first; two without a flexible front."""
+        return tuple(Setup(front, arms, self.camber_share, self.trail, self.twisting)
+                     for front in dict.fromkeys((self.front, None)) for arms in (None, self.arms))  # fmt: skip
 
     @property
     def ranges(self) -> Ranges:
         """Ranges around what is assumed; a number of a model file is known to a fifth."""
-        known = {name: getattr(self.front, name) for name in ("stiffness", "damping") if self.front.given}
+        given = self.front if self.front and self.front.given else None
+        known = {name: getattr(given, name) for name in ("stiffness", "damping") if given}
         arms = ("inertia", "stiffness", "damping") if self.arms.given else ()
         known |= {f"arm_{name}": getattr(self.arms, name) for name in arms}
         known |= {"camber_share": 1.0} if "camber_thrust" in self.further else {}
         found = {name: (0.8 * value, 1.25 * value) for name, value in known.items()}
-        found |= {"hinge": (-0.02, 0.02)} if self.front.given else {}
+        found |= {"hinge": (-0.02, 0.02)} if given else {}
         found |= {"friction": (0.0, 0.0)} if "steer_damper" in self.further else {}
         return Ranges(**found)
 
 
+def assumed_front(bicycle: Bicycle) -> Front | None:
+    """Front to assume for a ``bicycle``; None for one unlike those whose fronts are known to wobble, as a cargo one."""
+    alike = LIMITS.wheelbase[0] <= bicycle["w"] <= LIMITS.wheelbase[1]
+    return Front() if alike and LIMITS.wheel[0] <= bicycle["rF"] <= LIMITS.wheel[1] else None
+
+
 def settings_of(
-    model: str | None = None, *, bicycle: str | None = None, tyres: Sequence[str] = (), pressures: str | None = None,
-    rider: str | None = None, posture: str | None = None,
+    model: str | None = None, *, bicycle: str | None = None, tyre: str | None = None, surface: str | None = None,
+    pressures: str | None = None, rider: str | None = None, posture: str | None = None,
 ) -> Settings:  # fmt: skip
     """Read the study of a model file, or of a bicycle with everything beside it assumed."""
-    asked: dict[str, Any] = {"tyres": tuple(tyres), "pressures": read_pressures(pressures)}
+    asked: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
+    if surface is not None and tyre is None:
+        raise InputError(f"--surface {surface} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
     alone = None if model is None else bicycle_alone(model)
     if alone is not None:
         if bicycle is not None:
@@ -186,14 +229,19 @@ def settings_of(
                     f"--{option} {value}: a model file names its own bicycle; leave --{option} out or change 'bicycle' "
                     f"in {model}"
                 )
-        return Settings(**_of_model_file(model), **asked)
+        found = _of_model_file(model)
+        if tyre is not None and "contact" in found:
+            raise InputError(
+                f"{model} has its own contact law, [effects.{LAW}]; change the tyre there, or leave --tyre out"
+            )
+        return Settings(**{"front": assumed_front(found["bicycle"])} | found | asked)
     if rider is not None:
         if bicycle is None:
             raise InputError(f"--rider {rider} needs the --bicycle to sit on, for example --bicycle pista")
         ridden, others = _with_rider(bicycle, rider, posture)
-        return Settings(ridden, postures=others, **asked)
-    found = load_bicycle(bicycle or DEFAULT_BICYCLE)
-    return Settings(found, postures=_packaged_postures(found), **asked)
+        return Settings(ridden, front=assumed_front(ridden), postures=others, **asked)
+    chosen = load_bicycle(bicycle or DEFAULT_BICYCLE)
+    return Settings(chosen, front=assumed_front(chosen), postures=_packaged_postures(chosen), **asked)
 
 
 def read_pressures(text: str | None) -> tuple[float, ...]:

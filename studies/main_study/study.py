@@ -27,8 +27,7 @@ class Study:
     decompositions: tuple[compare.Decomposition, ...]
     plausible: tuple[compare.Plausible, ...]
     hinges: tuple[compare.Hinge, ...]
-    contact_lengths: tuple[compare.ContactLength, ...]
-    postures: tuple[compare.Posture, ...]
+    contact_models: tuple[compare.ContactModels, ...]
     sources: compare.Sources
     checks: tuple[compare.Check, ...]
 
@@ -36,11 +35,6 @@ class Study:
     def names(self) -> list[str]:
         """Tyres with their surfaces, in order; the question is about the first."""
         return list(dict.fromkeys(case.name for case in self.cases))
-
-    @property
-    def conditions(self) -> list[str]:
-        """All pressures, rising."""
-        return list(dict.fromkeys(case.condition for case in sorted(self.cases, key=lambda case: case.order)))
 
     @property
     def subject(self) -> tuple[TyreCase, ...]:
@@ -86,39 +80,36 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
         with spread(1) as here:
             return run_study(settings, each=here, cases=cases)
     cases = cases or tyre_cases(settings)
-    pairs = [(settings, case, setup) for setup in settings.setups for case in cases.found]
+    first = cases.found[0].name
+    pairs = [(settings, case, setup) for setup in settings.setups for case in cases.found
+             if case.name == first or setup == settings.reference]  # fmt: skip
     solved = each(_solve_or_reason, pairs, "modes and critical speeds")
     results = [one for one in solved if isinstance(one, Result)]
     left_out = list(cases.left_out)
     for (_, case, setup), one in zip(pairs, solved, strict=True):
         if isinstance(one, str):
             left_out.append(f"{case.name}, {case.condition}, {setup.label}: {one}")
-    if not results:
-        raise InputError("no case can be computed: " + "; ".join(left_out))
-    whole = [case for case in cases.found if all(_find(results, case, setup) for setup in settings.setups)]
-    todo = [
-        (settings, _find(results, higher, setup), _find(results, lower, setup))
-        for setup in settings.setups for higher, lower in pressure_ends(whole)
-    ]  # fmt: skip
-    decompositions = each(compare.decompose, todo, "causes of the changes")
-    first = results[0].case.name
-    drawn = [r for r in results if r.setup.front and (r.setup.arms is None or r.case.name == first)]
-    outer = each(compare.plausible, [(settings, r.case, r.setup) for r in drawn], "plausible fronts")
     subject = [r.case for r in results if r.setup == settings.reference and r.case.name == first]
-    focus = subject[0]
-    if settings.contact is None:
-        focus = min(subject, key=lambda case: abs(case.order - LIMITS.typical_bar) if case.pressures_bar else 0.0)
+    if not subject:
+        raise InputError("no case can be computed: " + "; ".join(left_out))
     subject.sort(key=lambda case: case.order)
-    decides = compare.hinges(settings, subject, focus)
-    lengths = compare.contact_lengths(settings, subject)
-    seated = compare.postures(settings, focus)
-    checks = each(compare.check, [(settings, r) for r in compare.chosen(results)], "Monte Carlo")
+    focus = min(subject, key=lambda case: abs(case.order - LIMITS.typical_bar))
+    todo = []
+    for setup in settings.setups:
+        solved_here = [r.case for r in results if r.setup == setup]
+        for ends in pressure_ends(solved_here):
+            todo.append((settings, *(_find(results, case, setup) for case in ends)))
+    decompositions = each(compare.decompose, todo, "causes of the changes")
+    asked = [_find(results, case, settings.reference) for case in dict.fromkeys((subject[0], subject[-1]))]
+    outer = each(compare.plausible, [(settings, r.case, r.setup) for r in asked], "plausible bicycles")
+    checks = each(compare.check, [(settings, r) for r in asked], "Monte Carlo")
     done = list({(r.case.name, r.case.condition): r.case for r in results}.values())
     order = list(dict.fromkeys(case.name for case in done))
     return Study(
         settings, tuple(sorted(done, key=lambda case: (order.index(case.name), case.order))), focus, tuple(left_out),
-        tuple(results), tuple(decompositions), tuple(outer), decides, lengths, seated, compare.sources(settings, focus),
-        tuple(checks),
+        tuple(results), tuple(decompositions), tuple(outer), compare.hinges(settings, subject, focus),
+        compare.contact_models(settings, dict.fromkeys((subject[0], subject[-1]))),
+        compare.sources(settings, focus), tuple(checks),
     )  # fmt: skip
 
 

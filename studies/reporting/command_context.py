@@ -1,5 +1,10 @@
 """Command line of the running command: its arguments, the example of its help, ``--verbose``, and versions."""
 
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 
 import click
@@ -35,3 +40,32 @@ def version_of(name: str) -> str:
 def made_by() -> str:
     """Last paragraph of a report."""
     return f"\n\nMade by velotyre {version_of('velotyre')}.\n"
+
+
+@contextmanager
+def working_told(*, after: float = 2.0, every: float = 1.0) -> Iterator[None]:
+    """Count seconds on the standard error of a terminal, if the block takes longer than ``after`` s without a bar."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    done, begun, told = threading.Event(), time.monotonic(), threading.Event()
+
+    def tell() -> None:
+        wait = after
+        while not done.wait(wait):
+            bars = getattr(sys.modules.get("tqdm.std"), "tqdm", None)
+            if not getattr(bars, "_instances", ()):
+                told.set()
+                seconds = time.monotonic() - begun
+                click.echo(f"\r\x1b[Kvelotyre: {seconds:.0f} s\r", err=True, nl=False)  # what comes next stands over it
+            wait = every
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
+        if told.is_set():
+            click.echo("\r\x1b[K", err=True, nl=False)

@@ -3,9 +3,12 @@
 import re
 from collections.abc import Mapping, Sequence
 from importlib import resources
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
+
+from tyre.files import write_text
 
 if TYPE_CHECKING:
     import jinja2
@@ -93,3 +96,12 @@ def page(template: str, *, title: str, text: str, extensions: Sequence[Any], **s
     body = Markup(markdown.markdown(text, extensions=extensions, **settings))
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     return str(environment.from_string(template).render(title=title, body=body))
+
+
+def write_pages(folder: Path, *, title: str, text: str) -> tuple[Path, Path]:
+    """Write the Markdown ``text`` of a report into ``folder`` as report.md and, under a ``title``, as report.html."""
+    template = resources.files("studies.reporting").joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
+    files = folder / "report.md", folder / "report.html"
+    write_text(files[0], text)
+    write_text(files[1], page(template, title=title, text=text, extensions=("tables",)))
+    return files

@@ -52,8 +52,6 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     """Draw all that a result holds."""
     stored = read_result(result)
     drawn = Drawn(stored, folder or figures_folder(result), {}, [])
-    if at is not None and not (np.isfinite(at) and at >= 0):
-        raise InputError(f"--at {at:g} must be a speed of 0 m/s or more")
     if not stored.reduced and not stored.possible.any():
         raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
     asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn

@@ -3,7 +3,7 @@
 import itertools
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,7 +67,7 @@ def draw_distributions(drawn: Drawn, name: str) -> None:
         f"Critical speeds up to {stored.sweep.max_speed:g} m/s of {stored.whose}; "
         f"{(stored.possible & ~has).sum()} of {count} possible ones have none"
     )
-    bars, columns = [], min(3, max(len(found), 1))
+    bars, columns = list[dict[str, Any]](), min(3, max(len(found), 1))
     lines = -(-len(found) // columns)
     with drawing(drawn.folder / name, width=4.1 * columns + 0.4, height=2.5 * lines + 0.7) as canvas:
         every = canvas.subplots(lines, columns, squeeze=False)
@@ -141,7 +141,8 @@ def draw_each(drawn: Drawn, name: str) -> None:
         axes = canvas.subplots()
         groups = dict(tuple(table.groupby(["mode", "as_speed_grows"], sort=False)))
         offsets = np.linspace(-0.25, 0.25, len(groups)) if several and len(groups) > 1 else np.zeros(len(groups))
-        for ((mode, change), rows), offset in zip(groups.items(), offsets, strict=True):
+        for (key, rows), offset in zip(groups.items(), offsets, strict=True):
+            mode, change = (str(part) for part in key)
             colour, marker = mode_look(mode).colour, mode_look(mode).marker
             have = rows[rows["occurrence"] == 1]["have_it"].sum()
             low, middle, high = (rows[f"q{100 * share:g}_m_s"] for share in ends)
@@ -204,7 +205,10 @@ def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> "
     shared = {"quantity": output.name, "mode": mode, "speed_m_s": stored.speeds, "unit": output.unit}
     if values is not None:
         flat = values.reshape(-1, values.shape[-1])
-        levels, least, names = LEVELS, 0.5 * stored.possible.sum(), [""]
+        levels: tuple[float, ...] = LEVELS
+        counts: Iterable[Array]
+        held: Iterable[Array]
+        least, names = 0.5 * stored.possible.sum(), [""]
         counts, held = [np.isfinite(flat).sum(0)], [_quantiles(flat, LEVELS).T]
     else:
         place = {"mode": mode} if mode else {}

@@ -36,10 +36,11 @@ from bicycle.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles
 from bicycle.default_sd import MODEL_FILE
 from bicycle.model import Model
 from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
-from bicycle.parameter_covariance import WHEELS, ParameterCovariance, ParameterKey, checked_covariance, entries_of
-from bicycle.parameters import BOUNDS, UNITS, Bicycle
+from bicycle.parameter_covariance import WHEELS, ParameterKey, checked_covariance, entries_of
+from bicycle.parameters import BOUNDS, HEAD_ANGLE, UNITS, Bicycle, canonical
 from bicycle.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
 from studies.axes import bounds_of
+from studies.command_options import check_memory
 from studies.outputs import OUTPUTS
 from studies.sampling import possible_moments
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, Normal, Sweep, Uniform
@@ -191,6 +192,8 @@ def _check_samples(sweep: Sweep) -> None:
         )
     if not sweep.random and sweep.samples > 1:
         raise InputError(f"samples = {sweep.samples}, but nothing is sampled; add [sampled] or leave it out")
+    # matrices of one bicycle at all its speeds, their roots and vectors, complex
+    check_memory(f"speeds of grid.{SPEED}", len(sweep.speeds), 64 * sweep.nominal.linear_model().order ** 2)
     if sweep.items > 10**9:
         raise InputError(f"the sweep has {sweep.items:.3g} bicycles; at most 1e+09 are allowed")
     if sweep.quantiles is None:
@@ -280,8 +283,10 @@ def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> I
         inner = isinstance(value, Mapping) and value and not set(value) & leaf_keys
         if inner and any(other.startswith(f"{name}.") for other in allowed):
             yield from _leaves(value, allowed, f"{name}.")
+        elif name == HEAD_ANGLE and isinstance(value, list):
+            yield "lam", np.radians(90 - np.array(value, float)).tolist()
         else:
-            yield name, value
+            yield canonical(name), value
 
 
 def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
@@ -340,9 +345,9 @@ class _Sampled:
         return Normal((name,), (mean,), ((numbers["sd"],),))
 
     def _stated(self, own: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
-        """Deviations that the bicycle's file states one by one, and what the model's file states together."""
+        """Deviations that the bicycle's file states one by one, and those stated together by it or the model."""
         model = self.model
-        stated = model.covariance if model.covariance.origin == MODEL_FILE else ParameterCovariance()
+        stated = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
         sd = {
             key: value for key, value in model.bicycle.sd.items()
             if value > 0 and key in UNITS and key not in stated.names
@@ -358,7 +363,7 @@ class _Sampled:
 
     def _joint(self, entry: Mapping[str, Any]) -> Normal:
         given = read(JOINT, entry, section="sampled.joint", dotted=True)
-        names = given["parameters"]
+        names = [canonical(name) for name in given["parameters"]]
         for name in names:
             self._check_name(name)
         where, size = f"sampled.joint of {', '.join(names)}", len(names)

@@ -148,12 +148,19 @@ def coordinates(sweep: Sweep) -> Labels:
     return labels | {dim: DIMENSIONS[dim](model) for dim in dims}
 
 
+def inner_of(name: str, sweep: Sweep) -> tuple[str, ...]:
+    """Dimensions of one bicycle's values of an output, or of a mark of bicycles."""
+    output = OUTPUTS.get(name)
+    if output is None:
+        return ()
+    return (SPEED, *output.dims) if output.by_speed and sweep.speeds else output.dims
+
+
 def _variables(group: Any, sweep: Sweep, labels: Labels, name: str) -> dict[str, Any]:
     """New arrays that hold the output ``name``: itself, or what its reduction over the samples gives."""
     output = OUTPUTS.get(name)
-    unit, grid = "1" if output is None else output.unit, tuple(axis.name for axis in sweep.axes)
-    inner: tuple[str, ...] = () if output is None else output.dims
-    inner = (SPEED, *inner) if output is not None and output.by_speed and sweep.speeds else inner
+    unit, inner = "1" if output is None else output.unit, inner_of(name, sweep)
+    grid = tuple(axis.name for axis in sweep.axes)
     dtype = "complex128" if output is not None and output.complex_valued else "float64"
     if sweep.quantiles is None:
         outer = (*grid, "sample") if sweep.samples > 1 else grid

@@ -80,11 +80,11 @@ class TyreTable:
                 outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
         if z is not None:
             away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
-            for column, (values, name) in enumerate(product(found, STIFFNESSES)):
-                values[name] *= 1 + share * away[:, column]
-        for values, (load, _) in zip(found, conditions, strict=True):
-            values["relaxation_length"] = values["cornering_stiffness"] / values["lateral_stiffness"]
-            values |= parameters_of_effects(values, load=load)
+            for column, (own, name) in enumerate(product(found, STIFFNESSES)):
+                own[name] *= 1 + share * away[:, column]
+        for own, (load, _) in zip(found, conditions, strict=True):
+            own["relaxation_length"] = own["cornering_stiffness"] / own["lateral_stiffness"]
+            own |= parameters_of_effects(own, load=load)
         return found, outside
 
     def _relative(
@@ -157,7 +157,7 @@ def _check_corners(tyre: TyreSource, load: Array, pressure: Array) -> None:
         bar = pressure.max() / PASCAL_PER_BAR
         raise InputError(f"pressure_bar = {bar:g} must be a number above 0 and up to {MOST_BAR:g} bar")
     for corner in {(a, b) for a in (load.min(), load.max()) for b in (pressure.min(), pressure.max())}:
-        tyre.at(load=corner[0], pressure=corner[1])
+        tyre.at(load=corner[0], pressure=corner[1], extrapolate=True)
 
 
 def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
@@ -192,7 +192,8 @@ class Points:
 
     def value(self, key: str, item: int) -> float:
         """The parameter ``key`` (SI) of the item with index ``item``."""
-        return float(np.broadcast_to(self.values[key], len(self.refused.mask))[item])
+        value = self.values[key]
+        return float(value[item] if np.ndim(value) else value)
 
     @property
     def harmless(self) -> "Points":
@@ -351,12 +352,13 @@ class Sampler:
                 for entry in parameter.entries():
                     value = np.asarray(values[f"{name}.{entry}"])
                     refused.add(f"{name}.{entry} outside {low:g} .. {high:g}", ~((low <= value) & (value <= high)))
-        for effect in self.model.effects:
-            if type(effect).check is Effect.check:
-                continue
+        checked = [effect for effect in self.model.effects if type(effect).check is not Effect.check]
+        count = len(refused.mask)
+        columns = {key: np.broadcast_to(value, count).tolist() for key, value in values.items()} if checked else {}
+        for effect in checked:
             bad, message = np.zeros(len(refused.mask), bool), ""
             for item in np.flatnonzero(~refused.mask):
-                changes = {key: points.value(key, int(item)) for key in values}
+                changes = {key: column[item] for key, column in columns.items()}
                 try:
                     self.family.effect_with(effect, changes).check(changes)
                 except InputError as error:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bicycle.effect_registry import Origin, effect_class, packaged_effects
+from bicycle.eigen import KERNEL
 from bicycle.model import Model
 from bicycle.model_file import build_model
 from bicycle.parameter_covariance import ParameterKey
@@ -135,7 +136,7 @@ class Sweep:
         found |= {f"the effect {origin.name}": origin.digest for origin in self.outside_effects}
         for name in self.outside_outputs:
             found[f"the output {name}"] = _digest(inspect.getsource(OUTPUTS[name].function))
-        return found | dict(source_digests()) | software()
+        return {**found, **source_digests(), **software()}
 
     @cached_property
     def outside_effects(self) -> tuple[Origin, ...]:
@@ -224,6 +225,7 @@ def _digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def software() -> dict[str, str]:
+@cache
+def software() -> Mapping[str, str]:
     """Solver and versions of what could change a last digit."""
-    return {name: version(name) for name in ("velotyre", "numpy", "scipy", "sympy")}
+    return {name: version(name) for name in ("velotyre", "numpy", "scipy", "sympy")} | {"eigenvalues": KERNEL}

@@ -63,7 +63,7 @@ class Worker:
         if sweep.wanted(MODE):
             outputs |= self._of_modes(points.harmless, start, count)
         for one in sweep.wanted(MODEL):
-            outputs[one.name] = np.array([self._of_model(one, points.harmless, k, start) for k in range(count)])
+            outputs[one.name] = self._of_models(one, points.harmless, start, count)
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():
@@ -96,36 +96,38 @@ class Worker:
         return np.concatenate(parts)
 
     def _of_modes(self, points: Points, start: int, count: int) -> Arrays:
-        """Outputs of named modes of possible bicycles: all at once, and one by one where that is not sure."""
-        speeds = np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))
+        """Outputs of named modes of possible bicycles: all at once, and one by one if equations switch at a speed."""
+        speeds, values = np.broadcast_to(points.speeds, (count, points.speeds.shape[1])), points.values
         pairs = np.full((count, speeds.shape[1], len(self.modes), 2), np.nan + 0j)
-        has, sure = np.zeros((count, len(self.modes)), bool), np.zeros(count, bool)
-        if not self.sampler.family.evaluate.symbolic.switches:  # those are left to one by one
-            pairs, has, sure = self._at_once(points, speeds)
-        for item in np.flatnonzero(~sure).tolist():
-            try:
-                named = modes(self.sampler.variant(points, item).linear_model(), speeds[item])
-            except InputError as error:
-                self.sampler.refuse(item, start, str(error))
-            for k, name in enumerate(self.modes):
-                has[item, k] = name in named.branches
-                pairs[item, :, k] = named.branch(name)[:, :2] if has[item, k] else np.nan + 0j
-        return {
-            one.name: np.where(has[:, None, :], one.function(pairs[..., 0], pairs[..., 1]), np.nan)
-            for one in self.sweep.wanted(MODE)
-        }
+        if self.sampler.family.evaluate.symbolic.switches:
+            for item in range(count):
+                try:
+                    named = modes(self.sampler.variant(points, item).linear_model(), speeds[item])
+                except InputError as error:
+                    self.sampler.refuse(item, start, str(error))
+                for k in [k for k, name in enumerate(self.modes) if name in named.branches]:
+                    pairs[item, :, k] = named.branch(self.modes[k])[:, :2]
+        else:
+            rules, polynomial = Rules.of(self.linear), self.sampler.family.polynomials(values, count).polynomial
+            gravity = np.broadcast_to(np.asarray(values["g"], float), count)
+            found = name_stack(rules, polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
+            for k in [k for k, name in enumerate(self.modes) if name in rules.names]:
+                own = (found.second == NONE) & (found.first == rules.names.index(self.modes[k]))
+                pairs[:, :, k] = named_pair(found.values, own)
+        return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.wanted(MODE)}
 
-    def _at_once(self, points: Points, speeds: Array) -> tuple[Complex, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Roots (m, k, modes, 2) of every mode, which bicycles have it (m, modes), and which are sure (m,)."""
-        rules, count, values = Rules.of(self.linear), len(speeds), points.values
-        found = self.sampler.family.polynomials(values, count)
-        gravity = np.broadcast_to(np.asarray(values["g"], float), count)
-        named = name_stack(rules, found.polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
-        pairs, sure = np.full((*speeds.shape, len(self.modes), 2), np.nan + 0j), named.second == NONE
-        has = np.isin(self.modes, rules.names)
-        for k in np.flatnonzero(has):
-            pairs[:, :, k] = _pair(named.values, sure & (named.first == rules.names.index(self.modes[k])))
-        return pairs, np.broadcast_to(has, (count, len(self.modes))).copy(), ~found.refused
+    def _of_models(self, output: Output, points: Points, start: int, count: int) -> Array:
+        if output.at_once is not None:
+            found, block = [], block_items(self.sweep)
+            for first in range(0, count, block):  # whole blocks, as the last bits may depend on who is beside
+                here = slice(first, min(first + block, count))
+                values = {key: value[here] if np.ndim(value) else value for key, value in points.values.items()}
+                own, refused = output.at_once(self.sampler.family, values, here.stop - first, self.sweep.max_speed)
+                for item, why in refused.items():
+                    self.sampler.refuse(first + item, start, why)
+                found.append(own)
+            return np.concatenate(found)
+        return np.array([self._of_model(output, points, k, start) for k in range(count)])
 
     def _of_model(self, output: Output, points: Points, item: int, start: int) -> Any:
         speeds = points.speeds[item if len(points.speeds) > 1 else 0]
@@ -135,7 +137,7 @@ class Worker:
             self.sampler.refuse(item, start, str(error))
 
 
-def _pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
+def named_pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
     """A pair's upper half, or two real roots, the larger first, of the ``own`` roots (m, k, n); NaN where none."""
     height = np.where(own & (values.imag >= 0), values.imag, -1.0)
     found = np.full((*values.shape[:2], 2), np.nan, complex)

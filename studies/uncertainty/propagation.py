@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,16 @@ from bicycle.default_sd import ASSUMED, EXACT, GIVEN
 from bicycle.eigen import eigenvalues, oscillating
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
-from bicycle.parameter_covariance import ParameterKey
+from bicycle.naming import NONE, Rules
+from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
 from bicycle.parameters import UNITS
 from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
+from studies.command_options import check_memory
 from studies.outputs import MODE, OUTPUTS, ROOTS, Output
 from studies.reporting.markdown_text import render_file
 from studies.sweep.sampler import Points
-from studies.uncertainty.uncertain_model import STEP, UncertainModel, matched_roots
+from studies.sweep.worker import named_pair
+from studies.uncertainty.uncertain_model import STEP, UncertainModel
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.progress import not_installed
@@ -74,14 +78,23 @@ class Quantity:
 class Uncertainty(UncertainModel):
     """An uncertain model and the quantities that follow from it."""
 
+    @property
+    def given_anew(self) -> tuple[list[str], ParameterCovariance]:
+        """Parameters whose stated covariance does not hold, as their sd is given; and that covariance."""
+        stated = self._stated.covariance
+        origin = {key: deviation.origin for key, deviation in self._own.items()}
+        return [name for name in stated.names if stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
+
     def quantities(
         self, speeds: Array, *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0,
         only: Collection[str] | None = None, matched: bool = False, outputs: Sequence[Output] = (),
     ) -> list[Quantity]:  # fmt: skip
         """Frequency and damping ratio of the named oscillations, the critical speeds, and further outputs."""
+        v = np.atleast_1d(np.asarray(speeds, float))
+        order = self.nominal.linear_model().order
+        check_memory("samples", samples, 64 * (len(v) * order + len(self.names)))  # roots and frequencies, draws
         z = (self.matched_draw if matched and self.can_match(samples) else self.draw)(samples, seed)
         z, _ = self.possible(z)
-        v = np.atleast_1d(np.asarray(speeds, float))
         found = [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
         return found + [quantity for one in outputs for quantity in self._of_output(one, v, z, max_speed)]
 
@@ -98,7 +111,7 @@ class Uncertainty(UncertainModel):
         z, _ = self.possible(self.draw(samples, seed))
         speeds = np.linspace(min(LOOK, max_speed), max_speed, max(2, round(max_speed / LOOK)))
         number = 0
-        for rows, polynomial, _ in self.batches(z, 64):  # bicycles at a time
+        for rows, polynomial, *_ in self.batches(z, 64):  # bicycles at a time
             unstable = (eigenvalues(polynomial(speeds[None])).real > 0).sum(-1)  # (m, speeds)
             change = np.zeros_like(unstable)
             for which, crossing in crossings.items():
@@ -136,7 +149,7 @@ class Uncertainty(UncertainModel):
         self, crossing: CriticalSpeed, z: Array, start: Array, frequency: Array, *, share: float = 1.0
     ) -> tuple[Array, Array]:
         result, omega = np.full((2, len(z)), np.nan)
-        for rows, polynomial, refused in self.batches(z, share=share):
+        for rows, polynomial, refused, _ in self.batches(z, share=share):
             v, w, there = follow_crossing(
                 polynomial, start[rows], frequency[rows], destabilising=crossing.destabilising
             )
@@ -146,34 +159,26 @@ class Uncertainty(UncertainModel):
     def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> Iterator[Quantity]:
         if not speeds.size:
             return
-        named = modes(self.nominal.linear_model(), speeds)
+        linear = self.nominal.linear_model()
+        nominal, names = modes(linear, speeds), Rules.of(linear).names
         found = sensitivities(self.nominal, speeds)
-        slopes = {key: found.of(key) for key in found.parameters}
-        gradients = self.gradient(slopes)  # (m, n, names)
-        sampled = self._followed(speeds, found.eigenvalues, slopes, z)
-        wanted = [one for one in OUTPUTS.values() if one.source == MODE and not one.complex_valued]
-        for k, speed in enumerate(speeds):
-            for name in named.names:
-                value = complex(named.branch(name)[k, 0])
-                if not value.imag > 0 or (only is not None and name not in only):
-                    continue
+        gradients = self.gradient({key: found.of(key) for key in found.parameters})  # (m, n, names)
+        wanted = [name for name in nominal.names if "+" not in name and (only is None or name in only)]
+        sampled = {name: np.full((len(z), len(speeds)), complex(np.nan, np.nan)) for name in wanted}
+        for rows, named, refused in self.named(z, speeds):
+            for name, roots in sampled.items():
+                own = (named.first == names.index(name)) & (named.second == NONE) & ~refused[:, None, None]
+                roots[rows] = named_pair(named.values, own)[..., 0]
+        outputs = [one for one in OUTPUTS.values() if one.source == MODE and not one.complex_valued]
+        for (k, speed), name in product(enumerate(speeds), wanted):
+            value = complex(nominal.branch(name)[k, 0])
+            if value.imag > 0:
                 at = int(np.abs(found.eigenvalues[k] - value).argmin())
-                root, drawn = complex(found.eigenvalues[k, at]), oscillating(sampled[k, :, at])
-                for one in wanted:
+                root, drawn = complex(found.eigenvalues[k, at]), oscillating(sampled[name][:, k])
+                for one in outputs:
                     gradient = one.root_gradient(root, gradients[k, at])
                     label, here = f"{name} {one.label} at {speed:g} m/s", float(one.of_root(np.array(root)))
                     yield Quantity(label, one.unit, here, gradient, self.shares(gradient), one.of_root(drawn))
-
-    def _followed(self, speeds: Array, roots: Any, slopes: Mapping[str, Any], z: Array) -> Any:
-        """Eigenvalues (speeds, samples, n) in the order of the nominal ``roots``; NaN where two are confused."""
-        lost = complex(np.nan, np.nan)
-        result = np.full((len(speeds), len(z), roots.shape[1]), lost)
-        for rows, polynomial, _ in self.batches(z):
-            values, change = eigenvalues(polynomial(speeds[None])), self.change(slopes, z[rows])
-            for k in range(len(speeds)):
-                chosen, error, rival = matched_roots(roots[k] + change[:, k], values[:, k])
-                result[k, rows] = np.where(error < rival, chosen, lost)
-        return result
 
     def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> Iterator[Quantity]:
         every = self.crossings(max_speed).items()
@@ -310,14 +315,11 @@ def _rendered(name: str, content: Mapping[str, Any]) -> tuple[str, ...]:
 
 def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
     """Remarks on correlations that a model states of parameters whose sd is given anew."""
-    own, covariance = uncertainty.own, uncertainty.stated.covariance
-    names = [
-        name for name in covariance.names if covariance.sd[name] and name in own and own[name].origin in (GIVEN, EXACT)
-    ]
-    others = len(covariance.names) - len(names)
+    names, stated = uncertainty.given_anew
+    others = len(stated.names) - len(names)
     return tuple(
-        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({covariance.origin}) "
-        "is dropped, which may make a result less sure than with it"
+        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({stated.origin}) is "
+        "dropped, which may make a result less sure than with it"
         for name in names if others
     )  # fmt: skip
 

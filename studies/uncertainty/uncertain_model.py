@@ -21,17 +21,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, MODEL_FILE, TABLE, Deviation, standard_deviations
+from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, Deviation, standard_deviations
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model, read_model
-from bicycle.parameter_covariance import ParameterKey
+from bicycle.naming import Named, Rules, name_stack
+from bicycle.parameter_covariance import FILE, MODEL_FILE, TABLE, ParameterCovariance, ParameterKey
 from bicycle.speed_polynomial import SpeedPolynomial
-from bicycle.tracking import assign
+from studies.command_options import check_memory
 from studies.sampling import normal
 from studies.sweep.file import build_sweep
 from studies.sweep.sampler import TYRE_DRAWS, Points, Sampler, stiffness_warnings
-from tyre.arrays import Array, Complex
+from tyre.arrays import Array
 from tyre.errors import InputError
 
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
@@ -45,7 +46,7 @@ class UncertainModel:
         self, model: str | Path | Mapping[str, Any], *, sd: Mapping[str, float] | None = None,
         relative_cornering_stiffness_sd: float | None = None,
         follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None, defaults: bool = False,
-        bicycle_sd: Mapping[str, float] | None = None,
+        bicycle_sd: Mapping[str, float] | None = None, bicycle_covariance: ParameterCovariance | None = None,
     ) -> None:  # fmt: skip
         self.follow = follow or (lambda parameters: {})
         content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
@@ -57,35 +58,37 @@ class UncertainModel:
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
         given = content["model"]
-        self.stated = read_model(given) if isinstance(given, str) else build_model(given)
+        self._stated = read_model(given) if isinstance(given, str) else build_model(given)
         if bicycle_sd is not None:
-            self.stated = replace(self.stated, bicycle=replace(self.stated.bicycle, sd=bicycle_sd))
+            self._stated = replace(self._stated, bicycle=replace(
+                self._stated.bicycle, sd=bicycle_sd, covariance=bicycle_covariance or ParameterCovariance()
+            ))  # fmt: skip
         relative = relative_cornering_stiffness_sd
         relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
-        laws = [e.identifier for e in self.stated.effects if e.slot == "contact law"]  # drawn as the tyre is
-        self._of_tyre = tuple(key for key in self.stated.sd if measured and ParameterKey.parse(key).effect in laws)
-        followers = set(self.follow(self.stated.parameters))
-        own = standard_deviations(self.stated, sd or {}, assume=defaults)
-        self.own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
+        laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
+        self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
+        followers = set(self.follow(self._stated.parameters))
+        own = standard_deviations(self._stated, sd or {}, assume=defaults)
+        self._own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
         beside = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
-            key for key in self.stated.covariance.names
-            if key not in self._of_tyre and key in self.own and self.own[key].origin in (TABLE, MODEL_FILE)
+            key for key in self._stated.covariance.names
+            if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, FILE, MODEL_FILE)
         ]  # fmt: skip
-        for key, deviation in self.own.items():
+        for key, deviation in self._own.items():
             shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
             if not shared and key not in self._of_tyre and key not in beside:
                 content["sampled"].setdefault(key, {"sd": deviation.sd})
         content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
         if beside:
-            spread = self.stated.covariance.among(beside).tolist()
+            spread = self._stated.covariance.among(beside).tolist()
             content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
         if measured:
             content["sampled"]["tyre_covariance"] = True
             content["sampled"]["relative_cornering_stiffness_sd"] = relative
         if not content["sampled"]:
             raise InputError(
-                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self.stated.bicycle.sd) or 'no sd'} "
+                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
         self.sampler = Sampler(build_sweep(content))
@@ -95,16 +98,16 @@ class UncertainModel:
     @property
     def unstated_stiffnesses(self) -> tuple[str, ...]:
         """Cornering stiffnesses whose source states no standard deviation, where none is assumed either."""
-        return () if self.relative else self.stated.assumed_sd
+        return () if self.relative else self._stated.assumed_sd
 
     @cached_property
     def deviations(self) -> dict[str, Deviation]:
         """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
-        found = dict(self.own)
+        found = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
         for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
-            if key in self.stated.assumed_sd and self.relative:
+            if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
                 why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
                 if ParameterKey.parse(key).name == "relaxation_length":
@@ -117,10 +120,10 @@ class UncertainModel:
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
             return next(
-                d.origin for key, d in self.own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
+                d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
             )
         unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
-        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self.stated.assumed_sd)):
+        if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
             return TABLE
         return GIVEN if self._relative_given else ASSUMED
 
@@ -169,11 +172,12 @@ class UncertainModel:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the model on its data, with what is assumed here of the cornering stiffness."""
-        warnings = self.stated.linear_model().warnings
+        warnings = self._stated.linear_model().warnings
         return (*stiffness_warnings(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:
         """Standard normal numbers (samples, names): a number ``samples`` of rows, from ``seed``."""
+        check_memory("samples", samples, 32 * len(self.names))  # 8 bytes each, drawn, turned, sorted out and matched
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
 
     def can_match(self, samples: int) -> bool:
@@ -216,8 +220,8 @@ class UncertainModel:
 
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
-    ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_]]]:
-        """State matrices of bicycles, in batches, and which of them are impossible: not to be used."""
+    ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_], Mapping[str, Any]]]:
+        """State matrices of bicycles, in batches, which of them are impossible: not to be used, and parameters."""
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
             raise InputError(
@@ -227,13 +231,13 @@ class UncertainModel:
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
             polynomial, refused = family.polynomials(points.harmless.values, rows.stop - start)
-            yield rows, polynomial, points.refused.mask | refused
+            yield rows, polynomial, points.refused.mask | refused, points.harmless.values
 
-
-def matched_roots(expected: Complex, values: Complex) -> tuple[Complex, Array, Array]:
-    """Roots (m, n) in the order of those expected, their distance from there, and that of the nearest rival."""
-    cost = np.abs(expected[:, :, None] - values[:, None, :])
-    order = assign(cost)
-    error = np.take_along_axis(cost, order[:, :, None], 2)[..., 0]
-    rival = np.where(order[:, :, None] == np.arange(values.shape[1]), np.inf, cost).min(2)
-    return np.take_along_axis(values, order, 1), error, rival
+    def named(self, z: Array, speeds: Array) -> Iterator[tuple[slice, Named, NDArray[np.bool_]]]:
+        """Roots (m, k, n) of bicycles with the places of their names at speeds (k,), in batches, and which to leave."""
+        rules = Rules.of(self.nominal.linear_model())
+        for rows, polynomial, refused, values in self.batches(z, max(1, BATCH // len(speeds))):
+            count = rows.stop - rows.start
+            gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
+            at = np.broadcast_to(speeds, (count, len(speeds)))
+            yield rows, name_stack(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, at), refused

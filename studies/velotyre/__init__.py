@@ -1,15 +1,47 @@
 """The door of the library: ``import velotyre as vt``.
 
->>> import velotyre as vt
->>> bicycle = vt.load_bicycle("benchmark")
->>> tyre = vt.RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1)
->>> vt.critical_speeds(vt.Model(bicycle, tyre))[0]
-<CriticalSpeed 4.36238 m/s: weave stabilising at 0.5836 Hz>
+A model is a bicycle's name, a file, ``vt.Bicycle``, or ``vt.Model`` with effects; numbers are SI, ``trail``,
+``wheelbase``, ``steer_axis_tilt`` and ``head_angle`` (degrees) may stand for ``c``, ``w`` and ``lam``.
 
-Nothing is computed here: every name stands in ``tyre``, ``bicycle`` or ``studies`` and is imported when it is asked
-for. Effects are classes by their names (``vt.RelaxationLength``), all of them in ``vt.effects``; ``help()`` shows the
-parameters of each with unit, typical and allowed values. (In a checkout that is not installed, this package is
-``studies.velotyre``.)
+>>> import velotyre as vt
+>>> tyre = vt.RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1)
+>>> model = vt.Model("benchmark", tyre)
+
+Bicycles, effects, files: ``Bicycle`` ``Model`` ``load_bicycle`` ``available_bicycles`` ``read_model`` ``build_model``
+``effects`` ``load_effects``
+
+>>> vt.load_bicycle("benchmark").replace(trail=0.07)["c"]
+0.07
+
+Modes and critical speeds, of one bicycle or over arrays of its numbers: ``modes`` ``critical_speeds`` ``sweep``
+
+>>> vt.critical_speeds(model)[0]
+<CriticalSpeed 4.36238 m/s: weave stabilising at 0.5836 Hz>
+>>> vt.modes("benchmark", 5.0, trail=[0.06, 0.07, 0.08]).frequency.sel(mode="weave").values.round(3)
+array([0.727, 0.718, 0.711])
+
+What matters and how sure it is: ``root_locus`` ``sensitivity`` ``uncertainty`` ``chart`` ``design``
+
+>>> [one.mode for one in vt.root_locus(model, "speed", [1, 8]).crossings]
+['weave', 'capsize']
+
+Motion: ``simulate`` ``respond`` ``frequency_response`` ``step`` ``pulse`` ``doublet``
+``limit_cycles``
+
+>>> vt.simulate("benchmark", 5.0, inputs={"steer_torque": vt.step(0.5, start=1.0)}).outputs["lean"].shape
+(1001,)
+
+Tyres and their tests: ``read_tyre`` ``available_tyres`` ``TyreMap`` ``read_recording`` ``fit_slip_sweep``
+``fit_pull_test``
+
+>>> vt.read_tyre("Tyre1").at(load=400.0, pressure=5.5e5).cornering_stiffness.__round__()
+6400
+
+What a model lacks: ``read_measurement`` ``diagnose`` (``velotyre new m.toml --kind measurement`` writes a first file)
+
+Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is asked for; ``help(vt.modes)`` tells of one,
+``help(vt.RelaxationLength)`` of the parameters of an effect. In a checkout that is not installed, this package is
+``studies.velotyre``.
 """
 
 from importlib import import_module
@@ -20,12 +52,16 @@ PLACES = {
         "Bicycle", "Effect", "LinearModel", "Mode", "Model", "Parameter", "available_bicycles", "effect_class",
         "load_bicycle", "load_effects", "registry",
     ),
-    "bicycle.critical": ("CriticalSpeed", "critical_speeds"),
+    "bicycle.critical": ("CriticalSpeed",),
     "bicycle.inputs": ("InputHistory", "doublet", "pulse", "step"),
     "bicycle.model_file": ("build_model", "read_model"),
-    "bicycle.named_modes": ("Modes", "modes"),
+    "bicycle.named_modes": ("Modes",),
     "bicycle.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
+    "studies.amplitude": ("limit_cycles",),
     "studies.diagnosis": ("diagnose", "read_measurement"),
+    "studies.library": (
+        "chart", "critical_speeds", "design", "modes", "root_locus", "sensitivity", "simulate", "sweep", "uncertainty",
+    ),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),

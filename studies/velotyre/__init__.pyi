@@ -13,12 +13,14 @@ from bicycle import (
     load_effects,
     registry,
 )
-from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.critical import CriticalSpeed
 from bicycle.inputs import InputHistory, doublet, pulse, step
 from bicycle.model_file import build_model, read_model
-from bicycle.named_modes import Modes, modes
+from bicycle.named_modes import Modes
 from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
+from studies.amplitude import limit_cycles
 from studies.diagnosis import diagnose, read_measurement
+from studies.library import chart, critical_speeds, design, modes, root_locus, sensitivity, simulate, sweep, uncertainty
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
 from tyre.pull_test import fit_pull_test
 from tyre.recording_files import read_recording
@@ -35,11 +37,14 @@ from .effects import (
     FrontCompliance,
     Luggage,
     NoSlip,
+    OverturningMoment,
     PneumaticTrail,
+    RearCompliance,
     RelaxationLength,
     ResidualTorque,
     RiderArms,
     RiderLean,
+    RotatingMass,
     SideSlip,
     SteerAssist,
     SteerDamper,
@@ -72,13 +77,16 @@ __all__ = [
     "Model",
     "Modes",
     "NoSlip",
+    "OverturningMoment",
     "Parameter",
     "PneumaticTrail",
+    "RearCompliance",
     "RelaxationLength",
     "ResidualTorque",
     "Response",
     "RiderArms",
     "RiderLean",
+    "RotatingMass",
     "SideSlip",
     "SteerAssist",
     "SteerDamper",
@@ -92,7 +100,9 @@ __all__ = [
     "available_bicycles",
     "available_tyres",
     "build_model",
+    "chart",
     "critical_speeds",
+    "design",
     "diagnose",
     "doublet",
     "effect_class",
@@ -100,6 +110,7 @@ __all__ = [
     "fit_pull_test",
     "fit_slip_sweep",
     "frequency_response",
+    "limit_cycles",
     "load_bicycle",
     "load_effects",
     "modes",
@@ -110,5 +121,10 @@ __all__ = [
     "read_tyre",
     "registry",
     "respond",
+    "root_locus",
+    "sensitivity",
+    "simulate",
     "step",
+    "sweep",
+    "uncertainty",
 ]

@@ -265,6 +265,35 @@ class NoSlip(Effect):
 
     def __init__(self) -> None: ...
 
+class OverturningMoment(Effect):
+    """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with side force F.
+
+    The load of a leaning tyre acts beside its plane, and a side force shifts the contact sideways under the load. Of a
+    tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
+
+    Parameters
+    ----------
+    overturning_stiffness : float or {rear, front}, N m/rad, default 2
+        Moment against the lean, per camber angle; typical -5 .. 10, allowed any; the effect vanishes at 0;
+        negligible below 0.2.
+    arm : float or {rear, front}, m, default 0
+        Moment per side force: load over lateral stiffness; typical 0 .. 0.01, allowed any; the effect vanishes at
+        0.
+
+    Notes
+    -----
+    Source: Pacejka, Tire and Vehicle Dynamics, ch. 4 (Mx) and 11; Sharp, Evangelou & Limebeer (2004).
+    """
+
+    overturning_stiffness: PerWheel
+    arm: PerWheel
+    def __init__(
+        self,
+        *,
+        overturning_stiffness: PerWheelValue = 2.0,
+        arm: PerWheelValue = 0.0,
+    ) -> None: ...
+
 class PneumaticTrail(Effect):
     """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
 
@@ -286,6 +315,45 @@ class PneumaticTrail(Effect):
         self,
         *,
         trail: PerWheelValue = 0.017,
+    ) -> None: ...
+
+class RearCompliance(Effect):
+    """A sprung and damped hinge between main frame and rear wheel, which twists out of the plane of the frame.
+
+    Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default level: the wheel leans.
+
+    Parameters
+    ----------
+    stiffness : float, N m/rad, default 10000
+        Of the hinge; typical 2000 .. 40000, allowed 0 .. inf; the effect vanishes at inf; negligible above 80000.
+    damping : float, N m s/rad, default 10
+        Of the hinge; typical 1 .. 50, allowed 0 .. inf.
+    joint_x : float, m, default 0.42
+        Hinge; typical 0.3 .. 0.6, allowed any.
+    joint_z : float, m, default -0.3
+        Hinge, z down; typical -0.5 .. -0.2, allowed any.
+    axis_tilt : float, rad, default 0
+        Angle of the hinge axis above the horizontal, forward end up; typical -0.5 .. 0.5, allowed -3.14159 ..
+        3.14159.
+
+    Notes
+    -----
+    Source: Sharp (1974), Vehicle System Dynamics 3, 123-141 (rear frame flexibility of motorcycles).
+    """
+
+    stiffness: float
+    damping: float
+    joint_x: float
+    joint_z: float
+    axis_tilt: float
+    def __init__(
+        self,
+        *,
+        stiffness: float = 10000.0,
+        damping: float = 10.0,
+        joint_x: float = 0.42,
+        joint_z: float = -0.3,
+        axis_tilt: float = 0.0,
     ) -> None: ...
 
 class RelaxationLength(Effect):
@@ -535,6 +603,38 @@ class RiderLean(Effect):
         Ixz: float = 0.0,
         stiffness: float = 1500.0,
         damping: float = 60.0,
+    ) -> None: ...
+
+class RotatingMass(Effect):
+    """A rotor in the main frame, its axle across: it adds spin momentum, its mass is part of the frame.
+
+    It turns ``ratio`` times as fast as the rear wheel, and ``spin`` at any speed; both are positive if it turns as the
+    wheels do. Momentum h = inertia (ratio v / rR + spin): yaw rate r and lean rate p give the torques -h r about the
+    forward axis and h p about the vertical.
+
+    Parameters
+    ----------
+    inertia : float, kg m^2, default 0.01
+        Of the rotor about its axle; typical 0 .. 0.1, allowed 0 .. inf; the effect vanishes at 0.
+    ratio : float, dimensionless, default 1
+        Turns for one turn of the rear wheel; typical -5 .. 20, allowed any.
+    spin : float, rad/s, default 0
+        Beside, whatever the speed; typical -500 .. 1000, allowed any.
+
+    Notes
+    -----
+    Source: Cossalter, Motorcycle Dynamics, ch. 4 (gyroscopic effects of the engine); Sharp (1971).
+    """
+
+    inertia: float
+    ratio: float
+    spin: float
+    def __init__(
+        self,
+        *,
+        inertia: float = 0.01,
+        ratio: float = 1.0,
+        spin: float = 0.0,
     ) -> None: ...
 
 class SideSlip(Effect):

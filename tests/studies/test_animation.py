@@ -130,9 +130,9 @@ def test_the_command_writes_film_and_phasors(file, tmp_path, capsys):
     [
         (["--mode", "wobbl"], "unknown mode 'wobbl'; this model has"),
         (["--mode", "wobble", "--out", "w.png"], "w.png: the ending '.png' is not known; write .gif or .mp4"),
-        (["--mode", "wobble", "--amplitude", "90"], "amplitude = 90 degrees is outside 0 .. 45"),
-        (["--mode", "wobble", "--seconds", "0"], "seconds = 0 is outside 0.2 .. 60"),
-        (["--mode", "wobble", "--speed", "-5"], "speed -5 m/s is not allowed"),
+        (["--mode", "wobble", "--amplitude", "90"], "'--amplitude': 90: give a number above 0 up to 45"),
+        (["--mode", "wobble", "--seconds", "0"], "'--seconds': 0: give a number from 0.2 up to 60"),
+        (["--mode", "wobble", "--speed", "-5"], "'--speed': -5: give a number from 0 up to 1000"),
     ],
 )
 def test_refused_films(options, words, file, tmp_path, capsys):

@@ -130,3 +130,8 @@ def test_every_command_takes_a_name_and_a_tyre(arguments, tmp_path, monkeypatch,
     shown = capsys.readouterr()
     assert shown.out.strip()
     assert "Tyre3 on flat (rear 442 N, 5.5 bar, interpolated" in shown.err
+
+
+def test_parameters_at_the_top_of_a_toml_file_are_a_bicycle(tmp_path):
+    (tmp_path / "flat.toml").write_text("".join(f"{k} = {v!r}\n" for k, v in load_bicycle("benchmark").values.items()))
+    assert choose(str(tmp_path / "flat.toml")).model.bicycle.values == load_bicycle("benchmark").values

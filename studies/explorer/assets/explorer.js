@@ -283,13 +283,17 @@
   function told(shown) {
     const message = at("message");
     if (shown.asked !== page.text) return; // an answer to an earlier question
-    message.textContent = shown.message ? shown.message + (page.lastShown ? " (The figures show the last model that could be computed.)" : "") : "";
+    for (const one of document.querySelectorAll(".field > .said[role=alert]")) one.textContent = "";
+    const beside = shown.key && at("said-" + shown.key); // the slider that was moved too far
+    if (beside) beside.textContent = shown.message;
+    message.textContent = beside ? "" : shown.message ? shown.message + (page.lastShown ? " (The figures show the last model that could be computed.)" : "") : "";
     at("figures").classList.toggle("stale", Boolean(shown.message));
     if (shown.message) { busy([]); return; }
     came("along");
     page.text = shown.address;
     if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
     page.lastShown = shown;
+    at("sides").innerHTML = shown.sides;
     at("what").textContent = shown.name;
     at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
     modes(shown);

@@ -75,7 +75,7 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen):
         (["--loads", "340,inf"], "loads must be positive and finite, got 340, inf"),
         (["--loads", "300,300"], "loads = 300,300 names one twice, whose files would take each other's place"),
         (["--surfaces", "flat,flat"], "surfaces = flat,flat names one twice"),
-        (["--seed", "-1"], "-1 is not in the range x>=0"),
+        (["--seed", "-1"], "-1: give a whole number from 0"),
         (["--axes", "iso"], "is not one of ISO, SAE, adapted SAE"),
         (["--effect", "nois:white=2"], "did you mean 'noise'"),
         (["--effect", "noise:white=loud"], "must be numbers separated by commas"),

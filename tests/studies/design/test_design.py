@@ -314,3 +314,20 @@ def test_commands_that_are_none(options, message, capsys):
         main(["design", "benchmark", "--keep", "weave", "stable", *options])
     assert stop.value.code == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_demand_on_wobble_binds_the_root_that_is_wobble():
+    """Stiff tyres with a long lag: the pair at 12 Hz is all steer. A damper of 1 N m s/rad is needed up to 45 m/s."""
+    tyre = {"cornering_stiffness": 8279.0, "relaxation_length": 0.142}
+    effects = {"relaxation_length": tyre, "camber_thrust": {"camber_stiffness": 474.3, "lag_share": 1.0}}
+    content = {"bicycle": "benchmark", "effects": effects | {"steer_damper": {"damping": 0.0}}}
+    found = designed(content, ["steer_damper.damping"], WOBBLE, (3.0, 45.0), nothing())
+    assert found.after.kept
+    family, speeds = ModelFamily(build_model(content)), np.linspace(3, 45, 211)[None]
+    growth = []
+    for damping in (0.0, found.after.x[0], 1.02 * found.after.x[0]):
+        roots = np.linalg.eigvals(family.state_matrices({"steer_damper.damping": np.array([damping])}, speeds))
+        growth.append(roots.real[(roots.imag > 50) & (roots.imag < 100)].max())
+    assert growth[0] > 0.3
+    assert abs(growth[1]) < 1e-3
+    assert growth[2] < 0

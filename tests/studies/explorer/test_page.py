@@ -20,7 +20,6 @@ pytest.importorskip("dash", reason="the page needs dash (extra explore)")
 
 from bicycle import Model, read_model
 from bicycle.model_file import build_model
-from studies.explorer import TYRES as LOADED
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, serious, settled, until
 
 PUBLISHED = {
@@ -182,40 +181,6 @@ def test_files_that_are_dropped(opened):
     drop("model.toml", 'bicycle = "pista"\n[effects.steer_damper]\ndamping = 1.0\n')
     until(page, f"{QUIET} && document.getElementById('what').textContent === 'pista, no slip, steer damper'")
     assert page.url.endswith("#bicycle=pista&effects.steer_damper.damping=1")
-
-
-def test_a_model_and_its_tyre_are_dropped_and_said_to_be_lacking_elsewhere(opened):
-    table = "Fz [N],p [bar],C [N/deg],K [N/mm]\n300,4,100,60\n300,6,90,70\n700,4,150,62\n700,6,140,72\n"
-    model = 'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "maps/own.csv"\npressure_bar = 5\n'
-    given = {"model.toml": model, "own.csv": table}
-
-    def drop(page, *names):
-        page.set_input_files(
-            "#upload input",
-            files=[{"name": name, "mimeType": "text/plain", "buffer": given[name].encode()} for name in names],
-        )
-
-    page = opened()
-    settled(page)
-    drop(page, "model.toml")
-    until(page, "document.getElementById('message').textContent.includes(\"tyre file 'maps/own.csv', which was\")")
-    drop(page, "own.csv", "model.toml")
-    until(page, f"{QUIET} && document.getElementById('what').textContent === 'benchmark, relaxation length'")
-    assert page.inner_text("#message") == ""
-    chosen = page.locator("[id='t-effects.relaxation_length.tyre.front'] option:checked")
-    assert chosen.text_content() == "own.csv (loaded)"
-    assert "the address does not hold own.csv" in page.inner_text("#notes")
-    page.select_option("[id='t-effects.relaxation_length.tyre.rear']", "Tyre1")
-    settled(page)
-    text, address = page.inner_text("#text-command"), page.evaluate("location.hash.slice(1)")
-    assert 'front = "own.csv"' in text
-    LOADED.close()  # as on another machine
-    other = opened(address.replace("front=5", "front=5.2"))
-    until(other, "document.getElementById('message').textContent.includes('drop the same file on the page')")
-    drop(other, "own.csv")
-    settled(other)
-    assert other.inner_text("#message") == ""
-    assert other.evaluate("location.hash.slice(1)") == address.replace("front=5", "front=5.2")
 
 
 def test_refusals_are_words_and_names_are_text(opened):

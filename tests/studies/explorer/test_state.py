@@ -206,7 +206,7 @@ def test_a_bicycle_that_is_dropped_keeps_the_effects_and_its_sd(ending, write):
         ("a.exe", "", "a.exe: drop a bicycle or a model file (.toml, .yml, .yaml, .txt)"),
         ("a", "", "a: drop a bicycle or a model file"),
         ("../../a.toml", "x = ", "a.toml: "),
-        ("a.toml", "", "a.toml: the table [values] with the bicycle's parameters is missing"),
+        ("a.toml", "", "a.toml: bicycle 'a': missing w, c, lam, g,"),
         ("a.toml", "w = 1", "a.toml: the key 'bicycle' of a model file, or [values] of a bicycle file, is missing"),
         ("a.toml", 'bicycle = "x.toml"', "a.toml: unknown bicycle 'x.toml'; known: "),
         ("a.toml", 'bicycle = "pista"\n[effects.x]\ny = [1]', "a.toml: effects.x.y = [1] must be a number, a text or"),
@@ -236,7 +236,10 @@ def test_the_model_of_the_command_line(tmp_path):
     assert parse_state(state.address) == state
     assert build(state).sd == {"steer_damper.damping": pytest.approx(0.1)}
     assert start_state("pista").content["bicycle"] == "pista"
-    assert start_state(None) == State()
+    start = start_state(None)  # a rider on a measured tyre, the front flexible, up to 30 m/s
+    assert (start.content["bicycle"], start.slow, start.fast) == ("pista_charlie_drops", 1.0, 30.0)
+    assert {"relaxation_length", "front_compliance"} < set(start.content["effects"])
+    assert "wobble" in [c.mode for c in computed(start).critical]
     with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
         start_state("pisto")
 

@@ -22,6 +22,6 @@ def heavy() -> Study:
 
 @pytest.fixture
 def results_alone(monkeypatch) -> None:
-    """Leave out what is compared with the results: hinges, contact lengths, postures."""
-    for comparison in ("hinges", "contact_lengths", "postures"):
+    """Leave out what is compared with the results: hinges, contact models."""
+    for comparison in ("hinges", "contact_models"):
         monkeypatch.setattr(f"studies.main_study.compare.{comparison}", lambda *_: ())

@@ -1,12 +1,14 @@
 """The tyres of a study: at the bicycle's wheel loads, from tables and from model files, and what is left out."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from small_study import RACING, exactly_known, own_table, small
 
 from bicycle.parameters import Bicycle
-from studies.main_study import Settings, run_study, tyre_cases
-from tyre import TyreMap
+from studies.main_study import Settings, front_draws, front_values, model, run_study, tyre_cases
+from tyre import TyreMap, read_tyre
 from tyre.errors import InputError
 
 DEGREE = np.pi / 180
@@ -62,42 +64,55 @@ def test_heavy_bicycle_is_extrapolated_and_a_very_heavy_one_out_of_reach():
     assert all(case.out_of_reach for case in tyre_cases(small(Bicycle("tandem", values))).found)
 
 
-def test_the_tyre_of_a_file_comes_first_and_is_the_users(tmp_path):
+def test_only_the_users_tyre_is_studied_where_one_is_given(tmp_path):
     own = own_table(tmp_path)
-    found = tyre_cases(small(tyres=(str(own),))).found
-    mine, like = found[:3], [case for case in found if case.name == "Tyre3 flat"]
+    mine = tyre_cases(small(tyre=str(own))).found
+    like = [case for case in tyre_cases(small()).found if case.name == "Tyre3 flat"]
     assert [(c.name, c.condition) for c in mine] == [
         ("Mine (synthetic) flat", f"{bar} bar") for bar in (3.5, 5.5, 7.5)
     ]  # fmt: skip
     assert all(case.synthetic and not case.packaged for case in mine)
     for one, other in zip(mine, like, strict=True):  # between the loads the trend is fitted anew to the table
         np.testing.assert_allclose(one.contact, other.contact, rtol=0.01)
+    drum = tyre_cases(small(tyre="Tyre1", surface="drum", pressures=(4.0,))).found
+    assert [(c.name, c.condition) for c in drum] == [("Tyre1 drum", "4 bar")]
+    with pytest.raises(InputError, match="no tyre 'Tyre9' .did you mean"):
+        tyre_cases(small(tyre="Tyre9"))
 
 
 def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_path):
     own = own_table(tmp_path, pressures=(5.5,))
-    found = tyre_cases(small(tyres=(str(own),), pressures=(4.0, 5.5)))
-    assert [(c.name, c.condition) for c in found.found][:2] == [
-        ("Mine (synthetic) flat", "5.5 bar"), ("Tyre1 flat", "4 bar")
-    ]  # fmt: skip
+    found = tyre_cases(small(tyre=str(own), pressures=(4.0, 5.5)))
+    assert [(c.name, c.condition) for c in found.found] == [("Mine (synthetic) flat", "5.5 bar")]
     (words,) = found.left_out
     assert words.startswith("Mine flat at 4 bar: ")
     assert "it was measured at 550000 Pa only" in words
+    with pytest.raises(InputError, match="no tyre can be studied: Mine flat at 4 bar: .*at 550000 Pa only"):
+        tyre_cases(small(tyre=str(own), pressures=(4.0,)))
 
 
-@pytest.mark.parametrize(
-    ("tyre", "words"),
-    [
-        ("Tyre1", "tyre 'Tyre1' is no file of a tyre table .* studied anyway"),
-        ("none.csv", "none.csv"),
-        ("twice", "there is another Mine flat; rename the tyre in its .toml"),
-    ],
-)
-def test_tyres_that_are_refused(tmp_path, tyre, words):
-    own = own_table(tmp_path)
-    given = [str(own), str(own)] if tyre == "twice" else [str(tmp_path / tyre) if "." in tyre else tyre]
-    with pytest.raises(InputError, match=words):
-        tyre_cases(small(tyres=tuple(given)))
+def test_the_tyre_of_a_model_file_is_studied_at_its_measured_pressures_too():
+    found = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5})).found
+    assert [(c.name, c.condition) for c in found] == [("Tyre3 flat", f"{bar} bar") for bar in (5.5, 3.5, 7.5)]
+    asked = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5}, pressures=(4.0,))).found
+    assert [c.condition for c in asked] == ["5.5 bar", "4 bar"]
+
+
+def test_trail_and_twisting_torque_of_a_tyres_file_take_the_place_of_the_assumed_ones():
+    """The .tir file of docs/tyres.md states both; its values stand in every world, and are not drawn."""
+    tir = Path(__file__).parents[3] / "docs" / "examples" / "tyres" / "example.tir"
+    settings = small(tyre=str(tir), pressures=(5.0,))
+    (case,) = tyre_cases(settings).found
+    source = read_tyre(tir)
+    wheels = [source.at(load=load, pressure=5e5) for load in settings.bicycle.static_loads]
+    found = case.on(settings.reference)
+    assert found.trail == pytest.approx([p.pneumatic_trail for p in wheels])
+    assert found.twisting == pytest.approx([p.twisting_stiffness for p in wheels])
+    assert found.camber_share == pytest.approx([p.camber_stiffness / p.load for p in wheels])
+    values = model(settings, found, case.contact).parameters
+    assert values["pneumatic_trail.trail.front"] == pytest.approx(wheels[1].pneumatic_trail)
+    drawn = front_values(settings, found, front_draws(settings), 0, values | settings.bicycle.values)
+    assert not [key for key in drawn if key.startswith(("pneumatic", "twisting", "camber"))]
 
 
 NUMBERS = {
@@ -137,27 +152,10 @@ def test_a_tyre_of_its_own_and_another_pressure_on_each_wheel():
     assert first.packaged
 
 
-def test_a_condition_that_a_model_file_repeats_is_studied_once():
-    found = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5})).found
-    assert [(c.name, c.condition) for c in found[:3]] == [
-        ("Tyre3 flat", "5.5 bar"), ("Tyre3 flat", "3.5 bar"), ("Tyre3 flat", "7.5 bar")
-    ]  # fmt: skip
-    assert len(found) == 12
-    assert all(case.packaged for case in found)  # Dell'Orto's stays Dell'Orto's
-
-
-def test_the_users_tyre_may_not_have_the_name_of_another(tmp_path):
-    own = own_table(tmp_path, "Tyre1")
-    sidecar = own.with_suffix(".toml")
-    sidecar.write_text(sidecar.read_text().replace("synthetic = true", "synthetic = false"))
-    with pytest.raises(InputError, match=r"Tyre1.csv: there is another Tyre1 flat; rename the tyre in its .toml"):
-        tyre_cases(small(contact={"tyre": str(own), "pressure_bar": 5.0}))
-
-
 def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch, results_alone):
     settings = small(contact={"tyre": "Tyre1", "pressure_bar": 5.5}, pressures=(4.0, 7.0), fronts=2, samples=20)
-    monkeypatch.setattr("studies.main_study.cases.available_tyres", dict)
-    monkeypatch.setattr(Settings, "setups", property(lambda self: (self.reference,)))  # one world tells it
+    one = settings.reference
+    monkeypatch.setattr(Settings, "setups", property(lambda self: (one,)))  # one world tells it
     study = run_study(settings)
     assert [r.case.condition for r in study.of(settings.reference)] == ["4 bar", "5.5 bar", "7 bar"]
     assert [case.condition for case in study.subject] == ["4 bar", "5.5 bar", "7 bar"]

@@ -15,6 +15,7 @@ from studies.main_study import (
     End,
     Hinge,
     Plausible,
+    contact_models,
     decompose,
     draws,
     front_draws,
@@ -51,7 +52,7 @@ def test_capsize_speed_does_not_depend_on_the_relaxation_length(racing):
     found = [
         d.change(CrossingIdentity("capsize", destabilising=True)) for d in racing.decompositions if d.setup.arms is None
     ]
-    assert len(found) == 4
+    assert len(found) == 3
     for change in found:
         assert abs(change.length_part) < 1e-8
         assert abs(change.stiffness_part) > 1e-4
@@ -61,7 +62,7 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
     """Where another root has the name at the lower pressure, there is no change to split: in two worlds at most."""
     changes = 0
     for setup in racing.settings.setups:
-        for name in racing.names:
+        for name in racing.names if setup == racing.settings.reference else racing.names[:1]:
             low, high = racing.of(setup, name)[0], racing.of(setup, name)[-1]
             for mode in ("wobble", "weave"):
                 change = racing.decomposition(setup, name).change(mode, DAMPING)
@@ -69,12 +70,13 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
                     changes += 1
                     assert change.before == pytest.approx(high.damping[mode].value)
                     assert change.after == pytest.approx(low.damping[mode].value)
-    assert changes >= 2 * len(racing.settings.setups) * len(racing.names) - 2
+    assert changes >= 2 * 5 - 2
 
 
 def test_what_exists_at_one_pressure_only_has_no_decomposition():
     """The front almost stiff enough: at 7.5 bar there is no unstable wobble to move."""
-    settings = small(front=small().front.__class__(8000.0, 20.0, given=True), speeds=np.linspace(0, 30, 4))
+    front = small().front.__class__(8000.0, 20.0, given=True)
+    settings = small(front=front, speeds=np.linspace(0, 30, 4), trail=0.0, twisting=0.0)
     low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
     results = [solve(settings, case, settings.reference) for case in (high, low)]
     assert results[0].span(30.0) is None
@@ -92,7 +94,9 @@ ENDS = {
     "damping of the front": ({"front": FRONT | {"damping": 5.0}}, {"front": FRONT | {"damping": 40.0}}),
     "height of its hinge": ({"front": FRONT | {"height": 0.55}}, {"front": FRONT | {"height": 0.75}}),
     "friction of the steering": ({"front": FRONT}, {"front": FRONT, "steer_damper": {"damping": 1.0}}),
-    "camber thrust": ({"front": FRONT, "camber": 0.43}, {"front": FRONT, "camber": 0.86}),
+    "camber thrust": ({"front": FRONT, "camber": 0.43}, {"front": FRONT, "camber": 0.94}),
+    "trail of the tyres": ({"front": FRONT, "trail": 0.012}, {"front": FRONT, "trail": 0.026}),
+    "twisting torque": ({"front": FRONT, "twisting": 2.4}, {"front": FRONT, "twisting": 12.0}),
     "pressure": ({"front": FRONT}, {"front": FRONT}),
 }
 
@@ -140,6 +144,29 @@ def test_what_the_file_gives_or_has_once_is_not_varied():
     (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
     found = {one.what for one in hinges(settings, [case], case)}
     assert found == set(ENDS) - {"camber thrust", "friction of the steering", "pressure"}
+
+
+def test_lag_trail_and_string_side_by_side():
+    """Models put together effect by effect from Tyre1 at 3.5 bar: 60 mm of contact have a trail of 24.1 mm.
+
+    Most of what a string changes is its trail: a lag with that trail has -0.0778 of -0.0883, from -0.0509.
+    """
+    settings = small(load_bicycle(RACING), twisting=0.0, speeds=np.linspace(0, 40, 161), max_speed=60.0)
+    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
+    assumed, _ = contact_models(settings, [case])
+    assert assumed.trail == pytest.approx((0.0241, 0.0241), abs=5e-5)
+    expected = {
+        "lag": (4.817, 28.890, -0.0509),
+        "trailing": (3.843, 35.430, -0.0778),
+        "string": (4.291, 37.376, -0.0883),
+    }
+    for name, (low, high, ratio) in expected.items():
+        end = getattr(assumed, name)
+        assert (end.span.low, end.span.high) == pytest.approx((low, high), abs=1e-3)
+        assert end.least.damping_ratio == pytest.approx(ratio, abs=1e-4)
+    study = solve(settings, case, settings.reference)  # with the assumed 17 mm
+    assert (study.span(40.0).low, study.span(40.0).high) == pytest.approx((4.050, 33.684), abs=1e-3)
+    assert study.least.damping_ratio == pytest.approx(-0.0709, abs=1e-4)
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +232,7 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
         arms = {name: drawn[f"arm_{name}"][k] for name in ("inertia", "stiffness", "damping")}
         model = by_hand(
             settings.bicycle, contact, front=front, arms=arms if number else None, camber=drawn["camber_share"][k],
-            steer_damper={"damping": drawn["friction"][k]},
+            trail=drawn["trail"][k], twisting=drawn["twisting"][k], steer_damper={"damping": drawn["friction"][k]},
         )  # fmt: skip
         assert found.computed[k]
         if np.isnan(found.onset[k]):
@@ -255,12 +282,12 @@ def test_counts_and_quantiles(known):
     settings, cases = known
     onset = np.array([*np.arange(1.0, 22.0), np.nan, np.nan, np.nan])
     computed = np.array([True] * 23 + [False])
-    one = Plausible(cases[0], settings.reference, onset, onset + 10, computed)
+    one = Plausible(cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)))
     assert (one.count, one.without) == (23, 2)
     assert one.likely("onset") == pytest.approx((2.0, 20.0))
     assert one.likely("end") == pytest.approx((12.0, 30.0))
-    few = Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:])
+    few = Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:])
     assert few.likely("onset") == (19.0, 21.0)  # of few it is all
-    none = Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:])
+    none = Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:])
     assert none.likely("onset") is None
     assert (none.count, none.without) == (2, 2)

@@ -7,16 +7,20 @@ import pytest
 from matplotlib.figure import Figure
 from small_study import small
 
+from bicycle.critical import CrossingIdentity
 from studies.main_study import (
     Cases,
     Settings,
+    Setup,
+    draw_causes,
     draw_critical_speeds,
     draw_damping,
     draw_headline,
-    draw_paper_figure,
     run_study,
     tyre_cases,
 )
+
+EDGE = CrossingIdentity("wobble", destabilising=True)
 
 
 @pytest.fixture
@@ -33,51 +37,43 @@ def canvases(monkeypatch):
     return drawn
 
 
-def lines(figure) -> dict[str, np.ndarray]:
-    """Label -> points of each curve."""
-    (axes,) = figure.axes
-    return {c.get_label(): c.lines[0].get_xydata() for c in axes.containers}
-
-
 def texts(axes) -> str:
     return "\n".join(text.get_text() for text in axes.texts)
 
 
-def test_bars_of_the_headline_are_the_bands(racing, canvases, tmp_path):
+def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_speeds(racing, canvases, tmp_path):
     reference = racing.settings.reference
-    draw_headline(racing, reference, tmp_path / "f")
-    bands, parts = canvases[0].axes
-    assert canvases[0].get_suptitle() == "Where wobble is unstable: pista_charlie_drops"
-    assert bands.get_title(loc="left") + bands.get_title() == "Unstable wobble: hands off, flexible front (assumed)"
-    bars = [(p.get_x(), p.get_x() + p.get_width()) for p in bands.patches if p.get_alpha() == 0.85]
-    spans = [r.span(30.0) for r in racing.of(reference)]
-    np.testing.assert_allclose(bars, [(span.low, min(span.high, 30.0)) for span in spans])
-    assert "pale ends" in texts(bands)
-    assert "weave becomes stable (hollow)" in texts(bands)
-    assert "unstable (filled)" not in texts(bands)  # weave of this bicycle stays stable
-    assert "6 random bicycles" in texts(bands)
-    assert "hatched" not in texts(bands)
-    without = [p.without for p in racing.plausible[:5] if p.without]
-    assert [text.get_text() for text in bands.texts if "without" in text.get_text()] == [
-        f"{n} without" for n in without
-    ]  # fmt: skip
-    assert parts.get_xlabel() == "Change of speed, m/s"
-    assert "from 7.5 bar to 3.5 bar" in parts.get_title(loc="left") + parts.get_title()
+    draw_headline(racing, tmp_path / "f")
+    growth, bars = canvases[0].axes[:2]
+    assert canvases[0].get_suptitle() == "a Pista track bicycle with a rider in the drops on Tyre1 flat"
+    assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front (assumed)"
+    results = racing.of(reference, "Tyre1 flat")
+    drawn = [line for line in growth.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
+    for line, result in zip(drawn, results, strict=True):
+        branch = result.modes.branch("wobble")[:-1, 0]
+        np.testing.assert_array_equal(line.get_ydata()[1:], branch.real[1:])
+    assert set(texts(growth).splitlines()) == {
+        f"{result.case.condition}: {1e3 * result.case.contact[3]:.0f} mm" for result in results
+    }
+    found = [(p.get_x(), p.get_x() + p.get_width()) for p in bars.patches if p.get_width() < 30]
+    spans = [results[k].span(30.0) for k in (0, -1)]
+    np.testing.assert_allclose(found, [(span.low, min(span.high, 30.0)) for span in spans])
+    assert texts(bars).splitlines() == ["stable"] * 3  # the other worlds
 
 
-def test_a_band_beyond_the_speeds_looked_at_is_not_promised(racing, canvases, tmp_path):
-    """Rigid fronts: wobble grows above 30 m/s only."""
-    rigid = racing.settings.setups[2]
-    assert any(c.mode == "wobble" and c.speed > 30 for r in racing.of(rigid) for c in r.crossings)
-    draw_headline(racing, rigid, tmp_path / "f")
-    assert canvases[0].get_suptitle().startswith("No unstable wobble on any tyre studied")
+def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases, tmp_path):
+    draw_causes(racing, tmp_path / "f")
+    (axes,) = canvases[0].axes
+    assert axes.get_xlabel() == "Change of speed, m/s"
+    assert "from 7.5 bar to 3.5 bar" in axes.get_title(loc="left") + axes.get_title()
+    change = racing.decomposition(racing.settings.reference, "Tyre1 flat").change(EDGE)
+    assert f"{change.total:+.1f}" in texts(axes).splitlines()
 
 
 def test_extrapolated_tyre_values_are_hatched(heavy, canvases, tmp_path):
-    draw_headline(heavy, heavy.settings.reference, tmp_path / "f")
-    axes = canvases[0].axes[0]
-    assert "hatched: tyre values extrapolated" in texts(axes)
-    assert sum(bool(patch.get_hatch()) for patch in axes.patches) == len(heavy.cases)
+    draw_headline(heavy, tmp_path / "f")
+    assert "hatched: tyre values extrapolated" in canvases[0].get_suptitle()
+    assert sum(bool(patch.get_hatch()) for patch in canvases[0].axes[1].patches) == len(heavy.settings.setups)
 
 
 def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canvases, tmp_path):
@@ -101,56 +97,24 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
     draw_damping(racing, tmp_path / "f")
     wobble = canvases[0].axes[0]
     assert wobble.get_ylabel() == "Wobble: damping ratio"
-    lines = {line.get_label(): line.get_xydata() for line in wobble.lines if not line.get_label().startswith("_")}
-    for name in racing.names:
-        expected = [
-            [r.case.pressure_bar, r.damping["wobble"].value] for r in racing.of(racing.settings.reference, name)
-        ]
-        np.testing.assert_allclose(lines[name], expected)
+    results = racing.of(racing.settings.reference, "Tyre1 flat")
+    expected = [[r.case.pressure_bar, r.damping["wobble"].value] for r in results]
+    np.testing.assert_allclose(wobble.lines[0].get_xydata(), expected)
     assert [tick.get_text() for tick in canvases[0].axes[-1].get_xticklabels()] == ["3.5", "5.5", "7.5"]
 
 
 @pytest.fixture
 def one_world(monkeypatch, results_alone):
     """The world of the first sentence alone."""
-    monkeypatch.setattr(Settings, "setups", property(lambda self: (self.reference,)))
+    monkeypatch.setattr(Settings, "setups", property(lambda self: (Setup(self.front),)))
 
 
 def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     numbers = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
     settings = small(contact=numbers, fronts=2, samples=20, speeds=np.linspace(0, 30, 4))
     study = run_study(settings, cases=Cases(tyre_cases(settings).found[:1], ()))
-    draw_headline(study, settings.reference, tmp_path / "f")
+    draw_headline(study, tmp_path / "f")
+    draw_causes(study, tmp_path / "f")
     draw_damping(study, tmp_path / "f")
     draw_critical_speeds(study, tmp_path / "f")
-    assert "as given" in [label.get_text() for label in canvases[0].axes[0].get_yticklabels()]
-
-
-def test_relaxation_length_figure_shows_the_table_with_3_mm(canvases, tmp_path):
-    draw_paper_figure(tmp_path / "paper_fig13")
-    found = lines(canvases[0])
-    assert found["Tyre1 flat, 3.5 bar"][:, 1] == pytest.approx([134.0, 141.5, 140.9])  # Table 6
-    assert found["Tyre2 flat, 5.5 bar"][:, 1] == pytest.approx([121.1, 81.7, 82.1])  # Table 8
-    assert found["Tyre1 flat, 3.5 bar"][:, 0] == pytest.approx([340, 400, 490])
-    assert found["Tyre2 flat, 5.5 bar"][:, 0] == pytest.approx([342, 402, 492])
-    for container in canvases[0].axes[0].containers:
-        (bars,) = container.lines[2]
-        assert [np.ptp(s[:, 1]) / 2 for s in bars.get_segments()] == pytest.approx(3 * [3.0], abs=0.2)
-    assert canvases[0].get_supxlabel().startswith("Redrawn from Tables 6 and 8 of Dell'Orto")
-
-
-def test_lateral_stiffness_is_cornering_stiffness_over_relaxation_length(canvases, tmp_path):
-    draw_paper_figure(tmp_path / "paper_fig06")
-    printed = np.degrees([103.6, 111.5, 120.0]) / [187.3, 192.2, 198.5]  # Tables 5 and 9, 3.5 bar: N/rad over mm
-    assert lines(canvases[0])["Tyre3 flat, 3.5 bar"][:, 1] == pytest.approx(printed)
-    assert "cornering stiffness over relaxation length" in canvases[0].get_supxlabel()
-
-
-def test_saved_figures_do_not_differ_between_runs(tmp_path):
-    for folder in ("a", "b"):
-        (tmp_path / folder).mkdir()
-        draw_paper_figure(tmp_path / folder / "paper_fig05")
-    for suffix in ("png", "svg"):
-        assert (tmp_path / "a" / f"paper_fig05.{suffix}").read_bytes() == (
-            tmp_path / "b" / f"paper_fig05.{suffix}"
-        ).read_bytes()
+    assert "as given: 120 mm" in texts(canvases[0].axes[0])

@@ -37,7 +37,7 @@ BY_HAND = [6300.0, 0.14, 6000.0, 0.12]
 @pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
 def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
     rear, front = wobble_onsets.RIGID_STIFFNESS.values()
-    linear = model(small("benchmark"), Setup(None, None, 0.0), [rear, length, front, length]).linear_model()
+    linear = model(small("benchmark"), Setup(None, None, 0.0, 0.0, 0.0), [rear, length, front, length]).linear_model()
     found = named_speeds(critical_speeds(linear))
     assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=1e-4)
 
@@ -137,7 +137,7 @@ def test_a_span_joins_bands_and_is_open_beyond_the_speeds_looked_at():
 @pytest.mark.parametrize(("stiffness", "ends"), [(2500.0, math.inf), (5000.0, 28.2)])
 def test_an_undamped_front_wobbles_from_rest_on(stiffness, ends):
     """At rest it is neutral, and at walking speed it grows: no critical speed says where it begins."""
-    settings = small(front=Front(stiffness, 0.0))
+    settings = small(front=Front(stiffness, 0.0), trail=0.0, twisting=0.0)
     linear = model(settings, settings.reference, [6300.0, 0.14, 6000.0, 0.12]).linear_model()
     edges = critical_speeds(linear, max_speed=settings.fastest)
     assert not any(one.direction == "destabilising" and one.kind == "oscillatory" for one in edges)
@@ -175,7 +175,7 @@ def test_stable_worlds_have_no_growing_fast_oscillation(racing, number):
 @pytest.mark.parametrize("number", range(4))
 def test_without_a_rider_weave_and_wobble_exchange_character(number):
     """One fast oscillation of the empty Pista grows below 30 m/s; it is wobble only behind an exchange of character."""
-    settings = small("pista")
+    settings = small("pista", trail=0.0, twisting=0.0)
     (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
     result = solve(settings, case, settings.setups[number])
     assert growing(result.modes.model, 25.0, above=4.0) == 1

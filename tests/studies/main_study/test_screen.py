@@ -1,175 +1,115 @@
-"""The first screen says what the numbers say: sign, size, how sure, what it hinges on, and of which case."""
+"""The answer: its word follows the stated rule, its table and sentences say what the numbers say, in few words."""
 
+import json
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from altered_study import HIGH, LOW, MIDDLE, STAY, altered, told
+from altered_study import HIGH, LOW, STAY, altered, told
 
-from studies.main_study import Front, Tally, answer, first_screen, tallied
+from studies.cli import main
+from studies.main_study import Front, answer, first_screen, on_a_terminal, record, unstable_length, word_of
 
-NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?")
 CLOSER = {LOW: (4.0, 25.0, -0.06), HIGH: (6.0, 22.0, -0.03)}
-
-
-def labels(study) -> list[str]:
-    return re.findall(r"^- \*\*(.*?)\*\*", first_screen(study), re.MULTILINE)
-
-
-def test_the_question_and_four_sentences(racing):
-    screen = first_screen(racing)
-    assert screen.startswith("# Does less air in Tyre1 (measured on a flat track) bring pista_charlie_drops closer to ")
-    assert labels(racing) == ["Yes: closer.", "How sure:", "It hinges on", "How far to believe it:"]
-    lines = [line for line in screen.splitlines() if line.startswith("- ")]
-    assert all(line.endswith(".") and ".." not in line and "  " not in line for line in lines)
-
-
-def test_every_number_of_the_first_screen_stands_in_the_results(racing):
-    """Numbers of spans, damping ratios, counts and ranges, computed anew from the study."""
-    s, reference = racing.settings, racing.settings.reference
-    mine = racing.of(reference, racing.names[0])
-    speeds = [speed for r in mine for c in r.crossings for speed in (c.speed,)] + [30.0, 3.0, 20.0]
-    speeds += [end for p in racing.plausible for edge in ("onset", "end") for end in p.likely(edge) or ()]
-    ends = [end for hinge in racing.hinges for end in (hinge.low, hinge.high)]
-    ends += [end for one in racing.contact_lengths for end in (one.lag, one.string)]
-    speeds += [end.span.low for end in ends if end.span] + [end.span.high for end in ends if end.span]
-    allowed = {f"{v:.1f}" for v in speeds} | {f"{3.6 * v:.0f}" for v in speeds if np.isfinite(v)}
-    allowed |= {f"{one.least.damping_ratio:.3f}" for one in (*mine, *ends)}
-    allowed |= {f"{bar:g}" for case in racing.subject for bar in case.pressures_bar} | {"3", "20"}
-    allowed |= {text for end in ends for text in NUMBER.findall(end.what)}
-    high, low = (racing.outer(mine[k]) for k in (-1, 0))
-    change = np.nan_to_num(low.end - low.onset) - np.nan_to_num(high.end - high.onset)
-    allowed |= {f"{n}" for n in ((change > 0).sum(), (change < 0).sum(), (change == 0).sum(), len(change))}
-    wobble = sum(~np.isnan(low.onset))
-    allowed |= {f"{wobble}", f"{len(change) - wobble}"} | {"1", "2", "4", "7", "8"}  # ranks of hinges
-    start = mine[0].bands(30.0)[0].start
-    wave = start.speed / start.frequency_hz
-    allowed |= {f"{wave:.2f}", f"{wave / mine[0].case.contact[3]:.1f}"}
-    allowed |= {f"{1e3 * sum(one.half_length):.0f}" for one in racing.contact_lengths}
-    focus = racing.result(reference, racing.focus).least.eigenvalue.real
-    allowed |= {f"{np.log(2) / focus:.2f}", f"{3.6 * racing.result(reference, racing.focus).least.speed:.0f}",
-                f"{racing.result(reference, racing.focus).least.speed:.1f}", f"{s.front.stiffness:g}",
-                f"{s.front.damping:g}"}  # fmt: skip
-    text = told(racing).partition("Uncertainty of")[0].replace("Tyre1", "")
-    assert [number for number in NUMBER.findall(text) if number not in allowed] == []
-
-
-def test_bands_at_both_pressures_at_one_and_at_none(racing):
-    nan = np.full(20, np.nan)
-    both = told(altered(racing, CLOSER, {LOW: STAY - 1}))
-    assert "Yes: closer. At 3.5 bar instead of 7.5 bar" in both
-    assert "from 4.0 to 25.0 m/s (14 to 90 km/h) instead of from 6.0 to 22.0 m/s (22 to 79 km/h)" in both
-    assert "falls from -0.030 to -0.060." in both
-    low = altered(racing, {LOW: (4.0, 25.0, -0.01), HIGH: (None, None, 0.02)}, {HIGH: nan})
-    assert labels(low)[0] == "Yes: closer."
-    assert "unstable from 4.0 to 25.0 m/s (14 to 90 km/h) instead of stable up to 30.0 m/s" in told(low)
-    high = altered(racing, {HIGH: (4.0, 25.0, -0.01), LOW: (None, None, 0.02)}, {LOW: nan})
-    assert labels(high)[0] == "No: farther away."
-    assert "rises from -0.010 to 0.020" in told(high)
-    none = altered(racing, {LOW: (None, None, 0.03), HIGH: (None, None, 0.05)}, {LOW: nan, HIGH: nan})
-    assert labels(none)[0] == "Closer, but stable."
-    assert "none wobbles, at either pressure" in told(none)
-    assert "begin between" not in told(none)
+STILL = [(0, True), (0, True), (0, False), (0, False)]
 
 
 @pytest.mark.parametrize(
-    ("counts", "label"),
+    ("worlds", "counts", "word"),
     [
-        ((20, 0, 0), "Yes: closer."), ((19, 1, 0), "Yes: closer."), ((18, 2, 0), "Yes, probably: closer."),
-        ((16, 4, 0), "Yes, probably: closer."), ((15, 5, 0), "It depends on the front."),
-        ((0, 20, 0), "It depends on the front."),  # against the damping of the assumed front
-        ((3, 0, 17), "Yes: closer."), ((2, 0, 18), "Closer."),
-        ((0, 2, 18), "Closer."),
+        (STILL, (0, 0), "no practical difference"),
+        (STILL, (3, 3), "no practical difference"),
+        (STILL, (4, 3), "cannot be said"),  # more than a tenth of 64 moves
+        ([(1, True), *STILL[1:]], (64, 0), "cannot be said"),  # a yes on an assumed front alone
+        ([(1, False), *STILL[1:]], (64, 0), "yes"),  # the front is given
+        ([(1, False), *STILL[1:]], (58, 0), "yes"),
+        ([(1, False), *STILL[1:]], (57, 0), "cannot be said"),  # fewer than nine of ten of 64
+        ([(1, True), (0, True), (1, False), (0, False)], (64, 0), "yes"),  # a rigid front says so too
+        ([(1, False), (-1, False), *STILL[2:]], (64, 0), "cannot be said"),
+        ([(-1, False), *STILL[1:]], (0, 60), "yes"),  # farther away
+        ([(0, False), (0, False)], (0, 0), "cannot be said"),  # two worlds are not known
     ],
-)  # fmt: skip
-def test_how_sure_the_sign_is(racing, counts, label):
-    found = answer(altered(racing, CLOSER, {LOW: np.repeat([4.0, 6.0, 5.0], counts)}))
-    assert found.verdict == label
-    assert (found.tally.more, found.tally.fewer, found.tally.neither) == counts
+)
+def test_the_word_follows_the_rule(worlds, counts, word):
+    assert word_of(worlds, *counts, 64) == word
 
 
-def test_the_opposite_sign_and_a_difference_that_nobody_sees(racing):
-    opposite = altered(racing, {LOW: (6.0, 22.0, -0.03), HIGH: (4.0, 25.0, -0.06)}, {LOW: STAY + 1})
-    assert answer(opposite).verdict == "No: farther away."
-    same = altered(racing, {LOW: (4.0, 25.0, -0.060), HIGH: (4.1, 25.0, -0.0599)})
-    assert answer(same).verdict == "No difference that matters."
-    assert "hardly moves, from -0.060 to -0.060" in told(same)
-    alike = altered(racing, {LOW: (4.01, 25.0, -0.06), HIGH: (4.02, 25.0, -0.06)})
-    assert "wobble is unstable from 4.0 to 25.0 m/s (14 to 90 km/h), as before; its" in told(alike)
+def test_the_word_of_a_tyre_of_one_condition():
+    assert word_of(STILL, 0, 0, 64, two=False) == "no"
+    assert word_of([(1, False), *STILL[1:]], 64, 0, 64, two=False) == "yes"
+    assert word_of([(1, True), *STILL[1:]], 64, 0, 64, two=False) == "cannot be said"
 
 
-def test_tally_counts_the_same_bicycles_and_leaves_out_what_could_not_be_computed(racing):
-    high, low = (racing.outer(racing.of(racing.settings.reference, "Tyre1 flat")[k]) for k in (-1, 0))
-    found = tallied(
-        replace(high, onset=np.array([5, 5, np.nan, np.nan, 5.0]), end=np.array([20, 20, np.nan, np.nan, 20.0]),
-                computed=np.array([1, 1, 1, 1, 0], bool)),
-        replace(low, onset=np.array([4, 6, 8, np.nan, 4.0]), end=np.array([20, 20, 9, np.nan, 20.0]),
-                computed=np.ones(5, bool)),
-    )  # fmt: skip
-    assert found == Tally(2, 1, 1)
-    assert found.count == 4
-    assert tallied(None, low) == Tally(0, 0, 0)
+def test_the_worlds_are_those_of_the_results(racing):
+    found, limit = answer(racing), racing.settings.fastest
+    assert [one.setup for one in found.worlds] == list(racing.settings.setups)
+    for one in found.worlds:
+        low, high = (racing.result(one.setup, racing.subject[k]).span(limit) for k in (0, -1))
+        assert one.longer == pytest.approx(unstable_length(low, limit) - unstable_length(high, limit))
+    assert [one.assumed for one in found.worlds] == [True, True, False, False]
+    assert found.word == "cannot be said"
+    change = [np.nan_to_num(p.end - p.onset) for p in racing.plausible]
+    assert (found.longer, found.count) == ((change[0] - change[1] >= 1.0).sum(), 6)
 
 
-def test_extrapolated_tyres_are_told(racing, heavy):
-    assert "extrapolated" not in told(racing)
-    assert "The tyre's values are extrapolated." in told(heavy)
-    far = replace(heavy, results=tuple(replace(r, case=replace(r.case, out_of_reach=True)) for r in heavy.results))
-    assert "so far outside the tyre tests that its values are a guess." in told(far)
-
-
-def test_a_tyre_of_one_condition_is_compared_with_the_others(racing):
-    cases = tuple(case for case in racing.cases if case.name != "Tyre1 flat" or case.condition == "5.5 bar")
-    study = replace(racing, cases=cases)
-    text, (own,) = told(study), study.of(study.settings.reference, "Tyre1 flat")
-    assert text.startswith("# Does pista_charlie_drops wobble on Tyre1 at 5.5 bar (measured on a flat track)? - Yes.")
-    assert f"is {own.least.damping_ratio:.3f}, at 15.0 m/s (54 km/h)." in text
-    others = [r.least.damping_ratio for r in racing.of(study.settings.reference, "Tyre3 flat")]
-    assert max(others) < own.least.damping_ratio
-    assert (answer(study).others, answer(study).worse) == (2, 2)
-    outer = study.outer(own)
-    assert f"How sure: {outer.count - outer.without} of 6 random bicycles with plausible fronts wobble; the " in text
-    stable = altered(study, {}, {MIDDLE: np.full(5, np.nan)})
-    assert "How sure: none of 5 random bicycles with plausible fronts wobbles." in told(stable)
-
-
-def test_the_case_of_a_model_file_comes_before_less_air(racing):
-    study = replace(racing, settings=replace(racing.settings, contact={"tyre": "Tyre1", "pressure_bar": 5.5}))
-    assert told(study).startswith("# Does pista_charlie_drops wobble on Tyre1 at 5.5 bar")
-    assert labels(study)[:2] == ["Yes.", "Less air: yes: closer."]
-
-
-def test_why_this_bicycle_wobbles(racing):
-    why = answer(racing).why
-    assert why.span.low == racing.result(racing.settings.reference, racing.focus).span(30.0).low
-    assert [end for _, end in why.gone] == [
-        end.what for one in racing.hinges for end in (one.low, one.high) if end.span is None and one.what != "pressure"
-    ]
-    assert "in the model at 5.5 bar because nobody touches the bar, the steering has no friction and the assumed" in (
-        told(racing)
-    )
-    damped = told(altered(racing, {}, further={"steer_damper": {"damping": 0.2}}))
-    assert "nobody touches the bar and the assumed front" in damped
-    late = dict.fromkeys((LOW, MIDDLE, HIGH), (22.0, 28.0, 0.02))
-    assert answer(altered(racing, late)).why is None
-    none = dict.fromkeys((LOW, MIDDLE, HIGH), (None, None, 0.02))
-    assert answer(altered(racing, none)).why is None
+def test_a_front_that_is_given_may_say_yes(racing):
+    assert answer(altered(racing, CLOSER, {LOW: STAY - 1})).word == "cannot be said"
     own = Front(given=True)
-    results = tuple(replace(r, setup=replace(r.setup, front=own)) if r.setup.front else r for r in racing.results)
-    given = replace(racing, results=results, settings=replace(racing.settings, front=own))
-    assert "the given front is flexible" in told(given)
+    study = altered(racing, CLOSER, {LOW: STAY - 1})
+    results = tuple(replace(r, setup=replace(r.setup, front=own)) if r.setup.front else r for r in study.results)
+    outer = tuple(replace(p, setup=replace(p.setup, front=own)) for p in study.plausible)
+    given = replace(study, results=results, plausible=outer, settings=replace(study.settings, front=own))
+    assert answer(given).word == "yes"
+    assert "Yes. unstable wobble" in told(given).replace("|", "").replace("  ", " ")
+    assert "flexible front*" not in told(given)
 
 
-def test_hinges_are_ranked_and_pressure_has_its_place(racing):
-    ranked = [one.what for one in racing.hinges]
-    named = [(rank, one.what) for rank, one in answer(racing).named]
-    place = 1 + ranked.index("pressure")
-    assert named == [*enumerate(ranked[:4], 1), (place, "pressure")]
-    assert f"; and, {place}. of {len(ranked)}, pressure (3.5 bar" in told(racing)
+def test_the_first_screen_is_short_and_true(racing, heavy):
+    for study in (racing, heavy):
+        screen = first_screen(study)
+        assert len([word for word in on_a_terminal(screen).split() if re.search(r"\w", word)]) <= 150
+        assert "pista_charlie" not in screen
+        assert not re.search(r"\bnan\b|\bNone\b|\binf\b", screen)
+    text, found = told(racing), answer(racing)
+    assert text.startswith(
+        "# Does less air in Tyre1 (flat track) bring a Pista track bicycle with a rider in the drops"
+    )
+    low, high = (racing.result(racing.settings.reference, racing.subject[k]) for k in (0, -1))
+    assert f"{low.span(30.0).low:.1f}–30+ m/s" in text
+    assert f"{high.span(30.0).low:.1f}–" in text
+    assert f"goes from {high.least.damping_ratio:.3f} to {low.least.damping_ratio:.3f}." in text
+    assert f"6 plausible bicycles: {found.longer} gain unstable speeds, {found.shorter} lose some, " in text
+    assert (
+        f"pressure, {racing.hinges[found.place - 1].size:.3f}, is number {found.place} of {len(racing.hinges)}" in text
+    )
+    assert "Assumed, not measured: flexible front*; arms; trail, twisting torque, camber thrust of the tyre." in text
+    assert "extrapolated" not in text
+    assert "The tyre's values are extrapolated." in told(heavy)
 
 
-def test_a_single_lag_is_fair_where_the_wave_is_long(racing):
-    assert "a tyre with a single lag is a coarse description" in told(racing)
-    fast = dict.fromkeys((LOW, MIDDLE, HIGH), (12.0, 28.0, -0.02))  # 12 m/s at 7 Hz: 1.7 m
-    assert "a tyre with a single lag is a fair description" in told(altered(racing, fast))
+def test_what_could_not_be_compared_is_said(racing):
+    stable = altered(racing, {LOW: (None, None, 0.03), HIGH: (None, None, 0.05)}, {LOW: STAY - 2})
+    assert "Cannot be said. Some plausible bicycles say otherwise than the four worlds." in told(stable)
+    assert (
+        "Less air leaves the unstable speeds as they are (hands off, flexible front); the least damping ratio"
+        in told(stable)
+    )
+    gone = replace(racing, results=tuple(r for r in racing.results if r.setup != racing.settings.setups[3]))
+    assert "Cannot be said. Not all four worlds could be computed." in told(gone)
+
+
+def test_the_record_holds_worlds_word_and_rule(racing, monkeypatch, tmp_path, capsys):
+    found = record(racing, answer(racing))
+    assert json.loads(json.dumps(found)) == found
+    assert (found["word"], len(found["worlds"])) == ("cannot be said", 4)
+    first = found["worlds"][0]
+    assert (first["hands"], first["front"], first["front_assumed"]) == ("off", "flexible", True)
+    assert first["low"]["from_m_s"] == racing.result(racing.settings.reference, racing.subject[0]).span(30.0).low
+    assert first["low"]["to_m_s"] is None  # beyond the speeds looked at
+    assert first["longer_m_s"] == pytest.approx(answer(racing).worlds[0].longer)
+    assert found["rule"]["plausible_bicycles"] == 6
+    monkeypatch.setattr("studies.main_study.report.run_study", lambda *_, **__: racing)
+    monkeypatch.setattr("studies.main_study.figures.drawings", lambda *_: [])
+    main(["run", "--out", str(tmp_path / "out"), "--workers", "1", "--json", "-"])
+    assert json.loads(capsys.readouterr().out) == found

@@ -44,7 +44,7 @@ def test_tables_are_tidy(racing, every):
         assert list(every[name])[: len(CONDITION)] == CONDITION, name
     lengths = {name: len(table) for name, table in every.items()}
     assert lengths["tyre_properties"] == 2 * 5
-    assert lengths["wobble"] == 4 * 5
+    assert lengths["wobble"] == 4 * 3 + 2
     assert lengths["hinges"] == 2 * len(racing.hinges)
     assert lengths["plausible_fronts"] == 6 * len(racing.plausible)
     assert lengths["critical_speeds"] == sum(len(r.crossings) for r in racing.results)
@@ -55,7 +55,7 @@ def test_tables_are_tidy(racing, every):
 
 
 def test_every_eigenvalue_is_in_the_table_once(racing, every):
-    case, setup = racing.cases[3], racing.settings.setups[1]
+    case, setup = racing.cases[1], racing.settings.setups[1]
     table = every["eigenvalues"]
     mine = table[
         (table["tyre"] == case.tyre) & (table["pressure_rear_bar"] == case.pressure_bar) & (table["hands"] == "on")
@@ -68,18 +68,6 @@ def test_every_eigenvalue_is_in_the_table_once(racing, every):
     ratio = -moving["real_1_s"] / np.hypot(moving["real_1_s"], moving["imaginary_rad_s"])
     np.testing.assert_allclose(moving["damping_ratio"], ratio)
     np.testing.assert_allclose(moving["frequency_Hz"], moving["imaginary_rad_s"] / (2 * np.pi))
-
-
-def test_parts_add_up_to_the_total(every):
-    for name in ("decomposition_critical_speed", "decomposition_damping_ratio"):
-        table = every[name]
-        parts = [column for column in table if "_part" in column or column.startswith("interaction")]
-        (total,) = (column for column in table if column.startswith("total_change"))
-        assert len(parts) == 3
-        np.testing.assert_allclose(table[parts].sum(axis=1), table[total], atol=1e-12)
-        after, before = (next(c for c in table if c.startswith(end)) for end in ("after", "before"))
-        np.testing.assert_allclose(table[after] - table[before], table[total], atol=1e-12)
-        assert (table["pressure_before_bar"] > table["pressure_after_bar"]).all()
 
 
 def test_wobble_is_that_of_the_critical_speeds(every):
@@ -95,7 +83,7 @@ def test_wobble_is_that_of_the_critical_speeds(every):
         else:
             assert np.isinf(row["to_m_s"])
     stable = wobble[~wobble["unstable"]]
-    assert len(stable) == 15
+    assert len(stable) == 3 * 3
     assert stable["from_m_s"].isna().all()
     assert (stable["least_damping_ratio"] > 0).all()
 
@@ -144,10 +132,10 @@ def test_our_tyres_are_those_of_the_table(racing):
     assert ours(racing, "Dressel", "camber_stiffness_over_load_per_deg") == pytest.approx((0.65 * np.pi / 180,) * 2)
 
 
-def shimmy(study, **parts):
+def shimmy(study, cases, **parts):
     """Frequencies (Hz) and steer over lean of the flexing front's wobble at the ridden speeds, case by case."""
     frequencies, ratios = [], []
-    for case in study.cases:
+    for case in cases:
         model = by_hand(study.settings.bicycle, case.contact, front=FRONT, **parts)
         mine = []
         for speed in study.settings.speeds[(study.settings.speeds >= 3) & (study.settings.speeds <= 20)]:
@@ -163,12 +151,12 @@ def shimmy(study, **parts):
 
 
 def test_our_frequencies_and_shapes_are_those_of_the_eigenvalues(racing):
-    off, _ = shimmy(racing)
+    off, _ = shimmy(racing, racing.cases)
     every = [value for one in off for value in one]
     assert ours(racing, "Plöchl", "wobble_frequency_Hz") == pytest.approx((min(every), max(every)))
     changes = [(max(one) - min(one)) / np.mean(one) for one in off]
     assert ours(racing, "Tomiati", "frequency_change") == pytest.approx((min(changes), max(changes)))
-    on, ratios = shimmy(racing, arms=ARMS)
+    on, ratios = shimmy(racing, racing.subject, arms=ARMS)
     every = [value for one in on for value in one]
     assert ours(racing, "Klinger", "wobble_frequency_Hz") == pytest.approx((min(every), max(every)))
     assert ours(racing, "Klinger", "steer_over_roll") == pytest.approx((min(ratios), max(ratios)))
@@ -185,11 +173,6 @@ def test_our_edges_and_weave_speeds_are_those_of_the_results(racing):
     }
     shifts = [abs(weave[f"{name}3.5 bar"] - weave[f"{name}7.5 bar"]) for name in racing.names]
     assert ours(racing, "Bulsink", "weave_shift_m_s") == pytest.approx((min(shifts), max(shifts)))
-
-
-def test_what_a_study_does_not_have_is_not_compared(heavy):
-    assert ours(heavy, "Plöchl", "onset_m_s") is None
-    assert ours(heavy, "Plöchl", "wobble_frequency_Hz") is not None  # stable wobble has a frequency too
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """Speeds from text, tables on the screen, CSV and JSON to a file or to standard output, versions, figures."""
 
+import io
 import json
 import math
+import time
 from importlib.metadata import version
 
 import pandas as pd
@@ -19,6 +21,7 @@ from studies.reporting import (
     print_critical,
     print_table,
     version_of,
+    working_told,
     write_csv,
     write_json,
 )
@@ -112,6 +115,23 @@ def test_what_is_no_number_is_refused_by_its_name(content, name, tmp_path):
 def test_the_version_is_the_installed_one():
     assert made_by() == f"\n\nMade by velotyre {version('velotyre')}.\n"
     assert version_of("numpy") == version("numpy")
+
+
+def test_a_command_that_takes_long_counts_its_seconds_on_a_terminal(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for screen, shows in ((Terminal(), True), (io.StringIO(), False)):
+        monkeypatch.setattr("sys.stderr", screen)
+        with working_told(after=0.05, every=0.02):
+            time.sleep(0.2)
+        assert ("velotyre: 0 s" in screen.getvalue()) == shows
+        assert screen.getvalue().endswith("\r\x1b[K" if shows else "")
+    monkeypatch.setattr("sys.stderr", quick := Terminal())
+    with working_told(after=5.0):
+        pass
+    assert quick.getvalue() == ""
 
 
 LABELS = ["wobble", "weave", "capsize", "stable", "1 unstable root", "2 unstable roots", "3 unstable roots",

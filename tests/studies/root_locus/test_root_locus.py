@@ -101,7 +101,7 @@ def test_pressure_of_a_measured_tyre(file, tmp_path, tyre):
     TyreMap.load("Tyre1").to_file(tmp_path / "own.csv")
     model = MEASURED.replace("Tyre1", tyre)
     path = parameter_path(file(model), "pressure_bar.front", speed=6.0)
-    assert path.base == 5.5
+    assert path.space.base[0] == 5.5
     locus = root_locus(path, parse_range("3:9:0.5"))
     text = model.replace("front = 5.5", "front = 7.0")
     expected = read_model(file(text)).linear_model().eigenvalues(6.0)
@@ -111,9 +111,9 @@ def test_pressure_of_a_measured_tyre(file, tmp_path, tyre):
     assert not locus.inside[~measured].any()
     rear, _ = read_model(file(model)).bicycle.static_loads
     heavier = parameter_path(file(model), "load_N", speed=6.0)
-    assert np.isnan(heavier.base)
+    assert np.isnan(heavier.space.base[0])
     one = parameter_path(file(model), "load_N.rear", speed=6.0)
-    assert one.base == pytest.approx(rear)
+    assert one.space.base[0] == pytest.approx(rear)
     same = np.linalg.eigvals(one.matrices(np.array([rear]))[0])
     here = read_model(file(model)).linear_model().eigenvalues(6.0)
     assert_same_eigenvalues(same, here, atol=1e-9 * np.abs(here).max())

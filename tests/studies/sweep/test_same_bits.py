@@ -25,6 +25,14 @@ def test_same_bits_for_every_part_size_and_thread_count(reference, tmp_path, poi
     assert tree(run_sweep(sweep, tmp_path / "result.zarr", engine=engine)) == tree(reference)
 
 
+def test_same_bits_of_critical_speeds_that_are_found_together():
+    sweep = build_sweep(RANDOM | {"outputs": ["critical_speeds"], "grid": {"c": [0.06, 0.08]}, "samples": 50})
+    whole = compute(sweep, 0, 100)["critical_speeds"]
+    parts = [compute(sweep, start, min(start + 32, 100))["critical_speeds"] for start in range(0, 100, 32)]
+    np.testing.assert_array_equal(np.concatenate(parts), whole)
+    assert np.isfinite(whole).sum() >= 100
+
+
 def test_same_bits_for_any_chunk_of_measured_tyres():
     sampled = {"tyre_covariance": True, "relative_cornering_stiffness_sd": 0.03, "mB": {"sd": 3.0}}
     content = RANDOM | {"model": MEASURED, "sampled": sampled, "outputs": ["eigenvalues", "parameters"]}

@@ -1,0 +1,94 @@
+"""Options that commands share; numbers among them are finite, within both ends, and no more than memory holds."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from tyre.errors import InputError
+
+MOST_BYTES = 1e9  # of the arrays that one number asks for
+
+
+class Number(click.ParamType):
+    """A finite number of the command line from ``least`` to ``most``, or ``above`` the one and ``below`` the other."""
+
+    name = "number"
+
+    def __init__(
+        self, least: float, most: float, *, above: bool = False, below: bool = False, whole: bool = False
+    ) -> None:
+        self.least, self.most, self.above, self.below, self.whole = least, most, above, below, whole
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Give the number; click refuses anything else with the option's name."""
+        try:
+            number = int(value) if self.whole else float(value)
+        except (ValueError, OverflowError):
+            number = math.nan
+        low = self.least < number if self.above else self.least <= number
+        high = number < self.most if self.below else number <= self.most
+        if not (low and high):
+            kind, begin = "whole number" if self.whole else "number", "above" if self.above else "from"
+            end = "below" if self.below else "up to"
+            self.fail(f"{value}: give a {kind} {begin} {self.least:.12g} {end} {self.most:.12g}", param, ctx)
+        return number
+
+
+SPEED = Number(0, 1000)
+SPEED_ABOVE_0 = Number(0, 1000, above=True)
+SEED = Number(0, 2**32 - 1, whole=True)
+WORKERS = Number(1, 1024, whole=True)
+COUNT = Number(0, 1000, whole=True)
+FINITE, POSITIVE, ANGLE = Number(-1e6, 1e6), Number(0, 1e6, above=True), Number(-360, 360)
+TIME = Number(-1e12, 1e12)  # s, also since 1970
+
+
+def check_memory(name: str, number: float, bytes_each: float) -> None:
+    """Refuse a ``number`` of things, called ``name``, whose arrays of so many bytes each would not fit into memory."""
+    if not number * bytes_each <= MOST_BYTES:
+        raise InputError(
+            f"{name} = {number:.12g}: the arrays would take {1e-9 * number * bytes_each:.3g} GB of memory; up to "
+            f"{int(MOST_BYTES / bytes_each)} fit into the {1e-9 * MOST_BYTES:g} GB that are allowed"
+        )
+
+
+Decorator = Callable[[Any], Any]
+
+
+def speed_option(words: str = "Forward speed, m/s.", *, required: bool = True) -> Decorator:
+    """Option ``--speed`` of a command that takes one; ``--speeds`` is told of it."""
+    told = _told("--speeds", "one speed is meant here: give --speed, for example --speed 5")
+    return lambda command: told(click.option("--speed", type=SPEED, required=required, help=words)(command))
+
+
+def speeds_option(words: str, default: str | None = None) -> Decorator:
+    """Option ``--speeds`` of a command that takes several; ``--speed`` is told of it."""
+    words = f"m/s: start:stop:step with both ends, or a list 2,5,8{words}"
+    told = _told("--speed", "give --speeds, one or more: --speeds 5, a list 2,5,8 or start:stop:step")
+    option = click.option("--speeds", default=default, show_default=default is not None, help=words)
+    return lambda command: told(option(command))
+
+
+def _told(other: str, advice: str) -> Decorator:
+    def tell(context: click.Context, parameter: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise InputError(f"{other} {value}: {advice}")
+
+    return click.option(other, hidden=True, expose_value=False, callback=tell)
+
+
+def max_speed_option(default: float) -> Decorator:
+    """Option ``--max-speed`` of commands that look for critical speeds."""
+    words = "Search critical speeds up to this speed, m/s."
+    return click.option("--max-speed", type=SPEED_ABOVE_0, default=default, show_default=True, help=words)
+
+
+seed_option = click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the random numbers.")
+sd_option = click.option(
+    "--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat."
+)
+assume_option = click.option(
+    "--assume", is_flag=True, help="Take default standard deviations for what no source states."
+)

@@ -1,0 +1,99 @@
+"""A bicycle of one's own from eight numbers: the file, what it says, and what the other commands make of it."""
+
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from bicycle import load_bicycle
+from studies.cli import main
+
+EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "622x28", "--mass", "9"]
+RIDER = ["--rider-height", "1.80", "--rider-mass", "75", "--posture", "hoods"]
+
+
+def test_a_bicycle_with_rider_is_written_and_used(tmp_path, capsys, monkeypatch):
+    pytest.importorskip("yeadon")
+    monkeypatch.chdir(tmp_path)
+    main(["new", "mine.toml", *EIGHT, *RIDER])
+    told, text = capsys.readouterr().out, (tmp_path / "mine.toml").read_text()
+    weave, low, high = map(float, re.search(r"weave settles at ([\d.]+) m/s \(([\d.]+) to ([\d.]+)\)", told).groups())
+    assert low < weave < high
+    assert re.search(r"wobble below 20 m/s: probability \d+%; where it does, it begins at \d+ to \d+ m/s", told)
+    sds = [[float(x) for x in re.findall(r"[\d.]+", line)] for line in told.splitlines() if "--front-wheel-m" in line]
+    assert all(after < before for one in sds for before, after in zip(one[:2], one[2:4], strict=True))
+    assert sds[-1][2] < 0.5 * sds[-1][0]  # scale and pendulum
+    found, content = load_bicycle("mine.toml"), tomllib.loads(text)
+    assert found.warnings == ()
+    assert "No measured bicycle has" not in told
+    assert sum(found[key] for key in ("mR", "mB", "mH", "mF")) == pytest.approx(84.0, abs=1e-3)
+    assert (found["w"], found["c"], found["lam"]) == pytest.approx((1.02, 0.06, np.radians(17.5)), rel=1e-5)
+    assert set(found.covariance.names) | set(content["sd"]) | {"g"} == set(content["values"])
+    assert text.count("ASSUMED\n") == len(found.covariance.names)
+    main(["critical", "mine.toml"])
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if " weave " in line]
+    assert float(line.split()[0]) == pytest.approx(weave, abs=0.05)
+    main(["uncertainty", "mine.toml", "--tyre", "Tyre1", "--pressure", "5.5", "--samples", "100"])
+    assert "mR and 17 parameters with it" in capsys.readouterr().out
+
+
+def test_what_is_weighed_is_taken_and_not_asked_for_again(tmp_path, capsys):
+    weighed = ["--front-wheel-mass", "1.5", "--fork-mass", "2.5", "--front-wheel-inertia", "0.09"]
+    main(["new", str(tmp_path / "mine.toml"), *EIGHT, *weighed])
+    found = load_bicycle(tmp_path / "mine.toml")
+    assert (found["mF"], found["mH"], found["IFyy"]) == pytest.approx((1.5, 2.5, 0.09), rel=0.01)
+    assert "What would help" not in capsys.readouterr().out
+    main(["new", str(tmp_path / "long.toml"), *EIGHT, "--wheelbase", "1.9"])
+    assert "No measured bicycle has w = 1.9 (0.989 to 1.12): less sure" in capsys.readouterr().out
+
+
+def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
+    main(["new", str(tmp_path / "mine.toml"), *EIGHT])
+    text = (tmp_path / "mine.toml").read_text()
+    plain = load_bicycle(tmp_path / "mine.toml")
+    body, rest = text.partition("# [[bodies]]")[2].splitlines()[1:], text.partition("# [[bodies]]")[0]
+    lines = [line.removeprefix("# ") for line in body]
+    (tmp_path / "loaded.toml").write_text(rest + "[[bodies]]\n" + "\n".join(lines) + "\n")
+    found = load_bicycle(tmp_path / "loaded.toml")
+    m, x, z, width, height = 8.0, -0.1, -0.8, 0.3, 0.3
+    whole = plain["mB"] + m
+    both = plain["mB"] * m / whole
+    assert found["xB"] == pytest.approx((plain["mB"] * plain["xB"] + m * x) / whole)
+    own = m * (width**2 + height**2) / 12
+    assert found["IBxx"] == pytest.approx(plain["IBxx"] + own + both * (plain["zB"] - z) ** 2)
+    assert found["IBxz"] == pytest.approx(plain["IBxz"] - both * (plain["xB"] - x) * (plain["zB"] - z))
+    assert found.sd["xB"] == pytest.approx(
+        np.hypot(plain["mB"] / whole * plain.sd["xB"], plain.sd["mB"] * (plain["xB"] - found["xB"]) / whole), rel=0.3
+    )
+    assert found["mH"] == plain["mH"]
+    front = rest + "[[bodies]]\nmass = 3.0\nplace = [1.0, 0.9]\non = 'front'\n"
+    (tmp_path / "bag.toml").write_text(front)
+    assert load_bicycle(tmp_path / "bag.toml")["mH"] == pytest.approx(plain["mH"] + 3.0)
+    (tmp_path / "bag.toml").write_text(front.replace("mass = 3.0", "mass = -3.0"))
+    with pytest.raises(ValueError, match=r"\[\[bodies\]\] number 1: mass = -3 must be a mass in kg"):
+        load_bicycle(tmp_path / "bag.toml")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (EIGHT[2:], "a bicycle of yours needs --wheelbase"),
+        ([*EIGHT, "--trail", "60"], "--trail: c = 60 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
+        ([*EIGHT, "--head-angle", "17.5"], "--head-angle 17.5: give degrees from the horizontal, 56 to 90"),
+        ([*EIGHT, "--wheel", "28 inch"], "--wheel '28 inch': write rim and tyre in mm as on its side, such as 622x28"),
+        ([*EIGHT, "--mass", "90"], "--mass 90 is the bicycle's without rider, 4 to 60 kg"),
+        ([*EIGHT, "--rider-height", "1.8"], "--rider-height and --rider-mass go together"),
+        ([*EIGHT, "--front-wheel-mass", "1500"], "--front-wheel-mass 1500 kg is no such part of a bicycle of 9 kg"),
+        ([*EIGHT, "--front-wheel-inertia", "0.1"], "--front-wheel-inertia goes with --front-wheel-mass"),
+        ([*EIGHT, "--front-wheel-mass", "1.5", "--front-wheel-inertia", "0.9"], "is 5.3 of m r^2; a wheel has 0.3 to"),
+        ([*EIGHT, "--kind", "sensors"], "--kind does not go with a bicycle of yours"),
+        (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --trail, --head-angle, --wheel, --mass"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_bicycle_is_refused(tmp_path, capsys, options, words):
+    with pytest.raises(SystemExit) as stop:
+        main(["new", str(tmp_path / "mine.toml"), *options])
+    assert stop.value.code == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "mine.toml").exists()

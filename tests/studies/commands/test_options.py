@@ -1,0 +1,76 @@
+"""Options of all commands: numbers are finite and within ends, and what memory cannot hold is refused in words."""
+
+import click
+import pytest
+
+from studies.cli import build, main
+from studies.command_options import Number, check_memory
+from tyre.errors import InputError
+
+BARE = (click.types.FloatParamType, click.types.IntParamType)
+
+
+def commands(group, context):
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        yield from commands(command, context) if isinstance(command, click.Group) else [(name, command)]
+
+
+def test_no_option_takes_a_bare_number():
+    """NaN passes every range of click."""
+    found = list(commands(build(), click.Context(build())))
+    assert len(found) > 20
+    bare = [(name, option.opts[0]) for name, command in found for option in command.params
+            if isinstance(option.type, BARE)]  # fmt: skip
+    assert bare == []
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "-inf", "1e309", "", "x", "-1e-9", "1.0000001", "0", "1"])
+def test_what_is_no_number_between_open_ends(text):
+    with pytest.raises(click.BadParameter, match="give a number above 0 below 1"):
+        Number(0, 1, above=True, below=True).convert(text, None, None)
+
+
+def test_numbers():
+    assert Number(0, 1).convert("1", None, None) == 1.0
+    assert Number(0, 5, whole=True).convert("5", None, None) == 5
+    with pytest.raises(click.BadParameter, match="2.5: give a whole number from 0 up to 5"):
+        Number(0, 5, whole=True).convert("2.5", None, None)
+
+
+DESIGN = ["design", "benchmark", "--keep", "weave", "stable", "--vary", "c", "--out", "x.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([*DESIGN, "--up-to", "nan"], "'--up-to': nan: give a number above 0 up to 1000"),
+        ([*DESIGN, "--up-to", "1e9"], "'--up-to': 1e9: give a number above 0 up to 1000"),
+        ([*DESIGN, "--up-to", "6", "--probability", "nan"], "'--probability': nan: give a number above 0 below 1"),
+        ([*DESIGN, "--up-to", "6", "--from", "4", "--sd", "c=0.003", "--samples", "2000000000"],
+         "samples = 2000000000: the arrays would take 64 GB of memory; up to 31250000 fit into the 1 GB"),
+        (["uncertainty", "benchmark", "--samples", "2000000000"], "fit into the 1 GB that are allowed"),
+        (["uncertainty", "benchmark", "--max-speed", "inf"], "'--max-speed': inf: give a number above 0 up to 1000"),
+        (["modes", "benchmark", "--tyre", "Tyre1", "--pressure", "5.5", "--speeds", "0:20:0.00005"],
+         "number of --speeds = 400001: the arrays would take 1.64 GB of memory; up to 244140 fit"),
+        (["root-locus", "benchmark", "--parameter", "c", "--range", "0.05:0.1", "--speed", "5", "--out", "x",
+          "--max-frequency", "nan"], "'--max-frequency': nan: give a number above 0"),
+        (["chart", "benchmark", "--x", "w", "--y", "c", "--speed", "inf", "--out", "x"], "'--speed': inf: give a"),
+        (["chart", "benchmark", "--x", "w", "--y", "c", "--speeds", "5", "--out", "x"],
+         "--speeds 5: one speed is meant here: give --speed, for example --speed 5"),
+        (["modes", "benchmark", "--speed", "5"], "--speed 5: give --speeds, one or more: --speeds 5, a list 2,5,8"),
+    ],
+)  # fmt: skip
+def test_refused(arguments, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    *remarks, told = capsys.readouterr().err.splitlines()
+    assert words in told
+    assert len(remarks) <= 1  # a bicycle that rolls without slip
+
+
+def test_the_number_that_would_pass_passes():
+    check_memory("x", 1250000, 800)
+    with pytest.raises(InputError, match="x = 1250001: the arrays would take 1 GB of memory; up to 1250000 fit"):
+        check_memory("x", 1250001, 800)
