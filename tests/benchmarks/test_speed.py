@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from bicycle import Model, critical_speeds, effect_class, load_bicycle
+from bicycle import Model, ModelFamily, critical_speeds, effect_class, load_bicycle, modes
+from bicycle.critical import critical_speeds_of_many
+from bicycle.naming import Rules, name_stack
 from bicycle.sensitivity import sensitivities
 from studies.chart import Plane, stability_chart
 
@@ -23,6 +25,32 @@ def tyre_model(order):
 def test_eigenvalues_along_speed(benchmark, order):
     linear = tyre_model(order).linear_model()
     assert benchmark(linear.eigenvalues, np.linspace(0.1, 30, COUNT)).shape == (COUNT, order)
+
+
+@pytest.mark.parametrize("order", [8, 12])
+def test_named_modes_of_one_bicycle(benchmark, order):
+    linear = tyre_model(order).linear_model()
+    assert "weave" in benchmark(modes, linear, np.linspace(0.5, 30, 60)).names
+
+
+@pytest.mark.parametrize("order", [8, 12])
+def test_named_modes_of_many_bicycles(benchmark, order):
+    """60 speeds each of 100 bicycles that differ in trail and mass."""
+    model, rng = tyre_model(order), np.random.default_rng(0)
+    numbers = {"c": rng.uniform(0.06, 0.1, 100), "mB": rng.uniform(60, 100, 100)}
+    polynomial, _ = ModelFamily(model, ("c", "mB")).polynomials(numbers, 100)
+    unit = np.full(100, np.sqrt(9.81 * model.bicycle["w"]))
+    speeds = np.broadcast_to(np.linspace(0.5, 30, 60), (100, 60))
+    named = benchmark(name_stack, Rules.of(model.linear_model()), polynomial, unit, 9.81, speeds)
+    assert named.values.shape == (100, 60, order)
+
+
+@pytest.mark.parametrize("order", [8, 12])
+def test_critical_speeds_of_many_bicycles(benchmark, order):
+    numbers = {"c": np.linspace(0.06, 0.1, 100)}
+    found, refused = benchmark(critical_speeds_of_many, ModelFamily(tyre_model(order), ("c",)), numbers, 100)
+    assert all(found)
+    assert not refused
 
 
 @pytest.mark.parametrize("order", [8, 12])

@@ -49,6 +49,6 @@ def test_times_of_doubling(growth, seconds):
 
 
 def test_default_standard_deviations():
-    sizes = {key: row.size for row in DEFAULTS for key in row.keys}
+    sizes = {key: size for key, (size, _, _) in DEFAULTS.items()}
     assert [sizes[key] for key in ("w", "c", "lam", "xB", "mB", "IBxx")] == [0.003, 0.003, 0.01, 0.01, 0.005, 0.05]
     assert "wheelbase and trail 3 mm, tilt 0.01 rad, mass\ncentres 10 mm, masses 0.5 %, moments of inertia 5 %" in PAGE

@@ -96,9 +96,8 @@ def test_the_default_standard_deviations_are_those_of_the_page():
     rows = re.findall(r"^\| (`.+) \| ([\d.]+)(?: (m|rad|%))?(.*?) \| ", PAGE.split("1 sd")[1], flags=re.MULTILINE)
     shown = {key: (float(size) / (100 if unit == "%" else 1), unit == "%", rest)
              for keys, size, unit, rest in rows for key in re.findall(r"`(\w+)`", keys)}  # fmt: skip
-    for row in DEFAULTS:
-        for key in row.keys:
-            size, relative, rest = shown[key]
-            assert size == pytest.approx(row.size), key
-            assert relative == (row.of != "SI unit"), key
-            assert ("geometric mean" in rest) == (row.of == "xx and zz"), key
+    for key, (default, of, _) in DEFAULTS.items():
+        size, relative, rest = shown[key]
+        assert size == pytest.approx(default), key
+        assert relative == (of != "SI unit"), key
+        assert ("geometric mean" in rest) == (of == "xx and zz"), key

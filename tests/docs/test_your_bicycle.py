@@ -8,10 +8,8 @@ from pages import page, run_page
 
 
 def test_the_page_runs_and_says_what_is_seen(tmp_path, monkeypatch):
-    """Without the packaged tyres beside the one in question, and in one process: others would derive models anew."""
-    monkeypatch.setattr("studies.main_study.cases.available_tyres", dict)
+    """In one process: others would derive models anew."""
     monkeypatch.setattr("studies.main_study.figures.drawings", lambda *_: [])  # looked at in tests/studies/main_study
-    monkeypatch.setattr("studies.main_study.paper_figures.paper_stems", lambda _: [])
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     monkeypatch.chdir(tmp_path)
     *_, ranked, designed = run_page(page("tutorial"))

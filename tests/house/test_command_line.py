@@ -92,7 +92,7 @@ def refused(capsys, *arguments: str) -> str:
 
 def test_an_unknown_command_is_refused_with_the_nearest(capsys):
     line = refused(capsys, "critcal", "benchmark")
-    assert "unknown command 'critcal'; did you mean 'critical'? known: animate, " in line
+    assert "unknown command 'critcal'; did you mean 'critical'? known: amplitude, animate, " in line
     assert "unknown command 'fitt'; did you mean 'fit'?" in refused(capsys, "tyre", "fitt")
 
 

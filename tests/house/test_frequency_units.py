@@ -13,6 +13,8 @@ def test_no_field_or_argument_is_called_plainly_frequency():
     plain, checked = [], 0
     for home in homes:
         for name, thing in vars(import_module(home)).items():
+            if inspect.isbuiltin(thing):
+                continue  # what the kernel in C exports has no signature
             if callable(thing) and getattr(thing, "__module__", "") == home and name[0] != "_":
                 checked += 1
                 if "frequency" in inspect.signature(thing).parameters:

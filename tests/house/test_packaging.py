@@ -96,9 +96,9 @@ def project():
 
 def test_the_packages_are_what_an_index_takes(packages):
     files = sorted(packages.iterdir())
-    assert [file.name for file in files] == [
-        f"velotyre-{project()['version']}-py3-none-any.whl", f"velotyre-{project()['version']}.tar.gz",
-    ]  # fmt: skip
+    name = f"velotyre-{project()['version']}"
+    assert [file.name for file in files][1:] == [f"{name}.tar.gz"]
+    assert files[0].name.startswith(f"{name}-cp311-abi3-")
     shown = subprocess.run([sys.executable, "-m", "twine", "check", "--strict", *files], capture_output=True, text=True)
     assert shown.returncode == 0, shown.stdout + shown.stderr
     assert shown.stdout.count("PASSED") == 2
@@ -110,6 +110,11 @@ def test_the_source_distribution_holds_what_one_works_with(packages):
     wanted = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "docs/index.md", "docs/conf.py"}
     assert wanted | {"studies/diagnosis/templates/report.md.j2", "data/SOURCES.md"} <= names
     assert not {name for name in names if name.startswith(("docs/api/", "docs/auto_gallery/", "docs/generated/"))}
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: the wheel does without the kernel")
+def test_the_wheel_holds_the_kernel_in_c(wheel):
+    assert any(name.startswith("bicycle/_kernel.abi3.") for name in zipfile.ZipFile(wheel).namelist())
 
 
 def test_every_package_says_that_it_is_typed(wheel):

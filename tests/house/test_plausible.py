@@ -60,7 +60,7 @@ def test_absurd_values_of_a_file_are_refused_with_the_remedy_and_pass_where_they
     with pytest.raises(InputError, match="allow_unusual = 1 must be true or false"):
         build_model(absurd | {"allow_unusual": 1})
     meant = build_model(absurd | {"allow_unusual": True}).linear_model()
-    assert len([text for text in meant.warnings if "far outside the usual" in text]) == 1
+    assert not [text for text in meant.warnings if "the usual" in text]
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,8 @@ def test_what_is_refused_for_other_reasons_names_the_slip(bicycle, effect, words
 
 def test_limits_can_be_studied_in_python():
     stiff = effect_class("relaxation_length")(cornering_stiffness=1e9, relaxation_length=1e-6)
-    warnings = Model(load_bicycle("benchmark").replace(g=981.0), (stiff,)).linear_model().warnings
+    fast = Bicycle("fast", BENCHMARK | {"g": 981.0})
+    warnings = Model(fast, (stiff,)).linear_model().warnings
     assert [text.split(" = ")[0] for text in warnings] == [
         "g", "relaxation_length.cornering_stiffness", "relaxation_length.relaxation_length",
     ]  # fmt: skip
@@ -176,7 +177,7 @@ def test_a_bicycle_file_may_say_that_its_values_are_meant(tmp_path, name):
     with pytest.raises(InputError, match=f"{name}: c = 7 m is far outside .* at the top of the bicycle file"):
         load_bicycle(tmp_path / name)
     (tmp_path / name).write_text(("allow_unusual = true\n" if name == "b.toml" else "allow_unusual: true\n") + text)
-    assert load_bicycle(tmp_path / name).warnings[0].startswith("c = 7 m is far outside the usual")
+    assert (load_bicycle(tmp_path / name)["c"], load_bicycle(tmp_path / name).warnings) == (7.0, ())
     (tmp_path / name).write_text(text)
     (tmp_path / "m.toml").write_text(f'allow_unusual = true\nbicycle = "{name}"\n')
     assert read_model(tmp_path / "m.toml").bicycle["c"] == 7.0

@@ -22,7 +22,7 @@ PRESENTATION = {"matplotlib", "jinja2", "click", "tabulate"}
 DRAWN_BY_THE_MODES = {"bicycle.mode_figure"}
 """``Modes.plot`` draws with it: the only presentation below ``studies``."""
 
-BESIDE_THE_ROOMS = {"benchmarks", "docs", "golden", "house", "published", "shared", "validation"}
+BESIDE_THE_ROOMS = {"benchmarks", "docs", "field_cases", "golden", "house", "published", "shared", "validation"}
 """Folders of tests about the house as a whole, its documents and the literature."""
 
 

@@ -39,7 +39,7 @@ def altered(study, changes, onsets=None, **settings):
         if p.setup == reference and p.case.name == name:
             onset = np.array((onsets or {}).get(p.case.condition, STAY), float)
             end = np.where(np.isnan(onset), np.nan, 20.0)
-            p = Plausible(p.case, p.setup, onset, end, np.ones(len(onset), bool))
+            p = Plausible(p.case, p.setup, onset, end, np.ones(len(onset), bool), np.zeros((len(onset), 30)))
         outer.append(p)
     return replace(study, results=tuple(results), plausible=tuple(outer), settings=replace(study.settings, **settings))
 

@@ -16,7 +16,8 @@ ARMS = {"inertia": 0.1, "stiffness": 5.0, "damping": 1.0}
 
 def by_hand(
     bicycle: Bicycle, contact: Sequence[float], *, front: dict[str, float] | None = None,
-    arms: dict[str, float] | None = None, camber: float = 0.65, **others: dict[str, Any],
+    arms: dict[str, float] | None = None, camber: float = 0.65, trail: float = 0.017, twisting: float = 5.0,
+    **others: dict[str, Any],
 ) -> LinearModel:  # fmt: skip
     """A bicycle on tyres (C and relaxation length, rear then front), hinged on its steer axis at a height (m)."""
     v, (rear, front_load) = bicycle.values, bicycle.static_loads
@@ -27,6 +28,10 @@ def by_hand(
         },
         "camber_thrust": {"camber_stiffness": {"rear": camber * rear, "front": camber * front_load}},
     }  # fmt: skip
+    if trail:
+        tables["pneumatic_trail"] = {"trail": trail}
+    if twisting:
+        tables["twisting_torque"] = {"twisting_stiffness": twisting}
     if front:
         height = front["height"]
         tables["front_compliance"] = {

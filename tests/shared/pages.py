@@ -79,8 +79,8 @@ def few_hypotheses(tried: Mapping[str, Collection[str]]) -> Callable[[list[str]]
 
 def missing_options(command: str, text: str) -> list[str]:
     """Options of a ``command``, without those of every command, that a text does not name."""
-    found = build().get_command(None, command)
-    options = {option for p in found.params for option in p.opts if option.startswith("--")} - OF_EVERY_COMMAND
+    shown = [p for p in build().get_command(None, command).params if not getattr(p, "hidden", False)]
+    options = {option for p in shown for option in p.opts if option.startswith("--")} - OF_EVERY_COMMAND
     return [one for one in sorted(options) if not re.search(rf"(?<![\w-]){re.escape(one)}(?![\w-])", text)]
 
 

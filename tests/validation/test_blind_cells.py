@@ -7,13 +7,13 @@ import pytest
 
 from bicycle import load_bicycle
 from studies.diagnosis import read_measurement
+from tests.validation.blind import baseline as rival
 from tests.validation.blind import causes, generator
 from tests.validation.blind import motion as moving
-from tests.validation.blind.baseline import baseline
 from tests.validation.blind.cells import CELLS, make
 from tests.validation.blind.generator import modal_case, table_row
 from tests.validation.blind.hidden import HIDDEN, UNUSUAL, Hidden, check_rest, true_machine, uncertainty
-from tests.validation.blind.histories import CHANNELS
+from tests.validation.blind.histories import CHANNELS, history_case
 from tests.validation.blind.motion import Sensor, shapes
 from tests.validation.blind.opposed import NOISE as QUIET
 from tests.validation.blind.opposed import SPEEDS, opposed_pair, seen_weave, stand_out
@@ -198,11 +198,21 @@ def test_a_rider_who_leaves_a_frame_below_the_ground_is_refused(far):
         taken(far)
 
 
-def test_the_baseline_finds_nothing_in_quiet_data_of_the_stated_bicycle_and_a_strong_damper(tmp_path, monkeypatch):
-    monkeypatch.setattr(generator, "perturbed", lambda bicycle, sd, rng: bicycle)
+@pytest.mark.parametrize("case", [generator.modal_case, history_case])
+def test_the_baseline_finds_nothing_in_quiet_data_of_the_stated_bicycle_and_a_strong_damper(
+    case, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(f"{case.__module__}.perturbed", lambda bicycle, sd, rng: bicycle)
+    monkeypatch.setattr(
+        rival, "TABLE", {name: rival.TABLE[name] for name in ("steer_damper", "steer_spring", "luggage")}
+    )
     strong = {"steer_damper": Hidden("rolling", (), {"damping": (2.0, 2.0)})}
+    short = {} if case is generator.modal_case else {"runs": 2, "duration": 1.0}
     for names, expected in (((), "none"), (("steer_damper",), "named")):
-        settings = {"bicycle": "benchmark", "kind": "rolling", "noise": 1e-3, "sizes": strong}
-        generator.modal_case(tmp_path, hidden=names, rng=np.random.default_rng(2), **settings)
-        found = baseline(tmp_path)
+        settings = {"bicycle": "benchmark", "kind": "rolling", "noise": 0.01, "sizes": strong, **short}
+        case(tmp_path, hidden=names, rng=np.random.default_rng(2), **settings)
+        found = rival.baseline(tmp_path)
         assert (found["verdict"], tuple(found["class"])) == (expected, names)
+        for told in found["effects"]:
+            damping = told["parameters"]["damping"]
+            assert damping["value"] == pytest.approx(2.0, abs=4 * damping["sd"])

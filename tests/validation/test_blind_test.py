@@ -9,6 +9,7 @@ import pytest
 import tests.validation.blind.generator as generator
 import tests.validation.blind.histories as histories
 from bicycle import load_bicycle
+from tests.validation.blind import baseline as rival
 from tests.validation.blind import run as running
 from tests.validation.blind.report import write_report
 from tests.validation.blind.run import blind_test, results_in
@@ -81,7 +82,8 @@ def test_the_generators_share_nothing_with_the_fitter(file):
             assert not own or not ({home.rsplit(".", 1)[-1]} | names) & JUDGES
 
 
-def test_resuming_and_summary(tmp_path):
+def test_resuming_and_summary(tmp_path, monkeypatch):
+    monkeypatch.setattr(rival, "TABLE", {})
     blind_study(out=tmp_path, seed=3, cases=1, cells="modal-none", workers=1)
     file = tmp_path / "blind_test_cases.jsonl"
     first = file.read_text()
@@ -145,6 +147,7 @@ def test_a_crash_is_a_line_that_is_counted_and_the_test_goes_on(tmp_path, monkey
     def breaks(*_):
         raise np.linalg.LinAlgError("Singular matrix")
 
+    monkeypatch.setattr(rival, "TABLE", {})
     monkeypatch.setattr(running, "_diagnosed", breaks)
     crashed = running.run_case("modal-one", 1)
     assert crashed["verdict"] is None

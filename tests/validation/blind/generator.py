@@ -36,14 +36,14 @@ def modal_case(
     folder: Path, *, hidden: tuple[str, ...], rng: np.random.Generator, points: int = 12, noise: float = 1.0,
     ratios: bool = True, too_tight: float = 1.0, bicycle: str | None = None, kind: str | None = None,
     cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN,
-    modes: tuple[str, ...] = MODES, held_out: int = 0,
+    modes: tuple[str, ...] = MODES, held_out: int = 0, spread: float = 1.0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and its table; return what is hidden."""
     first = sizes[hidden[0]] if hidden else HIDDEN[str(rng.choice(["steer_damper", "twisting_torque"]))]
     nominal = load_bicycle(bicycle) if bicycle else pick(first.bicycles, rng)
     stated = load_bicycle(cause.stated) if cause.stated else nominal
     for _ in range(TRIES):
-        real = perturbed(nominal, uncertainty(nominal), rng)
+        real = perturbed(nominal, {key: spread * s for key, s in uncertainty(nominal).items()}, rng)
         effects = base_effects(kind or first.base, nominal.static_loads, rng)
         drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)
         low, high = first.speeds

@@ -90,13 +90,13 @@ def history_case(
     noise: float = 1.0, forced: bool = True, nonlinear: bool = False, too_tight: float = 1.0,
     bicycle: str | None = None, speeds: tuple[float, float] | None = None, transient: float = 0.0,
     cause: Cause = AS_STATED, sizes: Mapping[str, Hidden] = HIDDEN, recording: Recording = QUIET,
-    kind: str | None = None, held_out: int = 0,
+    kind: str | None = None, held_out: int = 0, spread: float = 1.0,
 ) -> Truth:  # fmt: skip
     """Write MEASUREMENT.toml and one CSV a run; return what is hidden."""
     first = sizes[hidden[0]] if hidden else HIDDEN["twisting_torque" if nonlinear else "steer_damper"]
     nominal = load_bicycle(bicycle) if bicycle else pick(first.bicycles, rng)
     stated = load_bicycle(cause.stated) if cause.stated else nominal
-    real = perturbed(nominal, uncertainty(nominal), rng)
+    real = perturbed(nominal, {key: spread * s for key, s in uncertainty(nominal).items()}, rng)
     base = kind or ("tyre" if nonlinear and first.base == "rolling" else first.base)
     effects = base_effects(base, nominal.static_loads, rng)
     drawn, machine = hide(hidden, nominal, real, effects, rng, cause, sizes)

@@ -58,11 +58,11 @@ TARGETS = (
     ("effects that hide each other: the pair, or a class with it", ">= 60 %", "opposed", "right"),
     ("the same: truth inside the 95 % interval", ">= 85 %", "opposed", "truth_inside_95"),
     ("one speed: any name, tentative too", "0", "one speed", "any_name"),
-    ("sparse regression (baseline), nothing hidden: an effect named", "", "none", "baseline_named"),
-    ("sparse regression, one effect: right", "", "one", "baseline_right"),
+    ("plain least squares (baseline), nothing hidden: an effect named", "", "none", "baseline_named"),
+    ("plain least squares, one effect: right", "", "one", "baseline_right"),
     ("right when named", "", "one", "baseline_right_when_named"),
-    ("sparse regression, one effect, loud: right", "", "loud", "baseline_right"),
-    ("sparse regression, not in the library: named", "", "outside", "baseline_misnamed"),
+    ("plain least squares, one effect, loud: right", "", "loud", "baseline_right"),
+    ("plain least squares, not in the library: named", "", "outside", "baseline_misnamed"),
 )
 """Row, target of the plan, cells, figure of the cell."""
 

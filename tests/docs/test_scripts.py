@@ -1,0 +1,46 @@
+"""The three scripts of docs/scripts.md run, are short, and tell the truth."""
+
+import re
+
+import numpy as np
+import pytest
+from pages import page
+
+pytest.importorskip("xarray")
+
+SCRIPTS = re.findall(r"^```python\n(.*?)^```", page("scripts"), flags=re.MULTILINE | re.DOTALL)
+
+
+def run(script):
+    found = {}
+    exec(script, found)
+    return found
+
+
+def test_each_is_short():
+    assert len(SCRIPTS) == 3
+    assert max(len([line for line in script.splitlines() if line.strip()]) for script in SCRIPTS) <= 8
+
+
+def test_the_loop_is_stable_where_the_closed_matrix_is():
+    """Eigenvalues by numpy of A + k B C."""
+    pytest.importorskip("control")
+    found = run(SCRIPTS[0])
+    channel = found["plant"]["lean_rate", "steer_torque"]
+    gains = -np.linspace(0, 10, 101)
+    closed = channel.A[None] - gains[:, None, None] * (channel.B @ channel.C)
+    np.testing.assert_array_equal(found["stable"], (np.linalg.eigvals(closed).real < 0).all(1))
+    assert found["stable"].any()
+    assert not found["stable"].all()
+
+
+def test_the_sweep_has_the_published_speed_at_the_benchmark():
+    found = run(SCRIPTS[1])
+    assert found["weave"].dims == ("c", "w")
+    assert len(found["lines"]) == 2
+    here = found["vt"].critical_speeds("benchmark", trail=0.08).min().item()
+    assert here == pytest.approx(4.29238253634111, rel=1e-9)
+
+
+def test_the_benchmark_passes():
+    run(SCRIPTS[2])["test_critical_speeds"]()
