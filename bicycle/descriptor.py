@@ -28,7 +28,7 @@ class DescriptorPolynomial:
         )
 
     def with_feedback(self, *, input: int, output: int, gain: Array) -> "DescriptorPolynomial":
-        """The same with an input (column of B) that answers an output (row of C), u = gain y; gain (m, 1) in SI."""
+        """Close the loop: an input (column of B) that answers an output (row of C), u = gain y; gain (m, 1) in SI."""
         dynamics = dict(self.dynamics)
         for pushed, b in self.input.items():
             for seen, c in self.output.items():

@@ -1,4 +1,4 @@
-"""How hard a kick it takes where a mode is stable and a large motion exists beside it."""
+"""Find the least kick that starts a large motion where the mode at rest is stable."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -240,7 +240,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Onset:
-    """What happens where a mode loses or gains its stability, beside the critical speed."""
+    """Behaviour beside a critical speed: a motion that grows gently, one that jumps, or not determined."""
 
     critical: CriticalSpeed
     bend: float  # a' = growth a + bend a^3 of the steer amplitude a, 1/(s rad^2): the first Lyapunov coefficient

@@ -72,7 +72,7 @@ def known_modes() -> Mapping[str, Mode]:
 
 
 def packaged_modes() -> Mapping[str, Mode]:
-    """Those of the package alone, in the order of tables."""
+    """Modes of the package alone, in the order of tables."""
     return _by_name(packaged_effects().values())
 
 
@@ -93,7 +93,7 @@ def speed_unit(model: LinearModel) -> float:
 
 @dataclass(frozen=True)
 class Rules:
-    """What names go by in all models with the same states."""
+    """Rules of names, the same in all models with the same states."""
 
     # weave, wobble, capsize, castering, the modes that effects declare, other_1 ...; a name is given by its place
     names: tuple[str, ...]

@@ -145,11 +145,11 @@ class CriticalInterval:
 
     @property
     def told(self) -> bool:
-        """Whether there is a limit on either side."""
+        """True if there is a limit on either side."""
         return bool(np.isfinite(self.low) or np.isfinite(self.high))
 
     def holds(self, speed: float) -> bool:
-        """Whether a ``speed`` (m/s) lies within."""
+        """True if a ``speed`` (m/s) lies within."""
         return self.low <= speed <= self.high
 
 
@@ -161,7 +161,7 @@ def critical_intervals(
     assume: bool = False,
     width: float = WIDTH,
 ) -> tuple[CriticalInterval, ...]:
-    """Where the real part of a mode is zero within its uncertainty, mode by mode and from slow to fast."""
+    """Find the speeds at which the real part of a mode is zero within its uncertainty, by mode, from slow to fast."""
     v = np.asarray(speeds, float)
     if v.ndim != 1 or len(v) < 2 or not (np.diff(v) > 0).all():
         raise InputError("give two or more speeds, each above the last")

@@ -4,9 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from tyre.arrays import Array
 from tyre.errors import InputError, is_number, shown
 
 
@@ -50,9 +48,3 @@ def _positive(**values: float) -> None:
 def log_curvature(*, wheel_radius: float, drum_radius: float | None) -> float:
     """Return ln(1 + R / R_drum), which the exponent multiplies in ln(C_flat / C_drum)."""
     return float(np.log1p(wheel_radius / drum_radius)) if drum_radius else 0.0
-
-
-def flat_over_drum(*, exponent: ArrayLike, wheel_radius: float, drum_radius: float | None) -> Array:
-    """Return the cornering stiffness on a flat track over that on a drum, (1 + R / R_drum)^n."""
-    curved = log_curvature(wheel_radius=wheel_radius, drum_radius=drum_radius)
-    return np.asarray(np.exp(np.asarray(exponent, dtype=np.float64) * curved))

@@ -22,6 +22,7 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         critical_table,
         named_rows,
         print_critical,
+        print_exchanges,
         print_named_warnings,
         stacked,
         write_csv,
@@ -39,4 +40,6 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
         print_critical(found, models, max_speed=max_speed)
+        for name, speeds in found.items():
+            print_exchanges({name: models[name]}, max((one.speed for one in speeds), default=0.0))
         print_named_warnings({name: model.warnings for name, model in models.items()})

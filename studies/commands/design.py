@@ -56,7 +56,7 @@ def command(
         rows,
         with_effects,
     )
-    from studies.reporting.output import check_targets, print_table, print_warnings, write_json
+    from studies.reporting.output import check_targets, print_exchanges, print_table, print_warnings, write_json
     from tyre.errors import InputError
     from tyre.files import write_text
 
@@ -92,6 +92,7 @@ def command(
             click.echo(f"added: [effects.{name}], without influence at its first value")
         if design.after.kept:
             click.echo(f"written: {out}")
+        print_exchanges({"": design.problem.space.linear}, up_to)
     print_warnings([*design.problem.space.linear.warnings, *remarks(design)])
     if not design.after.kept:
         sys.exit(1)

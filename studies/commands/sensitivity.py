@@ -30,7 +30,7 @@ def command(
     from studies.axes import numbers_by_name
     from studies.ranking import draw_tornado, rank, record
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import print_exchanges, print_table, print_warnings, write_csv, write_json
 
     model = chosen.model
     ranking = rank(model, mode=mode, speed=speed, given_sd=numbers_by_name(sds, "--sd", "c=0.002"), max_speed=max_speed)
@@ -69,4 +69,6 @@ def command(
                 "each alone: a row moves its parameter and holds the others; errors of parameters that were found "
                 "together cancel or add, so the rows do not add up to the total"
             )
-        print_warnings(model.linear_model().warnings)
+        linear = model.linear_model()
+        print_exchanges({"": linear}, max(speed, *ranking.critical_speeds))
+        print_warnings(linear.warnings)

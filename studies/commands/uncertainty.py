@@ -44,7 +44,14 @@ def command(
 
     from studies.axes import numbers_by_name
     from studies.outputs import scalar_output
-    from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_json
+    from studies.reporting.output import (
+        check_targets,
+        parse_speeds,
+        print_exchanges,
+        print_table,
+        print_warnings,
+        write_json,
+    )
     from studies.sampling import left_out
     from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
     from tyre.errors import InputError
@@ -83,6 +90,8 @@ def command(
         write_json(content, json_file)
     if json_file != "-":
         _print(uncertainty, found, notes)
+        crossings = [one.speed for one in uncertainty.crossings(max_speed).values()]
+        print_exchanges({"": uncertainty.nominal.linear_model()}, max((*asked.tolist(), *crossings), default=0.0))
         if effects:
             click.echo(
                 f"\nwhat would narrow '{narrow}' most (share of its variance that goes if it is measured exactly)"

@@ -183,6 +183,16 @@ def print_critical(
     print_table(rows, [*heads, "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
 
 
+def print_exchanges(models: Mapping[str, "LinearModel"], fastest: float) -> None:
+    """Print where modes of the ``models`` by name exchange character, and so their names, up to a speed (m/s)."""
+    from bicycle.named_modes import mode_events
+
+    for name, model in models.items():
+        for event in mode_events(model, 0.0, fastest):
+            if event.kind == "exchange":
+                click.echo(f"{name}: {event}" if name else str(event))
+
+
 def print_warnings(warnings: Sequence[str]) -> None:
     """Print ``warnings`` to standard error, a line each; several notes on one tyre are one line without --verbose."""
     print_named_warnings({"": warnings})

@@ -31,6 +31,20 @@ def test_a_demand_on_wobble_binds_the_root_that_was_called_rear_tyre(tmp_path, m
     assert fast[(fast.imag > 2 * np.pi * 8)].real.max() < 0
 
 
+@pytest.mark.parametrize(
+    "words", ["critical", "modes --speeds 5:45:5", "sensitivity --mode wobble --speed 40", "uncertainty --samples 20"]
+)
+def test_commands_tell_where_modes_exchange_character(words, tmp_path, monkeypatch, capsys):
+    """The 12 Hz pair was a tyre's at low speed, so somewhere below 39.4 m/s it becomes wobble."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.toml").write_text(TWELVE_HERTZ)
+    command, *options = words.split()
+    main([command, "model.toml", *options])
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "exchange character" in line]
+    assert line.endswith("m/s: rear_tyre and wobble exchange character")
+    assert 0 < float(line.split()[0]) < 39.4
+
+
 @pytest.mark.parametrize("cornering", [8500.0, 10000.0, 12000.0])
 def test_the_growing_pair_about_the_steer_axis_is_wobble_on_stiff_tyres_too(cornering):
     tables = {
