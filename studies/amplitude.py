@@ -117,7 +117,8 @@ def draw_amplitude(found: LimitCycles, target: str, *, title: str) -> None:
         top = max(bar.get_ylim()[1], 1.1 * limit if bar.get_ylim()[1] > limit else 0.0)
         bar.axhspan(limit, max(top, limit), facecolor="none", hatch="//", edgecolor="0.82", linewidth=0)
         bar.set(ylabel="Amplitude at the bar, °", ylim=(0, top), title=title)
-        frequency.set(ylabel="Frequency, Hz", xlabel=f"Speed, m/s (hatched: above {limit:g}° at the bar)")
+        hatched = f" (hatched: above {limit:g}° at the bar)" if top > limit else ""
+        frequency.set(ylabel="Frequency, Hz", xlabel=f"Speed, m/s{hatched}")
         frequency.set_ylim(bottom=0)
         handles, _ = bar.get_legend_handles_labels()
         words = {"yes": "stable", "falls slowly": "stable but slowly falling", "no": "unstable"}

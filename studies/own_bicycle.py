@@ -28,6 +28,7 @@ from bicycle.scaled_bicycle import (
     with_rider,
 )
 from bicycle.wheel_tyres import joint_wheel_tyres
+from studies.main_study.settings import assumed_front
 from studies.reporting.markdown_text import render_file
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -42,6 +43,7 @@ class Limits:
     spread: tuple[float, float] = (0.05, 0.95)
     draws: int = 300
     wobble_draws: int = 100
+    fewest: int = 10  # of them that wobble, for an interval of its onset
     fastest: float = 15.0  # m/s, up to which weave and capsize are looked for
     ridden: float = 20.0  # m/s, and wobble
     tyre: str = "Tyre1"
@@ -138,7 +140,7 @@ class OwnBicycle:
     given: tuple[str, ...]  # keys that were measured
     weave: Band
     capsize: Band
-    wobble: Band  # its share is a probability
+    wobble: Band | None  # its share is a probability; None where no front is known
     helps: tuple[Help, ...]
     beyond: Mapping[str, tuple[float, float, float]]  # what no measured bicycle is like: value, their least and largest
 
@@ -152,8 +154,12 @@ def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
     plausible = [_shaken(with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
     found = [critical_speeds(Model(_plain(values)), LIMITS.fastest) for values in plausible]
     weave, capsize = (_band(nominal, found, mode) for mode in ("weave", "capsize"))
-    onsets = np.array([_onset(values, rng) for values in plausible[: LIMITS.wobble_draws]])
-    wobble = Band(math.nan, *_ends(onsets), float(np.isfinite(onsets).mean()))
+    wobble = None
+    if assumed_front(bicycle):
+        onsets = np.array([_onset(values, rng) for values in plausible[: LIMITS.wobble_draws]])
+        wobbles = np.isfinite(onsets)
+        ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
+        wobble = Band(math.nan, *ends, float(wobbles.mean()))
     given = ("w", "c", "lam", "rR", "rF", *asked.weighed)
     return OwnBicycle(
         bicycle, given, weave, capsize, wobble, _helps(asked, guess, rider, causes), _beyond(guess.geometry)

@@ -174,18 +174,23 @@ def _draw(tyre: "TyreSource", target: str) -> None:
     except InputError:
         del curves["aligning moment, N m"]
     style: Any = dict(STYLE)
+    dotted = ""  # where camber changes a curve
     with matplotlib.rc_context(style):
         figure = Figure(figsize=(4.6 * len(curves), 3.6), layout="constrained")
         for axes, (name, curve) in zip(np.ravel(figure.subplots(1, len(curves))), curves.items(), strict=True):
             for number, load in enumerate(tyre.loads):
-                for camber, line in zip(CAMBERS, ("-", ":"), strict=True):
-                    drawn = curve(slip_angle=slip, load=load, pressure=pressure, camber=np.radians(camber))
-                    label = f"{load:g} N" if not camber else None
-                    axes.plot(np.degrees(slip), drawn, line, color=look(number).colour, label=label)
+                upright, leant = (
+                    curve(slip_angle=slip, load=load, pressure=pressure, camber=np.radians(camber))
+                    for camber in CAMBERS
+                )
+                axes.plot(np.degrees(slip), upright, color=look(number).colour, label=f"{load:g} N")
+                if not np.allclose(upright, leant):
+                    axes.plot(np.degrees(slip), leant, ":", color=look(number).colour)
+                    dotted = f"; dotted: camber {CAMBERS[1]:g} deg"
             axes.set(xlabel="slip angle, deg", title=name)
             axes.axhline(0.0, color=GREY, linewidth=0.6)
         bars = f" at {pressure / PASCAL_PER_BAR:g} bar" * (pressure == pressure)
-        figure.suptitle(f"{tyre.tyre} on {tyre.surface}{bars}; dotted: camber {CAMBERS[1]:g} deg", fontsize=10)
+        figure.suptitle(f"{tyre.tyre} on {tyre.surface}{bars}{dotted}", fontsize=10)
         figure.axes[0].legend()
         settle(figure)
         with replacing(target) as part:

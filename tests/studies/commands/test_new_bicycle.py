@@ -48,6 +48,15 @@ def test_what_is_weighed_is_taken_and_not_asked_for_again(tmp_path, capsys):
     assert "No measured bicycle has w = 1.9 (0.989 to 1.12): less sure" in capsys.readouterr().out
 
 
+def test_no_front_is_assumed_for_a_cargo_bicycle(tmp_path, capsys):
+    """As in the main study: the front of a racing frame says nothing of a Long John."""
+    main(["new", str(tmp_path / "long.toml"), *EIGHT, "--wheelbase", "1.95"])
+    told = capsys.readouterr().out
+    assert "weave settles at" in told
+    assert "wobble: nothing is said" in told
+    assert "probability" not in told
+
+
 def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
     main(["new", str(tmp_path / "mine.toml"), *EIGHT])
     text = (tmp_path / "mine.toml").read_text()
