@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeVar
 
@@ -52,6 +52,9 @@ class CriticalSpeed:
         Of the crossing pair, Hz; 0 for a real root.
     direction : str
         What happens to that root as the speed grows: ``stabilising`` or ``destabilising``.
+    begins : str, optional
+        How the motion begins on tyres that saturate: ``grows gently``, ``jumps`` or ``not determined``, see
+        :class:`bicycle.limit_cycles.Onset`; None of a real root and where it was not looked at.
     """
 
     speed: float
@@ -59,6 +62,7 @@ class CriticalSpeed:
     mode: str
     frequency_hz: float
     direction: str
+    begins: str | None = field(default=None, kw_only=True)
 
     @classmethod
     def of_root(cls, *, speed: float, root: complex, destabilising: bool, mode: str = "") -> "CriticalSpeed":

@@ -34,7 +34,7 @@ class Kick(NamedTuple):
 
 
 def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_torque") -> list[Kick]:
-    """Find the least kick at each speed at which a stable mode has an unstable motion beside it.
+    """Find the least kick at each speed at which an unstable motion lies beside a stable mode, or one held by friction.
 
     The normal form tells it at once: the amplitude that the kick gives the mode is that of the unstable cycle. Motions
     over 12 s after kicks from a tenth to ten times of it confirm or correct it. A rider holds the slow lean meanwhile.
@@ -74,7 +74,7 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
         mode, cycle = min(leaving, key=lambda one: found.amplitude(one[1]))
         values, vectors = np.linalg.eig(system.linear(speed))
         place = int(np.abs(values - 1j * cycle.angular_frequency).argmin())
-        if values[place].real < 0:
+        if values[place].real < 0 or found.dry_friction:
             given = np.linalg.inv(vectors)[place] @ start * (system.row("steer") @ vectors[:, place])
             beside.append((speed, mode, cycle, found.amplitude(cycle) / (2 * abs(given))))
     if not beside:
@@ -107,7 +107,7 @@ def _outcomes(
         values, vectors = np.linalg.eig(system.linear(speed))
         held = (values.imag == 0) & (values.real > -HELD)
         matrix -= ((vectors * held * (values + HELD)) @ np.linalg.inv(vectors)).real
-    step = 1.2 / max(np.abs(np.linalg.eigvals(system.linear(v))).max() for v in speeds)
+    step = 1.2 / max(np.abs(np.linalg.eigvals(system.linear(v, sticking=True))).max() for v in speeds)
     count = int(HORIZON / step)
     angles = [states.index(name) for name in LIMITS]
     rate = states.index("steer_rate")

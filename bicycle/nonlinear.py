@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from bicycle.declarations import Wheel
 from bicycle.effect import WHEELS, Effect
@@ -252,6 +251,8 @@ class MagicFormulaModel:
         inputs: Mapping[str, InputHistory] | None = None, tolerance: float = 1e-10,
     ) -> Response:  # fmt: skip
         """Time history by DOP853 from jump to jump of the inputs; arguments as in :func:`respond`."""
+        from scipy.integrate import solve_ivp  # a tenth of a second that critical speeds can do without
+
         given = dict(inputs or {})
         refuse_unknown("input", given, self.inputs)
         t, x = check_time(time), np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])

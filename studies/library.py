@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
     from bicycle.critical import CriticalSpeed
     from bicycle.inputs import InputHistory
+    from bicycle.limit_cycles import LimitCycles
     from bicycle.linear_model import LinearModel
     from bicycle.named_modes import Modes
+    from bicycle.nonlinear import CurveTyre, MagicTyre
     from bicycle.responses import Response
     from studies.chart import StabilityChart
     from studies.design import Design
@@ -39,7 +41,7 @@ def content_of(model: AnyModel) -> dict[str, Any]:
         model = Model(model)
     if isinstance(model, Model):
         effects = {e.identifier: e for e in model.effects if e.identifier != DEFAULT_CONTACT}
-        sd, values = model.bicycle.sd, model.bicycle.values
+        sd, values = model.bicycle.sd, model.bicycle.table
         found: dict[str, Any] = {
             "bicycle": {k: f"{v!r} +/- {sd[k]!r}" if sd.get(k) else v for k, v in values.items()}, WAY_OUT: True,
             "effects": {
@@ -138,7 +140,7 @@ def sweep(
     variables = {}
     for name in stored(asked):
         whole = np.concatenate([arrays[name] for arrays in rows])
-        variables[name] = ((*outer, *inner_of(name, asked)), whole.reshape(*shape, *whole.shape[1:]), _units(name))
+        variables[name] = ((*outer, *inner_of(name, asked)), whole.reshape((*shape, *whole.shape[1:])), _units(name))
     single = [key for key, value in given.items() if not np.ndim(value) and not isinstance(value, str)]
     return xarray.Dataset(variables, {key: np.asarray(label) for key, label in labels.items()}).squeeze(single)
 
@@ -218,11 +220,55 @@ def critical_speeds(
         In m/s, over the numbers, ``crossing_mode``, ``as_speed_grows`` and ``occurrence``, NaN for none.
     """
     from bicycle.critical import critical_speeds as speeds_of_one
+    from studies.lasting_motions import with_onsets
 
     if not numbers and not more:
-        return speeds_of_one(_linear(model), max_speed)
+        found = speeds_of_one(_linear(model), max_speed)
+        return found if hasattr(model, "state_matrix") else with_onsets(model_of(model), content_of(model), found)
     asked: Any = model  # a LinearModel is refused there
     return sweep(asked, "critical_speeds", {**(numbers or {}), **more}, max_speed=max_speed).critical_speeds
+
+
+def limit_cycles(
+    model: AnyModel, *, rear: MagicTyre | CurveTyre | None = None, front: MagicTyre | CurveTyre | None = None,
+    max_speed: float = 60.0, dry_friction: float = 0.0,
+) -> LimitCycles:  # fmt: skip
+    """Find the periodic motions of a bicycle on tyres that saturate, from its critical speeds on.
+
+    >>> front = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
+    >>> tyres = {"tyre": "Tyre1", "pressure_bar": 5.5}
+    >>> effects = {"relaxation_length": tyres, "front_compliance": front}
+    >>> found = limit_cycles({"bicycle": "pista_charlie_drops", "effects": effects}, max_speed=20.0)
+    >>> found.frame([10.0])["steer_amplitude_deg"].round(2).tolist()
+    [10.29]
+
+    Parameters
+    ----------
+    model : str, Path, Bicycle, Model or mapping
+        A model on the effect ``relaxation_length``, a file, or what a model file holds.
+    rear, front : MagicTyre or CurveTyre
+        Curves of the tyres, by default those of the tyre file, else the Magic Formula with D = 0.8, C = 1.3, E = 0.
+    max_speed : float
+        m/s, up to which critical speeds are looked for and motions followed.
+    dry_friction : float
+        Torque (N m) of dry friction in the steering: no critical speed is left, and branches close.
+
+    Returns
+    -------
+    bicycle.limit_cycles.LimitCycles
+        ``frame(speeds)`` tabulates amplitude, frequency and stability.
+
+    Raises
+    ------
+    InputError
+        No model, tyres that do not saturate, wheel loads or equations that change with the speed, or friction below 0.
+    """
+    from bicycle.limit_cycles import find_limit_cycles
+    from studies.lasting_motions import curves_of
+
+    own = curves_of(content_of(model))
+    rear, front = rear or own.get("rear"), front or own.get("front")
+    return find_limit_cycles(model_of(model), rear=rear, front=front, max_speed=max_speed, dry_friction=dry_friction)
 
 
 def root_locus(model: AnyModel, parameter: str, values: ArrayLike, *, speed: float | None = None) -> RootLocus:
@@ -386,7 +432,8 @@ def design(
     model : str, Path, Bicycle, Model or mapping
         A packaged bicycle, a file, or what a model file holds.
     keep : mapping
-        Mode, or ``"all"``, to ``"stable"`` or a least damping ratio from 0 to below 1.
+        Mode, or ``"all"``, to ``"stable"`` or a least damping ratio from 0 to below 1; or one mode to a largest
+        amplitude at the bar such as ``"2deg"``.
     vary : sequence of str
         Keys, or ``effect.parameter``, of the numbers that may change.
     speeds : (float, float)

@@ -16,12 +16,14 @@ import numpy as np
 
 from bicycle.critical import CriticalSpeed, critical_speeds, critical_speeds_of_many
 from bicycle.eigen import frequency_hz, least_damping_ratio, pair_damping_ratio
+from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.naming import every_mode, packaged_modes
 from bicycle.propagation import damping_ratio_gradient, frequency_gradient
 from bicycle.sensitivity import sensitivities
+from studies.lasting_motions import largest_wobble, motion_at
 from tyre.arrays import Array, Complex
 from tyre.errors import InputError, unknown
 
@@ -29,6 +31,7 @@ ROOTS, MODE, MODEL, PARAMETERS = "roots", "mode", "model", "parameters"
 CHANGES = ("destabilising", "stabilising")
 OTHER = "other"  # place of the critical speeds of modes without a name
 OCCURRENCES = 4  # critical speeds of one mode in one direction
+HIGHEST = 60.0  # m/s: at least up to here motions are followed, which may begin above the speeds asked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +182,18 @@ def _critical_speeds_at_once(
 def _critical_speeds(model: Model, speeds: Array, max_speed: float) -> Array:
     linear = model.linear_model()
     return _placed(mode_names(linear), critical_speeds(linear, max_speed), max_speed)
+
+
+@output("wobble_amplitude", unit="deg", label="Amplitude of wobble at the bar", source=MODEL)
+def _wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> Array:
+    found = find_limit_cycles(model, max_speed=max(max_speed, HIGHEST))
+    return np.array([motion_at(found, speed) for speed in np.asarray(speeds).tolist()])
+
+
+@output("largest_wobble_amplitude", unit="deg", label="Largest amplitude of wobble at the bar", source=MODEL,
+        by_speed=False)  # fmt: skip
+def _largest_wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> float:
+    return largest_wobble(find_limit_cycles(model, max_speed=max_speed))
 
 
 @output("parameters", unit="SI unit of the parameter", label="Parameter", source=PARAMETERS, by_speed=False,

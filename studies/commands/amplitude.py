@@ -1,12 +1,15 @@
 """``velotyre amplitude``: how large wobble and weave get on tyres that saturate."""
 
+from pathlib import Path
+
 import click
 import click.core
 
-from studies.command_options import FINITE, max_speed_option, speeds_option
+from studies.command_options import FINITE, Number, max_speed_option, speeds_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
+CSV = ("speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2")
 UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of --kick
 
 
@@ -23,42 +26,51 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of 
 @click.option(
     "--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts a motion beside a stable one."
 )
+@click.option("--damper", type=Number(0, 100, above=True), help="N m s/rad; default: the least that ends wobble.")
 @click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
+@click.option("--film", type=click.Path(path_type=Path), help="Film the largest motion that lasts: .gif or .mp4.")
 @click.option(
     "--csv", "csv_file", metavar="FILE", help="Write a row per speed and motion as CSV; - is standard output."
 )
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, speeds: str, max_speed: float, friction: float, shape_factor: float, curvature_factor: float,
-    kick: str | None, point: str | None, plot_file: str | None, csv_file: str | None, json_file: str | None,
+    kick: str | None, damper: float | None, point: str | None, plot_file: str | None, film: Path | None,
+    csv_file: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     from bicycle.kicks import kick_thresholds
     from bicycle.limit_cycles import find_limit_cycles
-    from bicycle.nonlinear import CurveTyre, MagicTyre
-    from bicycle.wheel_tyres import wheel_curves
-    from studies.amplitude import draw_amplitude, lines, record
+    from bicycle.nonlinear import MagicTyre
+    from studies.amplitude import draw_amplitude, film_cycle, lines, record
+    from studies.animation import check_film
+    from studies.lasting_motions import curves_of, sides
     from studies.reporting.modes_picture import check_picture
     from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_csv, write_json
 
     if plot_file is not None:
         check_picture(plot_file)
+    if film is not None:
+        check_film(film)
     check_targets(csv=csv_file, json=json_file)
     asked = parse_speeds(speeds, 10_000)
     place, model, context = _point(point), chosen.model, click.get_current_context()
     given = [name for name in ("friction", "shape_factor", "curvature_factor") if not _is_default(context, name)]
-    curves = {} if given else wheel_curves(chosen.content.get("effects", {}))
-    tyres = {wheel: CurveTyre(*curve) for wheel, curve in curves.items()}
+    curves = {} if given else curves_of(chosen.content)
     tyre = MagicTyre(friction, shape_factor, curvature_factor)
-    found = find_limit_cycles(model, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre), max_speed=max_speed)
+    tyres = {"rear": tyre, "front": tyre} | curves
+    found = find_limit_cycles(model, rear=tyres["rear"], front=tyres["front"], max_speed=max_speed)
     frame = found.frame(asked[asked > 0], place)
     kicks = kick_thresholds(found, asked[asked > 0], kick) if kick is not None else []
+    both = sides(found, damper, tyres, max_speed)
     if csv_file is not None:
-        write_csv(frame, csv_file)
+        write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
-        draw_amplitude(found, plot_file, title=model.bicycle.name)
+        draw_amplitude(found, plot_file, title=model.bicycle.name, peak_factor=None if curves else friction)
+    if film is not None:
+        film_cycle(found, frame["speed_m_s"].unique().tolist(), film)
     if json_file is not None:
-        write_json(record(found, frame, kicks, UNITS.get(str(kick), "")), json_file)
+        write_json(record(found, frame, kicks, UNITS.get(str(kick), ""), both), json_file)
     if "-" not in (csv_file, json_file):
         if len(frame):
             heads = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
@@ -73,7 +85,12 @@ def command(
             ])  # fmt: skip
             click.echo()
         for line in lines(
-            found, frame, peak_factor=None if curves else friction, without_kick=bool(kick) and not kicks
+            found,
+            frame,
+            peak_factor=None if curves else friction,
+            without_kick=bool(kick) and not kicks,
+            sides=both,
+            max_speed=max_speed,
         ):
             click.echo(line)
         print_warnings(model.linear_model().warnings)

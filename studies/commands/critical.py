@@ -16,6 +16,7 @@ from studies.reporting.command_context import example
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
+    from studies.lasting_motions import with_onsets
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.output import (
         check_targets,
@@ -31,7 +32,10 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
 
     check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
-    found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
+    found = {
+        name: with_onsets(one.model, one.content, analyse(models[name], [], max_speed=max_speed)[1])
+        for name, one in chosen.each.items()
+    }
     if csv_file is not None:
         tables = [named_rows(critical_table(critical), name) for name, critical in found.items()]
         write_csv(stacked(tables), csv_file)

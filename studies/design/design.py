@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from bicycle.effect_registry import registry
+from bicycle.limit_cycles import find_limit_cycles
 from bicycle.named_modes import modes
 from bicycle.naming import Rules
 from bicycle.parameter_covariance import ParameterKey
@@ -25,7 +26,9 @@ from studies.design.problem import (
     limits_of,
     solved,
 )
+from studies.lasting_motions import motion_at
 from studies.model_space import ModelSpace, changed_content
+from studies.outputs import HIGHEST
 from studies.uncertainty.uncertain_model import UncertainModel
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -122,6 +125,7 @@ class Design:
     certainty: Certainty | None
     margins: Mapping[Demand, float]
     probability: float | None
+    amplitude: float | None = None  # degrees at the bar of the demand on one
 
     @property
     def binding(self) -> list[Peak]:
@@ -199,11 +203,53 @@ def designed(
         )
     margins: dict[Demand, float] = {}
     after, agreed = _best(problem, margins, wanted.seed)
+    amplitude = None
+    if any(one.amplitude for one in demands):
+        problem, after, amplitude = _below_amplitude(problem, after, wanted)
     if wanted.probability is not None and after.kept:
         after, margins = _sure(problem, after, wanted, wanted.probability)
     sure = None if uncertain is None else _certainty(problem, after, wanted, wanted.seed + 1)
     unstable = (_unstable(problem, start), _unstable(problem, after.x))
-    return Design(problem, before, after, agreed, unstable, sure, margins, wanted.probability)
+    return Design(problem, before, after, agreed, unstable, sure, margins, wanted.probability, amplitude)
+
+
+def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[Problem, Answer, float]:
+    """The design that lets a mode grow as fast as its amplitude allows, the same at all speeds, and the amplitude.
+
+    Beside a critical speed the square of the amplitude goes with the growth; each round corrects the growth by that.
+    """
+    demand, *more = [one for one in problem.demands if one.amplitude]
+    if more or wanted.probability is not None:
+        raise InputError(f"--keep {demand.mode} {demand.amplitude:g}deg: give one amplitude, without --probability")
+
+    def amplitude(x: Array) -> float:
+        found = find_limit_cycles(problem.space.model_at(x), max_speed=max(HIGHEST, problem.speeds[-1]))
+        sizes = [motion_at(found, speed, demand.mode) for speed in problem.speeds.tolist()]
+        return float(np.nan_to_num(sizes, nan=math.inf).max())
+
+    best, reached, first = (problem, stable), amplitude(stable.x), amplitude(problem.start)
+    if stable.kept and reached > demand.amplitude:
+        raise InputError(
+            f"--keep {demand.mode} {demand.amplitude:g}deg: even where it is stable a kick starts a larger motion; "
+            "ask for a damping ratio"
+        )
+    peak = max((p.excess for p in problem.answer(problem.start, {}).peaks if p.demand == demand), default=0.0)
+    growth = max(peak, CLEARLY) * float(np.clip(demand.amplitude / max(first, 1e-9), 0.05, 1.0)) ** 2
+    low, high = 0.0, math.inf
+    for _ in range(8):  # rounds
+        now = replace(demand, growth=growth + CLEARLY)
+        tried = replace(problem, demands=tuple(now if one == demand else one for one in problem.demands))
+        answer = solved(tried, {}, problem.start)
+        last = amplitude(answer.x)
+        if answer.kept and last <= demand.amplitude:
+            best, reached, low = (tried, answer), last, growth
+            if answer.cost == 0 or last > 0.98 * demand.amplitude:
+                break
+        else:
+            high = growth
+        growth *= 0.98 * np.clip(demand.amplitude / max(last, 1e-9), 0.2, 3.0) ** 2
+        growth = float(growth) if low < growth < high else (low + min(high, 9 * low)) / 2
+    return *best, reached
 
 
 def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple[Answer, tuple[int, int]]:

@@ -1,6 +1,7 @@
 """Demands on modes over a range of speed, to be stable or well damped, and the speeds at which they are missed most."""
 
 import math
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,10 @@ from scipy.optimize import Bounds, minimize, minimize_scalar
 
 from bicycle.default_sd import standard_deviations
 from bicycle.eigen import eigensystem, projected
+from bicycle.limit_cycles import LIMITS
 from bicycle.linear_model import LinearModel
 from bicycle.named_modes import modes
-from bicycle.parameters import POSITIVE, TYPICAL, UNITS
+from bicycle.parameters import POSITIVE, UNITS, of_kind
 from studies.axes import SPEED, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
@@ -26,17 +28,24 @@ STABLE, EVERY = "stable", "all"
 
 @dataclass(frozen=True)
 class Demand:
-    """A mode that is to keep ``Re z + ratio |z| <= 0``: stable with ratio 0, else with that damping ratio at least."""
+    """A mode that is to keep ``Re z + ratio |z| <= growth``: stable with ratio 0, else that damping ratio at least.
+
+    With an ``amplitude`` (degrees at the bar) it may grow by ``growth`` (1/s), if motions that last stay below.
+    """
 
     mode: str
     ratio: float = 0.0
+    amplitude: float = 0.0
+    growth: float = 0.0
 
     def __str__(self) -> str:
+        if self.amplitude:
+            return f"{self.mode} below {self.amplitude:g}° at the bar, with a growth up to {self.growth:.3g} 1/s"
         return f"{self.mode} stable" if not self.ratio else f"{self.mode} with a damping ratio of {self.ratio:g}"
 
     def excess(self, roots: Any) -> Any:
-        """By how much ``roots`` (1/s, any shape) miss it: ``Re z + ratio |z|``, 1/s."""
-        return roots.real + self.ratio * np.abs(roots)
+        """By how much ``roots`` (1/s, any shape) miss it: ``Re z + ratio |z| - growth``, 1/s."""
+        return roots.real + self.ratio * np.abs(roots) - self.growth
 
     def slope(self, root: Complex, change: Complex) -> Array:
         """Derivatives (k, d) of the excess from those of roots (k,)."""
@@ -52,18 +61,23 @@ class Demand:
 
 
 def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tuple[Demand, ...]:
-    """Demands as they are written: mode, and ``stable`` or a least damping ratio; ``ratio`` is that of ``stable``
-    ones."""
+    """Demands as they are written: mode, and ``stable``, a least damping ratio or a largest amplitude such as
+    ``2deg``; ``ratio`` is that of ``stable`` ones."""
     found: dict[str, Demand] = {}
+    most = math.degrees(LIMITS["steer"])
     for mode, word in keep:
+        angle = re.fullmatch(r"(\d*\.?\d+)(deg|°)", word)
+        if angle and mode not in found and mode != EVERY and 0 < float(angle[1]) <= most:
+            found[mode] = Demand(mode, amplitude=float(angle[1]))
+            continue
         try:
             number = (ratio or 0.0) if word == STABLE else float(word)
         except ValueError:
             number = np.nan
         if not 0 <= number < 1:
             raise InputError(
-                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, or a least damping ratio "
-                "from 0 to below 1"
+                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, a least damping ratio "
+                f"from 0 to below 1, or a largest amplitude at the bar of one mode such as 2deg, up to {most:g}deg"
             )
         if mode in found:
             raise InputError(f"--keep {mode} is given twice; keep one")
@@ -219,7 +233,8 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
             if not math.isfinite(ends[1]):
                 ends, reason = (0.5 * base, min(1.5 * base, axis.bounds[1])), "half as much again"
         else:
-            ends, reason = (TYPICAL[axis.key] if axis.key in UNITS else typical_range(space.model, axis)), "typical"
+            typical, reason = of_kind(space.model.bicycle.kind)[0], "typical"
+            ends = typical[axis.key] if axis.key in UNITS else typical_range(space.model, axis)
         if axis.key not in given and not ends[0] <= base <= ends[1]:
             reason += ", and the model's value"
         if axis.key in POSITIVE:

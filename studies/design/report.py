@@ -96,4 +96,4 @@ def record(design: Design) -> dict[str, Any]:
             "not_told": sure.unknown, "left_out": sure.refused,
         },
         "unstable_before": design.unstable[0], "unstable_after": design.unstable[1], "remarks": remarks(design),
-    }  # fmt: skip
+    } | ({} if design.amplitude is None else {"largest_amplitude_deg": design.amplitude})  # fmt: skip

@@ -14,8 +14,8 @@ PLACES = {
         "model", "nearest", "solve", "uncertainty", "unstable_bands", "wobble_edges", "wobble_span",
     ),
     "compare": (
-        "CRITICAL", "DAMPING", "Change", "Check", "End", "Hinge", "Plausible", "contact_models", "decompose",
-        "front_draws", "front_values", "hinges", "named_speeds", "plausible", "wobble_growth",
+        "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Plausible", "contact_models",
+        "decompose", "front_draws", "front_values", "hinges", "named_speeds", "plausible", "wobble_growth",
     ),
     "study": ("Study", "pressure_ends", "run_study", "spread"),
     "published": ("Comparison", "Finding", "compared", "findings"),
@@ -25,7 +25,7 @@ PLACES = {
         "write_report",
     ),
     "tidy_tables": ("tables", "write_tables"),
-    "figures": ("draw_causes", "draw_critical_speeds", "draw_damping", "draw_headline"),
+    "figures": ("draw_amplitude", "draw_causes", "draw_critical_speeds", "draw_damping", "draw_headline"),
 }  # fmt: skip
 
 

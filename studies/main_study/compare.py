@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from bicycle.critical import CriticalSpeed, CrossingIdentity, critical_speeds, identified
 from bicycle.effect_registry import effect_class
 from bicycle.eigen import damping_ratio, frequency_hz
+from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
+from bicycle.nonlinear import MagicTyre
 from bicycle.sensitivity import critical_speed_sensitivities
+from studies.lasting_motions import Extent, Trace, curves_of, extent, traces_of
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import (
     FRICTION,
@@ -38,7 +41,7 @@ from studies.main_study.result import (
     uncertainty,
     wobble_span,
 )
-from studies.main_study.settings import CONTACT_LENGTH, LIMITS, Front, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Front, Settings, Setup
 from studies.uncertainty import assumed, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
 from tyre.arrays import Array
@@ -270,6 +273,37 @@ def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[Conta
             ends = [wobble(settings, world, case.contact) for world in worlds]
             found.append(ContactModels(case, (rear, front), tuple(trail.tolist()), estimated, *ends))
     return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Amplitude:
+    """Periodic motions of one case in the reference world on tyres that saturate; ``refused`` says why not."""
+
+    case: TyreCase
+    traces: tuple[Trace, ...] = ()
+    wobble: Extent | None = None
+    peak_factor: float | None = None  # assumed; None: the tyre file holds whole curves
+    refused: str = ""
+
+    @property
+    def jumps(self) -> bool:
+        """True if there are motions of wobble, lasting or not: a kick may start one."""
+        return any(WOBBLE in one.mode.split("+") for one in self.traces)
+
+
+def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
+    """Follow the periodic motions of one case, and how large its wobble gets at the speeds looked at."""
+    curves = curves_of({"effects": {LAW: dict(case.table)}})
+    try:
+        found = find_limit_cycles(
+            model(settings, case.on(setup), case.contact), rear=curves.get("rear"), front=curves.get("front"),
+            max_speed=settings.max_speed,
+        )  # fmt: skip
+    except InputError as error:
+        return Amplitude(case, refused=str(error))
+    traces = tuple(traces_of(found))
+    peak = None if curves else MagicTyre().friction
+    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), peak)
 
 
 @dataclass(frozen=True, eq=False)

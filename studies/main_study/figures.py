@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.critical import CrossingIdentity
+from studies.amplitude import draw_trace, finish_amplitude
 from studies.main_study.compare import Change, growth_speeds
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
 from studies.main_study.settings import LIMITS, Setup, plain_name
@@ -33,6 +34,7 @@ def drawings(study: Study, folder: Path) -> list[Callable[[Study], Path]]:
     """List the figures of a ``study`` for ``folder``, each to be called with it; causes if there are two pressures."""
     draws = {"headline": draw_headline, "damping_ratio": draw_damping, "critical_speeds": draw_critical_speeds}
     draws |= {"causes": draw_causes} if study.decompositions else {}
+    draws |= {"amplitude": draw_amplitude} if any(one.jumps for one in study.amplitudes) else {}
     return [partial(draw, target=folder / name) for name, draw in draws.items()]
 
 
@@ -125,6 +127,23 @@ def _draw_worlds(axes: Any, study: Study) -> None:
     axes.set_title("Unstable wobble", fontsize=9)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
+
+
+def draw_amplitude(study: Study, target: Path) -> Path:
+    """Draw how large wobble gets over speed, a colour a pressure, with a band over plausible peak factors."""
+    with plotting.drawing(target, width=7.0, height=4.4) as canvas:
+        axes = canvas.add_subplot()
+        for one in study.amplitudes:
+            look_of, label = look(study.subject.index(one.case)), one.case.condition
+            for trace in one.traces:
+                if WOBBLE in trace.mode.split("+"):
+                    draw_trace(axes, trace, look_of.colour, one.peak_factor)
+            axes.plot([], [], color=look_of.colour, linewidth=4, label=label)
+        finish_amplitude(axes)
+        axes.set(xlim=(0, study.settings.fastest), xlabel="Speed, m/s")
+        axes.set_title(world_words(study.settings.reference), fontsize=9)
+        _title(canvas, study, f" on {study.names[0]}: wobble", study.of(study.settings.reference, study.names[0]))
+    return target
 
 
 def draw_causes(study: Study, target: Path) -> Path:

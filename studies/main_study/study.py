@@ -30,6 +30,7 @@ class Study:
     contact_models: tuple[compare.ContactModels, ...]
     sources: compare.Sources
     checks: tuple[compare.Check, ...]
+    amplitudes: tuple[compare.Amplitude, ...]
 
     @property
     def names(self) -> list[str]:
@@ -103,13 +104,14 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
     asked = [_find(results, case, settings.reference) for case in dict.fromkeys((subject[0], subject[-1]))]
     outer = each(compare.plausible, [(settings, r.case, r.setup) for r in asked], "plausible bicycles")
     checks = each(compare.check, [(settings, r) for r in asked], "Monte Carlo")
+    sizes = each(compare.amplitude, [(settings, r.case, r.setup) for r in asked], "amplitude of wobble")
     done = list({(r.case.name, r.case.condition): r.case for r in results}.values())
     order = list(dict.fromkeys(case.name for case in done))
     return Study(
         settings, tuple(sorted(done, key=lambda case: (order.index(case.name), case.order))), focus, tuple(left_out),
         tuple(results), tuple(decompositions), tuple(outer), compare.hinges(settings, subject, focus),
         compare.contact_models(settings, dict.fromkeys((subject[0], subject[-1]))),
-        compare.sources(settings, focus), tuple(checks),
+        compare.sources(settings, focus), tuple(checks), tuple(sizes),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def own_equations(model, speed, *, friction=0.8, shape=1.3, curvature=0.0):
 def state_at_turn(system, cycle, name):
     """States of a cycle by name when ``name`` is at its largest, near enough for Newton's method."""
     phase = np.linspace(0, 2 * np.pi, 400)
-    x = (np.exp(1j * np.outer(phase, np.arange(1, 32, 2))) @ cycle.states).real
+    x = (np.exp(1j * np.outer(phase, cycle.orders)) @ cycle.states).real
     return dict(zip(system.states, x[x[:, system.states.index(name)].argmax()], strict=True))
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from studies import velotyre as vt
 from studies.cli import main
+from studies.library import content_of
 from tyre.errors import InputError
 
 WOBBLY = """bicycle = "pista_charlie_drops"
@@ -43,13 +44,104 @@ def test_table_record_and_picture(wobbly, capsys):
     frame = pd.read_csv("a.csv")
     assert frame["stable"].tolist() == ["yes", "no", "falls slowly", "falls slowly"]
     assert frame["steer_amplitude_deg"][0] == pytest.approx(10.288, rel=1e-4)
-    assert frame["within_geometry"].tolist() == [True, True, True, False]
+    words = "speed_m_s mode stable steer_amplitude_deg frequency_Hz acceleration_m_s2"
+    assert list(frame) == words.split()
     told = json.loads((wobbly / "a.json").read_text())
+    assert [one["within_geometry"] for one in told["cycles"]] == [True, True, True, False]
     assert [one["begins"] for one in told["critical"]] == ["grows gently", "not determined", "grows gently", "jumps"]
     assert told["branches"][1]["folds"][0]["speed_m_s"] == pytest.approx(34.10, abs=0.005)
     (kick,) = told["kicks"]
     assert (kick["unit"], kick["follows"]) == ("N m s", "lasting motion")
     assert (wobbly / "a.png").stat().st_size > 20_000
+
+
+def test_critical_speeds_say_how_the_motion_begins(wobbly, capsys):
+    main(["critical", "wobbly.toml", "--csv", "begins.csv"])
+    begins = ["grows gently", "not determined", None, "grows gently", "jumps"]
+    assert [one.begins for one in vt.critical_speeds("wobbly.toml")] == begins
+    assert [None if one != one else one for one in pd.read_csv("begins.csv")["begins"]] == begins
+    shown = [line.split("  ")[-1].strip() for line in capsys.readouterr().out.splitlines()]
+    assert shown == ["the motion", "-" * 14, *(one or "-" for one in begins)]
+
+
+def test_both_sides_of_a_damper(wobbly, capsys):
+    main(["amplitude", "wobbly.toml", "--speeds", "10", "--damper", "1.5", "--json", "a.json"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "a steer damper of 1.5 N m s/rad more ends the wobble up to 60 m/s its other side: weave" in shown
+    assert "unstable at 35.2 m/s instead of 38.9 m/s, where it jumps; no motion within linear geometry" in shown
+    without, damped = json.loads(Path("a.json").read_text())["damper"]
+    assert (without["weave_unstable_from_m_s"], damped["weave_unstable_from_m_s"]) == pytest.approx(
+        (38.9, 35.2), abs=0.05
+    )
+    assert without["largest_wobble_deg"] > 10
+    assert damped["largest_wobble_deg"] is None
+    assert (damped["weave_begins"], damped["weave_caught_deg"]) == ("jumps", None)
+
+
+def test_a_weak_damper_and_one_that_nothing_needs(wobbly, capsys):
+    main(["amplitude", "wobbly.toml", "--speeds", "10", "--damper", "0.3"])
+    assert (
+        "0.3 N m s/rad more does not end the wobble up to 60 m/s; its largest amplitude is" in capsys.readouterr().out
+    )
+    main("amplitude benchmark --tyre Tyre1 --pressure 5.5 --speeds 10 --max-speed 30 --damper 1".split())  # noqa: SIM905
+    shown = capsys.readouterr().out
+    assert (
+        "more has no wobble to end up to 30 m/s\nits other side: weave stays stable up to 30 m/s, as without" in shown
+    )
+
+
+def test_the_least_damper_that_ends_the_wobble(wobbly, capsys):
+    main(["amplitude", "wobbly.toml", "--speeds", "10", "--json", "a.json"])
+    least = json.loads(Path("a.json").read_text())["damper"][1]["added_N_m_s_rad"]
+    assert f"a steer damper of {least:g} N m s/rad more ends the wobble" in capsys.readouterr().out
+    for damping, ends in ((least, True), (least - 0.01, False)):
+        content = content_of("wobbly.toml")
+        content["effects"] = content["effects"] | {"steer_damper": {"damping": damping}}
+        assert ends == all(one.mode != "wobble" for one in vt.critical_speeds(content))
+    main(["amplitude", "wobbly.toml", "--speeds", "10", "--max-speed", "4", "--json", "a.json"])
+    assert json.loads(Path("a.json").read_text())["damper"][0]["weave_unstable_from_m_s"] is None
+
+
+def test_the_largest_wobble_is_that_of_the_table(wobbly, capsys):
+    found = vt.limit_cycles("wobbly.toml")
+    frame = found.frame(np.arange(2.86, 31.67, 0.4))
+    most = frame[frame["mode"] == "wobble"]["steer_amplitude_deg"]
+    main(["amplitude", "wobbly.toml", "--speeds", "10", "--json", "a.json"])
+    without = json.loads(Path("a.json").read_text())["damper"][0]
+    assert without["largest_wobble_deg"] == pytest.approx(most.max(), rel=1e-3)
+    at = without["largest_wobble_at_m_s"]
+    assert at == pytest.approx(frame["speed_m_s"][most.idxmax()], abs=0.3)
+    assert f"° at the bar (at {at:.1f} m/s), between 2.85 and 31.67 m/s" in capsys.readouterr().out
+
+
+def test_amplitudes_as_outputs_of_a_sweep(wobbly):
+    names = ["wobble_amplitude", "largest_wobble_amplitude"]
+    damped = content_of("wobbly.toml")
+    damped["effects"] = damped["effects"] | {"steer_damper": {"damping": 0.0}}
+    found = vt.sweep(damped, names, {"steer_damper.damping": [0.0, 1.5]}, speeds=[2.0, 10.0, 31.0, 35.0])
+    at = found.wobble_amplitude.values
+    assert at[0, 1] == pytest.approx(10.288, rel=1e-4)
+    assert 0 < at[0, 2] < 3
+    assert (at[0, [0, 3]] == 0).all()
+    assert (at[1] == 0).all()
+    assert found.largest_wobble_amplitude.values == pytest.approx([10.70, 0.0], abs=0.01)
+    assert found.wobble_amplitude.units == "deg"
+
+
+def test_a_wobble_that_is_too_large_to_tell_has_no_amplitude(wobbly):
+    names = ["wobble_amplitude", "largest_wobble_amplitude"]
+    model = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 5.5}}}
+    found = vt.sweep(model, names, speeds=[10.0, 40.0])  # wobble jumps at 36 m/s and nothing catches it
+    assert found.wobble_amplitude.values[0] == 0
+    assert np.isnan([found.wobble_amplitude.values[1], found.largest_wobble_amplitude.values]).all()
+    with pytest.raises(InputError, match="nonlinear tyres need the effect"):
+        vt.sweep("benchmark", names, speeds=10.0)
+
+
+def test_wheels_that_roll_without_slip_have_no_such_column(capsys):
+    main(["critical", "benchmark"])
+    assert "the motion" not in capsys.readouterr().out
+    assert [one.begins for one in vt.critical_speeds("benchmark")] == [None, None]
 
 
 def test_options_of_the_curve(wobbly, capsys):
@@ -80,14 +172,39 @@ def test_the_page_says_how_far_off_shooting_it_is():
     root = Path(__file__).parents[2]
     counted = json.loads((root / "data" / "validation" / "limit_cycles.json").read_text())
     page = (root / "docs" / "amplitude.md").read_text(encoding="utf-8")
-    wobble, weave = (counted["motions"][mode]["amplitude_error"]["largest"] for mode in ("wobble", "weave"))
+    amplitude, period = (counted["motions"]["all"][f"{name}_error"]["largest"] for name in ("amplitude", "period"))
     assert f"{counted['models']} random models" in page
-    assert f"wobble is off by up to {wobble:.0e}" in page
-    assert f"by up to {weave:.2%}".replace("%", " %") in page
-    off = [one for one in counted["worst"] if one["amplitude"] > 1e-5]
-    assert len(off) == counted["motions"]["all"]["amplitude_above_1e-5"]
-    assert max(one["frequency_Hz"] for one in off) < 2.2
+    assert f"amplitudes are off by up to {amplitude:.0e} and periods by up to {period:.0e}" in page
+    assert amplitude < 1e-5
+    assert period < 1e-6
+    assert (counted["points_not_resolved"], counted["shooting_lost"]) == (0, [])
     assert counted["signs_right"] == counted["signs"] == 100
+
+
+def test_the_page_says_which_kicks_start_weave_and_which_a_fall(wobbly):
+    main(["amplitude", "wobbly.toml", "--speeds", "34.5,37.5", "--kick", "steer_torque", "--json", "k.json"])
+    kicks = json.loads(Path("k.json").read_text())["kicks"]
+    assert [one["follows"] for one in kicks] == ["lasting motion"] * 2
+    page = (Path(__file__).parents[2] / "docs" / "amplitude.md").read_text(encoding="utf-8")
+    slow, fast = (one["least"] for one in kicks)
+    assert f"takes {fast:.1f} to {slow:.1f} N m s between 37.5 and 34.5 m/s" in page
+    more = [one["falls_from"] / one["least"] for one in kicks]
+    assert f"{more[0]:.1f} to {more[1]:.1f} times as much a fall" in page
+
+
+def test_a_film_goes_once_round_the_cycle(wobbly, monkeypatch):
+    filmed = {}
+    monkeypatch.setattr("studies.amplitude.animate", lambda model, motion, target, title: filmed.update(locals()))
+    main(["amplitude", "wobbly.toml", "--speeds", "10,38", "--film", "wobble.gif"])
+    motion = filmed["motion"]
+    assert "Weave of pista_charlie_drops at 38 m/s: 19.6° at the bar, 2.07 Hz" in filmed["title"]
+    steer, time = np.degrees(motion.outputs["steer"]), motion.time
+    assert np.abs(steer).max() == pytest.approx(19.60, abs=0.1)
+    assert time[1] * len(time) == pytest.approx(1 / 2.073, rel=1e-3)
+    assert steer[: len(time) // 2] == pytest.approx(-steer[len(time) // 2 :], abs=1e-9)  # mirrored after half of it
+    slope = np.gradient(motion.outputs["rear_lateral_displacement"], time)
+    sideways = motion.outputs["rear_lateral_velocity"] + 38.0 * motion.outputs["yaw"]
+    assert slope[1:-1] == pytest.approx(sideways[1:-1], abs=0.02 * np.abs(sideways).max())
 
 
 def test_from_python(wobbly):
@@ -101,6 +218,9 @@ def test_from_python(wobbly):
     [
         ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
         ("wobbly.toml --friction 5", "friction = 5 is outside 0 .. 3"),
+        ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; write .gif or .mp4"),
+        ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
+        ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),
         ("wobbly.toml --plot a.txt", "--plot a.txt: the ending must be one of"),
         ("benchmark", "nonlinear tyres need the effect side_slip or relaxation_length"),
     ],

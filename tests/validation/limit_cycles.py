@@ -35,6 +35,7 @@ def run(*, out: Path, seed: int, models: int = 200, signs: int = 100) -> dict[st
     errors: list[dict[str, Any]] = []
     tried: list[dict[str, Any]] = []
     lost, counts = [], {"refused": 0, "without_motion": 0, "branches": 0, "outside": 0, "onsets_not_determined": 0}
+    counts |= {"points": 0, "points_beyond_16_harmonics": 0, "points_not_resolved": 0}
     for number in progress_bar(range(models), desc="models"):
         model, numbers = random_bicycle(generator)
         rear, front = (MagicTyre(*(value[k] for value in numbers.values())) for k in range(2))
@@ -52,6 +53,9 @@ def run(*, out: Path, seed: int, models: int = 200, signs: int = 100) -> dict[st
         for branch in found.branches:
             counts["branches"] += 1
             speeds = [point.cycle.speed for point in branch.points]
+            counts["points"] += len(speeds)
+            counts["points_beyond_16_harmonics"] += sum(len(point.cycle.slips) > 16 for point in branch.points)
+            counts["points_not_resolved"] += sum(not found.resolved(point.cycle) for point in branch.points)
             cycles = branch.at(generator.uniform(min(speeds), max(speeds)))
             below = [cycle for cycle in cycles if np.degrees(found.amplitude(cycle)) < LARGEST]
             if not below:
@@ -59,7 +63,7 @@ def run(*, out: Path, seed: int, models: int = 200, signs: int = 100) -> dict[st
                 continue
             cycle = below[generator.integers(len(below))]
             row = {"model": number, "mode": branch.mode, "speed_m_s": cycle.speed, "frequency_Hz": cycle.frequency_hz}
-            row |= {"within_geometry": found.within_geometry(cycle)}
+            row |= {"within_geometry": found.within_geometry(cycle), "harmonics": len(cycle.slips)}
             try:
                 errors.append(row | against_shooting(model, found, cycle, numbers))
             except (AssertionError, np.linalg.LinAlgError, ValueError) as error:

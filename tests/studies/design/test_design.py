@@ -9,6 +9,7 @@ from scipy.stats import lognorm
 
 from bicycle.bicycle_files import load_bicycle
 from bicycle.critical import critical_speeds
+from bicycle.limit_cycles import find_limit_cycles
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model, read_model
 from studies.cli import main
@@ -249,11 +250,46 @@ def test_numbers_that_cannot_be_varied():
         designed({"bicycle": "benchmark"}, ["c"], (Demand("weave"),), (4.0, 6.0), nothing(probability=0.9))
 
 
+def test_a_largest_amplitude_costs_less_than_stability_and_is_kept():
+    stable, small = (designed(TYRED, ["steer_damper.damping"], demands([("wobble", what)]), RANGE, nothing())
+                     for what in ("stable", "4deg"))  # fmt: skip
+    assert small.after.kept
+    assert 0 < small.after.cost < 0.99 * stable.after.cost
+    found = find_limit_cycles(build_model(small.content))
+    sizes = [found.amplitude(cycle) for v in np.linspace(*RANGE, 45) for mode, cycle in found.at(v) if mode == "wobble"]
+    assert np.degrees(max(sizes)) == pytest.approx(small.amplitude, rel=0.01)
+    assert 3.8 < small.amplitude <= 4.0
+    assert any(f"largest motion that lasts: {small.amplitude:.2f}° at the bar" in line for line in lines(small))
+    wide = designed(TYRED, ["steer_damper.damping"], demands([("wobble", "18deg")]), RANGE, nothing())
+    assert wide.after.cost == 0
+
+
+@pytest.mark.parametrize(
+    ("keep", "speeds", "more", "message"),
+    [
+        ([("weave", "2deg")], (34.5, 37.0), {}, "--keep weave 2deg: even where it is stable a kick starts a larger"),
+        ([("wobble", "2deg"), ("weave", "2deg")], RANGE, {}, "--keep wobble 2deg: give one amplitude, without"),
+        ([("wobble", "2deg")], RANGE, {"probability": 0.9, "sd": {"c": 0.001}}, "give one amplitude, without --prob"),
+    ],
+)
+def test_amplitudes_that_no_design_keeps(keep, speeds, more, message):
+    faq = TYRED | {"effects": TYRED["effects"] | {"front_compliance": HINGE | {
+        "stiffness": 4000.0, "damping": 12.0, "joint_x": 0.86, "joint_z": -0.65}}}  # fmt: skip
+    with pytest.raises(InputError) as error:
+        designed(faq, ["steer_damper.damping"], demands(keep), speeds, nothing(**more))
+    assert message in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("keep", "message"),
     [
-        ([("wobble", "calm")], "--keep wobble calm: give stable, or a least damping ratio from 0 to below 1"),
+        (
+            [("wobble", "calm")],
+            "--keep wobble calm: give stable, a least damping ratio from 0 to below 1, or a largest",
+        ),
         ([("wobble", "1.5")], "from 0 to below 1"),
+        ([("wobble", "25deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
+        ([("all", "2deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
         ([("wobble", "stable"), ("wobble", "0.1")], "--keep wobble is given twice; keep one"),
     ],
 )

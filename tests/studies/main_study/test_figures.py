@@ -12,6 +12,7 @@ from studies.main_study import (
     Cases,
     Settings,
     Setup,
+    draw_amplitude,
     draw_causes,
     draw_critical_speeds,
     draw_damping,
@@ -118,3 +119,14 @@ def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     draw_damping(study, tmp_path / "f")
     draw_critical_speeds(study, tmp_path / "f")
     assert "as given: 120 mm" in texts(canvases[0].axes[0])
+
+
+def test_the_amplitudes_are_those_of_both_ends_of_pressure(racing, canvases, tmp_path):
+    draw_amplitude(racing, tmp_path / "f")
+    (axes,) = canvases[0].axes
+    bands = [band for band in axes.collections if band.get_alpha() == 0.15]
+    for one, band in zip(racing.amplitudes, bands, strict=True):
+        top = max(path.vertices[:, 1].max() for path in band.get_paths())
+        assert top == pytest.approx(max(trace.amplitude.max() for trace in one.traces) / 0.8, rel=1e-9)  # D = 1
+    assert [text.get_text() for text in canvases[0].legends[0].texts][:2] == ["3.5 bar", "7.5 bar"]
+    assert axes.get_title(loc="left") + axes.get_title() == "hands off, flexible front (assumed)"

@@ -12,6 +12,7 @@ from small_study import small
 from bicycle.critical import CrossingIdentity
 from studies.main_study import (
     CRITICAL,
+    Amplitude,
     Arms,
     Change,
     Check,
@@ -65,7 +66,7 @@ def test_nothing_is_left_open(written, heavy, report):
 def test_every_picture_and_table_is_in_both_forms(written):
     text, page = written
     shown = IMAGE.findall(text)
-    assert shown == ["headline.png", "causes.png", "damping_ratio.png", "critical_speeds.png"]
+    assert shown == ["headline.png", "amplitude.png", "causes.png", "damping_ratio.png", "critical_speeds.png"]
     assert re.findall(r'<img [^>]*src="([^"]+)"', page) == shown
     assert page.count("<table>") == len(re.findall(r"^\|-", text, re.MULTILINE)) >= 9
     for head, rows in re.findall(r"^(\|.*)\n\|-[-|]*\n((?:\|.*\n)+)", text, re.MULTILINE):
@@ -203,3 +204,25 @@ def test_a_check_that_fails_is_said_and_costs_nothing(racing, monkeypatch, resul
     told = report(study)
     assert "5.5 bar: this check could not be made (no draw is a bicycle)." in told
     assert "\nNothing to compare" in told
+
+
+def test_how_large_wobble_gets_is_that_of_both_pressures(racing, heavy, report, written):
+    told = written[0].partition("## How large it gets")[2]
+    for one in racing.amplitudes:
+        largest, at, low = one.wobble.largest, one.wobble.at, one.wobble.low
+        line = (
+            f"{one.case.condition}: {largest:.1f}° at the bar, largest at {at:.1f} m/s, between {low:.1f} and 30.0 m/s"
+        )
+        assert line in told
+        onset = racing.result(racing.settings.reference, one.case).span(30.0).low
+        assert low == pytest.approx(onset, rel=1e-6)
+    assert "(amplitude.png)" in told
+    none = report(heavy).partition("## How large it gets")[2]
+    assert "3.5 bar: none at the bar. 7.5 bar: none at the bar." in none
+    assert "(amplitude.png)" not in none
+    refused = replace(racing, amplitudes=(Amplitude(racing.amplitudes[0].case, refused="leave out drag"),))
+    assert "wobble at the bar" not in first_screen(refused)
+    assert "3.5 bar: not known at the bar. Not known: leave out drag." in report(refused)
+    larger = racing.amplitudes[0].wobble._replace(followed=False)
+    more = replace(racing, amplitudes=(replace(racing.amplitudes[0], wobble=larger),))
+    assert f"3.5 bar: {larger.largest:.1f}° or more at the bar" in report(more)

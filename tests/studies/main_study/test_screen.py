@@ -78,7 +78,10 @@ def test_the_first_screen_is_short_and_true(racing, heavy):
     low, high = (racing.result(racing.settings.reference, racing.subject[k]) for k in (0, -1))
     assert f"{low.span(30.0).low:.1f}–30+ m/s" in text
     assert f"{high.span(30.0).low:.1f}–" in text
-    assert f"goes from {high.least.damping_ratio:.3f} to {low.least.damping_ratio:.3f}." in text
+    assert f"goes from {high.least.damping_ratio:.3f} to {low.least.damping_ratio:.3f}, " in text
+    sizes = [one.wobble.largest for one in racing.amplitudes]
+    assert f"wobble at the bar from {sizes[1]:.1f}° to {sizes[0]:.1f}°." in text
+    assert "at the bar" not in told(heavy)
     assert f"6 plausible bicycles: {found.longer} gain unstable speeds, {found.shorter} lose some, " in text
     assert (
         f"pressure, {racing.hinges[found.place - 1].size:.3f}, is number {found.place} of {len(racing.hinges)}" in text

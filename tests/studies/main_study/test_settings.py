@@ -208,5 +208,5 @@ def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     assert settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
     with pytest.raises(InputError, match="two bicycles, pista and --bicycle rigid; leave one out"):
         settings_of("pista", bicycle="rigid")
-    with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
+    with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
         settings_of("pisto")

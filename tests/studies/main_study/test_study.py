@@ -106,7 +106,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, m
     text = (folder / "report.md").read_text(encoding="utf-8")
     assert "- Tyre9 flat at 3 bar: gone" in text
     names = {file.name for file in folder.iterdir()}
-    figures = {"headline", "causes", "damping_ratio", "critical_speeds"}
+    figures = {"headline", "amplitude", "causes", "damping_ratio", "critical_speeds"}
     assert {f"{name}.png" for name in figures} == {name for name in names if name.endswith(".png")}
     assert {f"{name}.svg" for name in figures} < names
     assert {"report.md", "report.html", "eigenvalues.csv", "wobble.csv", "hinges.csv", "run.manifest.json"} < names
