@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from importlib.resources.abc import Traversable
@@ -12,8 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.parameter_covariance import FILE, ParameterCovariance, checked_covariance
-from bicycle.parameters import ALIASES, HEAD_ANGLE, NAME_THE_UNIT, UNITS, UNUSED, Bicycle, doubts_about, refuse_unlikely
+from bicycle.parameter_covariance import ParameterCovariance, read_covariance
+from bicycle.parameters import (
+    ALIASES,
+    HEAD_ANGLE,
+    KINDS,
+    NAME_THE_UNIT,
+    UNITS,
+    UNUSED,
+    Bicycle,
+    doubts_about,
+    refuse_unlikely,
+)
 from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
 from tyre import schema
 from tyre.arrays import Array
@@ -26,7 +36,7 @@ from tyre.units import factor_to_si, is_unit
 
 LEFT_OUT = {"v": "", "yB": "", "yH": "", "IRzz": "IRxx", "IFzz": "IFxx"}  # key -> the key whose value it must have
 KEYS = (*UNITS, *UNUSED)
-WORDS = ("description", "source")
+WORDS = ("description", "source", "kind")
 GROUPS = {"length": "m", "angle": "rad", "mass": "kg", "inertia": "kg m^2"}
 """Names under which a file states the unit of all parameters of one sort."""
 
@@ -38,13 +48,6 @@ NOT_USED = {
 NOT_USED |= {"yH": NOT_USED["yB"], "IFzz": NOT_USED["IRzz"]}
 PI = re.compile(r"(?P<sign>-?)(?:(?P<times>[\d.]+)\s*\*?\s*)?pi(?:\s*/\s*(?P<over>[\d.]+))?")
 PENDULUM = re.compile(r"T[ct][A-Z]\w*\d")  # period of a compound or torsional pendulum, named as BicycleParameters does
-COVARIANCE = schema.table(
-    {
-        schema.needed("parameters"): schema.list_of(schema.text(), "must be a list of names of parameters", least=1),
-        schema.maybe("matrix"): schema.anything,
-        schema.maybe("factor"): schema.anything,
-    }
-)
 
 BODY = schema.table(
     {
@@ -77,7 +80,7 @@ class GivenNumbers:
     values: dict[str, Any] = field(default_factory=dict)  # SI, lam in rad
     sd: dict[str, Any] = field(default_factory=dict)  # SI, lam in rad
     notes: list[str] = field(default_factory=list)  # what is not used
-    words: dict[str, str] = field(default_factory=dict)  # ``description``, ``source``
+    words: dict[str, str] = field(default_factory=dict)  # of :data:`WORDS`
     allow_unusual: bool = False  # the file lets values pass that are far from those of other bicycles
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
     bodies: list[Mapping[str, Any]] = field(default_factory=list)  # as :data:`BODIES` has them
@@ -126,9 +129,11 @@ class GivenNumbers:
             )
         self.sd[key] = number.value
 
-    def add_word(self, key: str, value: Any, where: str) -> None:
+    def add_word(self, key: str, value: Any, *, where: str) -> None:
         """Add a text of :data:`WORDS`, or the flag that lets unusual values pass."""
-        text = str(value).strip() if key == WAY_OUT else str(value)
+        text = str(value) if key in ("description", "source") else str(value).strip()
+        if key == "kind":
+            refuse_unknown("kind of vehicle", [text], KINDS, where=where)
         if key != WAY_OUT:
             self.words[key] = text
         elif text.lower() not in ("true", "false"):
@@ -139,6 +144,7 @@ class GivenNumbers:
     def bicycle(self, name: str, kind: str, *, place: str = "", allow_unusual: bool = False) -> Bicycle:
         """The bicycle of a ``kind`` of file; ``place`` begins an error."""
         allow, notes = allow_unusual or self.allow_unusual, list(self.notes)
+        vehicle = self.words.get("kind", "bicycle")
         for key, (where, number) in self._left_out.items():
             twin = LEFT_OUT[key]
             if key == "v" or number != self.values.get(twin, 0.0):  # else symmetry gives its value
@@ -149,7 +155,7 @@ class GivenNumbers:
         try:
             self._refuse_incomplete()
             if not allow:
-                refuse_unlikely(self.values, self.sd, f"write {WAY_OUT} = true at the top of the {kind}")
+                refuse_unlikely(self.values, self.sd, f"write {WAY_OUT} = true at the top of the {kind}", vehicle)
             for wheel in "RF":  # a skate: without mass and spin the size of a wheel has no effect
                 parts = (f"r{wheel}", f"m{wheel}", f"I{wheel}xx", f"I{wheel}yy")
                 if not any(self.values.get(key, 1.0) for key in parts):
@@ -158,12 +164,11 @@ class GivenNumbers:
             if self.bodies and set(UNITS) <= set(self.values):
                 self._load()
             return Bicycle(
-                name, self.values, self.sd, self.words.get("description", ""), self.words.get("source", ""),
-                tuple(notes), self.covariance, unusual=allow,
-            )  # fmt: skip
+                name, self.values, self.sd, notes=tuple(notes), covariance=self.covariance, unusual=allow, **self.words
+            )
         except InputError as error:
             # a centre of mass in cm is a wheel without load, so an error names the unusual number too
-            doubts = [one for one in doubts_about(self.values) if one.explained]
+            doubts = [one for one in doubts_about(self.values, vehicle) if one.explained]
             causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
             remedy = [NAME_THE_UNIT] if doubts and NAME_THE_UNIT not in str(error) else []
             raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
@@ -242,14 +247,16 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
     for where, key, text in key_value_lines(path):
         key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
         if key == WAY_OUT:
-            found.add_word(key, text, where)
+            found.add_word(key, text, where=where)
         else:
             found.add(key, text.rstrip("; "), where=where)
     for line in path.read_bytes().decode("utf-8-sig", errors="replace").split("\n"):
         mark, _, text = line.strip().partition(":")
         word = mark.lstrip("#%").strip()
-        if mark[:1] in ("#", "%") and word in WORDS and word not in found.words:
-            found.words[word] = _unquoted(text.strip())
+        text = _unquoted(text.strip())
+        comment = word == "kind" and text not in KINDS
+        if mark[:1] in ("#", "%") and word in WORDS and word not in found.words and not comment:
+            found.words[word] = text
     return found
 
 
@@ -280,7 +287,7 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
         raise InputError(f"{path}: {error}") from error
     found.bodies = bodies
     for key in words:
-        found.add_word(key, top[key][1], top.pop(key)[0])
+        found.add_word(key, top[key][1], where=top.pop(key)[0])
     for key, (where, value) in (tables["values"][1] if "values" in tables else top).items():
         if isinstance(value, Mapping | list):
             raise InputError(f"{where}: expected one 'key: value' a line, found a nested value {key}")
@@ -355,34 +362,6 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
         return found
 
     return entries(node)
-
-
-def read_covariance(
-    given: Mapping[str, Any], known: Collection[str], *, where: str, origin: str = FILE
-) -> ParameterCovariance:
-    """Joint covariance S (SI) of parameters among the ``known``: its matrix, or a factor L with S = L L'."""
-    content = schema.read(COVARIANCE, given, where=where)
-    names, keys = content["parameters"], [key for key in ("matrix", "factor") if key in content]
-    refuse_unknown("parameter", names, known, where=where)
-    if len(keys) != 1:
-        raise InputError(f"{where}: give one of matrix and factor")
-    columns = len(names) if keys == ["matrix"] else None
-    row = schema.list_of(
-        schema.number(), f"must be {columns} finite numbers" if columns else "must be finite numbers",
-        least=columns or 1, most=columns or schema.MOST,
-    )  # fmt: skip
-    says = f"must be {len(names)} rows of as many numbers"
-    rows = schema.read(
-        schema.list_of(row, says, least=len(names), most=len(names)), content[keys[0]], where=where, section=keys[0]
-    )
-    if len({len(one) for one in rows}) > 1:
-        raise InputError(f"{where}: factor {says}")
-    matrix = np.array(rows, float)
-    try:
-        spread = checked_covariance(names, matrix @ matrix.T if keys == ["factor"] else matrix)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
-    return ParameterCovariance(tuple(names), spread, origin=origin)
 
 
 def _unquoted(text: str) -> str:
@@ -473,11 +452,8 @@ def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unus
 
 def available_bicycles() -> tuple[str, ...]:
     """Names of the packaged bicycles, sorted."""
-    return tuple(sorted(f.name.removesuffix(".toml") for f in _folder().iterdir() if f.name.endswith(".toml")))
-
-
-def _folder() -> Traversable:
-    return data_root().joinpath("bicycles")
+    folder = data_root().joinpath("bicycles")
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
 
 
 def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bicycle:
@@ -508,7 +484,7 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     if text not in available_bicycles():
         endings = ", ".join([*READERS, *ENDINGS])
         raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a file ({endings})")
-    return _one_of_file(_folder().joinpath(f"{text}.toml"))
+    return _one_of_file(data_root().joinpath("bicycles", f"{text}.toml"))
 
 
 def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bicycle:
@@ -550,10 +526,14 @@ def given_numbers(
     """Numbers of the tables of a TOML file, each a number or text such as ``"18.3(2) deg"``."""
     numbers = GivenNumbers(units or {})
     for key, value in values.items():
-        numbers.add(key, value, where=place)
+        (numbers.add_word if key in WORDS else numbers.add)(key, value, where=place)
     for key, value in (sd or {}).items():
         numbers.add_sd(key, value, where="[sd]")
     return numbers
+
+
+def _words(bicycle: Bicycle) -> dict[str, str]:
+    return {key: text for key in WORDS if (text := getattr(bicycle, key)) and (key, text) != ("kind", "bicycle")}
 
 
 def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
@@ -561,7 +541,7 @@ def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
     import tomli_w
 
     content: dict[str, Any] = {WAY_OUT: True} if allow_unusual else {}
-    content |= {"description": bicycle.description, "source": bicycle.source, "values": dict(bicycle.values)}
+    content |= {"description": "", "source": ""} | _words(bicycle) | {"values": dict(bicycle.values)}
     names, spread = bicycle.covariance.names, bicycle.covariance.matrix
     sd = {key: value for key, value in bicycle.sd.items() if key not in names}
     content |= {"sd": sd} if sd else {}
@@ -573,8 +553,7 @@ def to_yaml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
     """Flat ``key: value`` YAML, the neighbouring projects' form: first the numbers, then words and ``sd``."""
     import yaml
 
-    words = {"description": bicycle.description, "source": bicycle.source, WAY_OUT: allow_unusual}
-    content = dict(bicycle.values) | {key: value for key, value in words.items() if value}
+    content: dict[str, Any] = dict(bicycle.values) | _words(bicycle) | ({WAY_OUT: True} if allow_unusual else {})
     content |= {"sd": dict(bicycle.sd)} if bicycle.sd else {}
     return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=2**31 - 1))
 
@@ -582,10 +561,9 @@ def to_yaml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
 def to_text(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
     """``key = value+/-sd`` lines, the neighbouring projects' form, with the words in comments."""
     lines = []
-    for key in WORDS:
-        text = getattr(bicycle, key)
+    for key, text in _words(bicycle).items():
         plain = text.isprintable() and text == text.strip() and not text.startswith('"')
-        lines += [f"# {key}: {text if plain else json.dumps(text)}\n"] if text else []
+        lines += [f"# {key}: {text if plain else json.dumps(text)}\n"]
     lines += [f"{WAY_OUT} = true\n"] if allow_unusual else []
     return "".join([*lines, *(f"{key} = {written(x, bicycle.sd.get(key))}\n" for key, x in bicycle.values.items())])
 

@@ -102,6 +102,7 @@ class Wheel:
     lagged_camber_force: Expression = sp.S.Zero  # N
     direct_camber_force: Expression = sp.S.Zero  # N
     moment: Expression = sp.S.Zero  # N m about the vertical
+    forward_force: Expression = sp.S.Zero  # N, along the wheel
     contact_line: Any = None  # effect that gives the contact a length (:meth:`lengthen_contact`); None: a point
 
     def add_moment(self, moment: Expression) -> None:
@@ -133,7 +134,7 @@ class Wheel:
 
 @dataclass(eq=False)
 class Motor:
-    """A motor between rear frame and steering: what controllers tell it to give, and what arrives (N m)."""
+    """A motor, or a rider's arms, between rear frame and steering: what it is told to give, and what arrives (N m)."""
 
     command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))
     told: Expression = sp.S.Zero
@@ -151,7 +152,7 @@ class Motor:
     def give(self, torque: Expression) -> None:
         """Let the motor give ``torque`` (N m) instead of its command."""
         if self._torque is not None:
-            raise ValueError("two effects say what the steer motor gives; declare one slot for both")
+            raise ValueError(f"two effects say what the {self.command} gives; declare one slot for both")
         self._torque = torque
 
 

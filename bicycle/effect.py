@@ -2,6 +2,8 @@
 
 import inspect
 import math
+import re
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from textwrap import fill
@@ -9,7 +11,7 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
-from bicycle.declarations import Mode
+from bicycle.declarations import Coordinate, Mode
 from bicycle.equations import ModelBuilder
 from bicycle.parameter_covariance import WHEELS
 from bicycle.parameters import bodies
@@ -80,11 +82,17 @@ class Parameter:
         """``name``, or ``name.rear`` and ``name.front``."""
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
 
-    def doubt(self, key: str, value: float) -> Doubt | None:
-        """Doubt about a ``value`` (SI) called ``key``, if it is outside ``typical`` and not default or neutral."""
+    def doubt(self, key: str, value: float, reach: float = 1.0) -> Doubt | None:
+        """Doubt about a ``value`` (SI) called ``key``, not default or neutral: beyond ``usual``; ``reach``: factor."""
         if self.without_cause:
             return None
-        return doubt(key, value, unit=self.unit, typical=self.typical, usual=(self.default, self.neutral))
+        return doubt(key, value, unit=self.unit, typical=self.usual(reach), usual=(self.default, self.neutral))
+
+    def usual(self, reach: float = 1.0) -> tuple[float, float]:
+        """Give ``typical``, its ends ``reach`` (a factor) times as far from zero, its root times as near."""
+        low, high = self.typical
+        near = math.sqrt(reach)
+        return min(reach * low, low / near), max(reach * high, high / near)
 
     def numbers(self, value: Any, where: str) -> dict[str, float]:
         """Checked numbers of a ``value`` by ``name[.wheel]``, rear first; ``where`` begins an error."""
@@ -198,11 +206,18 @@ class Effect:
         Reason why the diagnosis tries it on request only; empty if it always does.
     nameable : bool
         Whether it is a cause that a diagnosis may name; what stands for an unknown one is never tried.
+    moves_load : bool
+        Whether it moves load between the wheels at rest: measured tyres are taken at the loads that it leaves.
     needs_rider : bool
         Whether it is of a rider: the diagnosis does not try it on a bicycle without one.
     acts_through : str
         Input of the model through which it acts, ``steer_torque`` for hands: a sensor of that input measures the effect
         with it.
+    family : str
+        Physics that the effect shares with others in most data, with its article (``an aligning moment of the tyre``):
+        a diagnosis that cannot tell members of one family apart names the family.
+    title : str
+        Plain name, the first words of the docstring of the effect's file, unless it is given.
     description : str
         The docstring as it was written; ``help()`` shows it with the parameters, their units and ranges below.
 
@@ -218,11 +233,13 @@ class Effect:
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
     family: ClassVar[str] = ""
+    title: ClassVar[str] = ""
     description: ClassVar[str] = ""
     modes: ClassVar[tuple[Mode, ...]] = ()
     powered: ClassVar[bool] = False
     on_request: ClassVar[str] = ""
     nameable: ClassVar[bool] = True
+    moves_load: ClassVar[bool] = False
     needs_rider: ClassVar[bool] = False
     acts_through: ClassVar[str] = ""
 
@@ -242,6 +259,9 @@ class Effect:
                     where = f"effect {cls.identifier!r}: {p.name}: {what}"
                     raise InputError(f"{where} = {shown(pair)} must be two numbers (low, high)")
         cls.description = inspect.cleandoc(cls.__doc__ or "")
+        if "title" not in cls.__dict__ and cls.__module__.endswith(cls.identifier):
+            first = re.split(r"[.:\n]", getattr(sys.modules.get(cls.__module__), "__doc__", None) or "", maxsplit=1)[0]
+            cls.title = first[:1].lower() + first[1:]
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters)  # type: ignore[attr-defined]
 
@@ -269,14 +289,14 @@ class Effect:
             for key in parameter.entries()
         }
 
-    def doubts(self) -> dict[str, Doubt]:
-        """Values outside their typical range, by ``name[.wheel]``; two wheels of one value are one doubt, ``name``."""
+    def doubts(self, reach: float = 1.0) -> dict[str, Doubt]:
+        """Values outside what is usual, by ``name[.wheel]``, equal wheels by ``name``; ``reach``: factor of it."""
         found: dict[str, Doubt | None] = {}
         for parameter in self.parameters:
             given = {key: self._given[key] for key in parameter.entries() if key in self._given}
             if parameter.per_wheel and len(set(given.values())) == 1:
                 given = {parameter.name: next(iter(given.values()))}
-            found |= {key: parameter.doubt(f"{self.identifier}.{key}", value) for key, value in given.items()}
+            found |= {key: parameter.doubt(f"{self.identifier}.{key}", value, reach) for key, value in given.items()}
         return {key: one for key, one in found.items() if one}
 
     def __eq__(self, other: object) -> bool:
@@ -307,6 +327,21 @@ class Effect:
     def apply(self, model: ModelBuilder) -> None:
         """Add the effect to the symbolic ``model`` through its methods."""
         raise NotImplementedError
+
+
+class SprungJoint(Effect):
+    """An effect that is a joint with the parameters ``stiffness`` and ``damping``."""
+
+    stiffness: Any
+    damping: Any
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        if math.isinf(self.stiffness):
+            raise InputError(f"effect {self.identifier!r}: an infinite stiffness is the rigid bicycle; leave it out")
+
+    def spring(self, model: ModelBuilder, joint: Coordinate) -> None:
+        """Let spring and damper act on the joint."""
+        model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
 
 
 def effect_of(kind: type[Effect], values: Mapping[str, float], names: Collection[str] | None = None) -> Effect:

@@ -14,6 +14,7 @@ from bicycle.rigid_bodies import (
     Joint,
     Row,
     displacement_row,
+    forward_hessian,
     height_hessian,
     inertia_terms,
     lean_row,
@@ -178,14 +179,15 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
     )
     rows = Rows([*motion, *inputs], meaning, loads, model.speed)
 
-    # M (du/dt + v r e_V) + v H u = -K q + Q: what stands beside M du/dt goes to the right
+    # M (du/dt + v r e_V) + H u = -K q + Q: what stands beside M du/dt goes to the right
     mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
     turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
-    gyroscopic = SymbolicPolynomial.of_matrix(_gyroscopic(model, joints))
-    stiffness = SymbolicPolynomial.of_entries(_stiffness(model, joints).xreplace(loads), model.speed)
+    gyroscopic = SymbolicPolynomial.of_entries(_gyroscopic(model, joints), model.speed)
+    turned = _stiffness(model, joints) + _forward_stiffness(model, joints)
+    stiffness = SymbolicPolynomial.of_entries(turned.xreplace(loads), model.speed)
     right = (
         _generalised_forces(model, joints, rows)
-        - (turning + gyroscopic).times_speed().placed(0, width)
+        - (turning.times_speed() + gyroscopic).placed(0, width)
         - stiffness.placed(n, width)
     )
     outputs = {c.name: c.angle for c in coordinates} | {f"{c.name}_rate": c.rate for c in coordinates}
@@ -203,7 +205,7 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
 def _meaning(
     model: Builder, joints: list[Joint], velocities: list[Expression], angles: list[Expression]
 ) -> dict[Expression, Expression]:
-    """Slip velocity, yaw rate and camber of each wheel, and the motor's command, in terms of the motion."""
+    """Slip velocity, yaw rate and camber of each wheel, and the commands of motor and rider, in terms of the motion."""
     meaning = {}
     for wheel in model.wheels:
         yaw = yaw_row(joints, wheel.body)
@@ -214,7 +216,7 @@ def _meaning(
         meaning[wheel.slip_velocity] = lateral - model.speed * heading
         meaning[wheel.yaw_rate] = _dot(yaw, velocities)
         meaning[wheel.camber] = _dot(lean_row(joints, wheel.body)[2:], angles)
-    meaning[model.motor.command] = model.motor.told
+    meaning |= {source.command: source.told for source in (model.motor, model.rider)}
     return meaning
 
 
@@ -234,31 +236,27 @@ def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
 
 def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> SymbolicPolynomial:
     """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
-    rear, frame = model.wheels[0], model.bodies[0]
-    work = []
+    frame, work = model.bodies[0], []
     for wheel in model.wheels:
         work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
         work.append((yaw_row(joints, wheel.body), wheel.moment))
     work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
     work += [(lean_row(joints, body), moment) for body, moment in model.roll_moments]
-    # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
-    contact_shift = rear.crown_radius * rear.camber
-    work.append((yaw_row(joints, rear.body), -model.drive_force * contact_shift))
-    torques = [*model.coordinate_forces, (model.steer, model.motor.torque)]
+    torques = [*model.coordinate_forces, (model.steer, model.motor.torque), (model.steer, model.rider.torque)]
     torques += [(coordinate, sp.Symbol(name)) for name, coordinate in model.torques.items()]
     work += [(_alone(model, coordinate), torque) for coordinate, torque in torques]
-    work.append((displacement_row(joints, frame.name, frame.x, frame.z), sp.Symbol("lateral_force")))
+    pushed = [*model.lateral_forces, (frame.name, frame.x, frame.z, sp.Symbol("lateral_force"))]
+    work += [(displacement_row(joints, body, x, z), force) for body, x, z, force in pushed]
     displaced, forces = zip(*work, strict=True)
     return _matrix(displaced).T @ rows.of(forces)
 
 
 def _gyroscopic(model: Builder, joints: list[Joint]) -> Any:
-    """H of v H [V, r, rates of the joints]: rate of change of the wheels' spin momentum h = -Iyy v / r (about +y)."""
+    """H of H [V, r, rates of the joints]: rate of change of spin momenta -h about +y."""
     total = sp.zeros(2 + len(joints))
-    for body in model.bodies:
-        if body.spin_inertia != 0:
-            tx, tz = (_matrix([row(joints, body.name)]).T for row in (lean_row, yaw_row))
-            total -= body.spin_inertia / body.radius * (tz * tx.T - tx * tz.T)
+    for body, momentum in model.spins:
+        tx, tz = (_matrix([row(joints, body)]).T for row in (lean_row, yaw_row))
+        total -= momentum * (tz * tx.T - tx * tz.T)
     return total
 
 
@@ -267,7 +265,7 @@ def _stiffness(model: Builder, joints: list[Joint]) -> Any:
     n = len(joints)
     total = sp.zeros(n, n)
     for body in model.bodies:
-        total -= model.bicycle["g"] * body.mass * _matrix(height_hessian(joints, body.name, body.x, body.z))
+        total -= model.gravity * body.mass * _matrix(height_hessian(joints, body.name, body.x, body.z))
     for wheel, sign in zip(model.wheels, (1, -1), strict=True):
         load = wheel.static_load + sign * model.load_transfer
         camber = _matrix([lean_row(joints, wheel.body)[2:]])
@@ -275,6 +273,27 @@ def _stiffness(model: Builder, joints: list[Joint]) -> Any:
         lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
         total += load * lowest
     return sp.Matrix.vstack(sp.zeros(2, n), total)  # lateral motion and yaw do not change V2
+
+
+def _forward_stiffness(model: Builder, joints: list[Joint]) -> Any:
+    """Turning of what acts along the road: forces of the contacts, what resists them, and spins that change."""
+    total = sp.zeros(2 + len(joints), len(joints))
+    for body in model.bodies if model.traction != 0 else ():
+        total += model.specific_force * body.mass * _matrix(forward_hessian(joints, body.name, body.x, body.z))
+    for wheel in model.wheels:
+        if wheel.forward_force != 0:
+            place, turn = displacement_row(joints, wheel.body, wheel.x, 0), yaw_row(joints, wheel.body)
+            work = _matrix(forward_hessian(joints, wheel.body, wheel.x, 0))
+            work += _matrix([place]).T * _matrix([turn[2:]])  # the force turns with its wheel
+            # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
+            work -= wheel.crown_radius * _matrix([turn]).T * _matrix([lean_row(joints, wheel.body)[2:]])
+            total -= wheel.forward_force * work
+    for body, momentum in model.spins if model.acceleration != 0 else ():
+        # torque dh/dt along the axle, on each axis by what the joints outside it turn of the axle
+        tx, tz = lean_row(joints, body), yaw_row(joints, body)
+        slope = sp.diff(momentum, model.speed) * model.acceleration
+        total -= slope * _matrix(np.triu(np.outer(tz, tx[2:]) - np.outer(tx, tz[2:]), -1))
+    return total
 
 
 def _alone(model: Builder, coordinate: Coordinate) -> Row:
@@ -300,19 +319,24 @@ class ModelBuilder:
         self.steer = Coordinate("steer", sp.Symbol("steer"), sp.Symbol("steer_rate"))
         self.lateral_velocity, self.yaw_rate = sp.symbols("rear_lateral_velocity yaw_rate")
         self.torques = {"steer_torque": self.steer, "lean_torque": self.lean}
-        self.motor = Motor()
+        self.motor, self.rider = Motor(), Motor(sp.Symbol("rider command"))
         self.contact_law: ContactLaw | None = None
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: list[tuple[Coordinate, Expression]] = []
         self._frame_joints: list[tuple[Joint, Coordinate]] = []
+        self._fork_joints: list[tuple[Joint, Coordinate]] = []
         self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
         self.yaw_moments: list[tuple[str, Expression]] = []
         self.roll_moments: list[tuple[str, Expression]] = []
+        self.lateral_forces: list[tuple[str, Expression, Expression, Expression]] = []
+        self.spins = [(b.name, b.spin_inertia * SPEED / b.radius) for b in self.bodies if b.spin_inertia != 0]
+        self.inputs: dict[str, str] = {}  # of the effects, with their units
+        self.gravity, self.slope = p["g"], sp.S.Zero  # m/s^2: weight per mass on the road, and along it downhill
+        self.traction: Expression = sp.S.Zero  # N, forces of the contacts that all masses resist
         self.rates: dict[Expression, Expression | None] = {}  # extra state -> its rate of change
         self.states: dict[str, State] = {}
         self.modes: dict[str, Mode] = {}
-        self.load_transfer: Expression = sp.S.Zero  # N, from the front contact to the rear
-        self.drive_force: Expression = sp.S.Zero  # N, forward at the rear contact
+        self._load_transfer: Expression = sp.S.Zero
         self.wheels = (self._wheel("rear", sp.S.Zero, p["rR"]), self._wheel("front", p["w"], p["rF"]))
         self._declare("rear_lateral_velocity", "m/s", "rear")
         self._declare("yaw_rate", "rad/s", "yaw")
@@ -327,17 +351,20 @@ class ModelBuilder:
         if body.name in names:
             raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
         self.bodies.append(body)
+        if body.spin_inertia != 0:
+            self.add_spin(body.name, body.spin_inertia * self.speed / body.radius)
 
     def add_joint(
         self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression],
-        carries: set[str], role: str = "",
+        carries: set[str], role: str = "", of_fork: bool = False,
     ) -> Coordinate:  # fmt: skip
-        """Add a hinge after the lean and before the steer axis."""
+        """Add a hinge after the lean and before the steer axis, or ``of_fork`` behind it: then its axis steers."""
         for body in sorted(carries - {body.name for body in self.bodies}):
             raise InputError(f"the joint {name!r} carries {unknown('body', body, [b.name for b in self.bodies])}")
         self._declare_angle(name, role or name, joint=True)
         coordinate = Coordinate(name, sp.Symbol(name), sp.Symbol(f"{name}_rate"))
-        self._frame_joints.append((Joint(name, *axis, *point, frozenset(carries)), coordinate))
+        joints = self._fork_joints if of_fork else self._frame_joints
+        joints.append((Joint(name, *axis, *point, frozenset(carries)), coordinate))
         return coordinate
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
@@ -356,13 +383,57 @@ class ModelBuilder:
         """Add an external moment about the forward axis (N m, > 0 leans to the right) on a body."""
         self.roll_moments.append((body, moment))
 
+    def add_lateral_force(self, body: str, x: Expression, z: Expression, force: Expression) -> None:
+        """Add a force to the right (N) at the point (``x``, ``z``) of a body."""
+        self.lateral_forces.append((body, x, z, force))
+
+    def add_spin(self, body: str, momentum: Expression) -> None:
+        """Add a rotor across a body: its spin momentum (kg m^2/s), positive if it turns as the wheels do."""
+        self.spins.append((body, momentum))
+
     def add_drive_force(self, force: Expression) -> None:
-        """Add a force forward at the rear contact (N), for example what balances a drag."""
-        self.drive_force += force
+        """Add a force forward at the rear contact (N) that balances another, for example a drag."""
+        self.wheels[0].forward_force += force
+
+    def add_traction(self, rear: Expression, front: Expression) -> None:
+        """Add forces forward at the contacts (N) that accelerate all masses or keep them from rolling downhill."""
+        for wheel, force in zip(self.wheels, (rear, front), strict=True):
+            wheel.forward_force += force
+            self.traction += force
+
+    def incline_road(self, gradient: Expression) -> None:
+        """Let the road rise by ``gradient`` per length on the level; the fall line follows the heading."""
+        self.gravity = self.bicycle["g"] / sp.sqrt(1 + gradient**2)
+        self.slope = self.gravity * gradient
+
+    @property
+    def specific_force(self) -> Expression:
+        """Force along the road per mass (m/s^2) that the contacts give beside the drive against drag."""
+        return self.traction / sum(body.mass for body in self.bodies)
+
+    @property
+    def acceleration(self) -> Expression:
+        """Rate of change of the speed (m/s^2)."""
+        return self.specific_force - self.slope
+
+    @property
+    def load_transfer(self) -> Expression:
+        """Vertical load (N) that moves from the front contact to the rear: pitch moments over the wheelbase."""
+        heights = sum(body.mass * -body.z for body in self.bodies)
+        spins = sum(sp.diff(momentum, self.speed) for _, momentum in self.spins)
+        pitch = self.specific_force * heights + self.acceleration * spins
+        return self._load_transfer + pitch / self.bicycle["w"]
 
     def add_load_transfer(self, force: Expression) -> None:
         """Move vertical load (N) from the front contact to the rear."""
-        self.load_transfer += force
+        self._load_transfer += force
+
+    def add_input(self, name: str, *, unit: str) -> Expression:
+        """Add an input of the model."""
+        if name in {**self.states, **self.units(), **self.inputs}:
+            raise InputError(f"the name {name!r} of an input is taken; give the effect's input a name of its own")
+        self.inputs[name] = unit
+        return sp.Symbol(name)
 
     def set_contact_law(self, law: ContactLaw) -> None:
         """Let ``law`` close both contacts; its effect declares ``slot = "contact law"``."""
@@ -370,8 +441,12 @@ class ModelBuilder:
 
     def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
         """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
-        row = displacement_row(self.joints(), body, x, z)[2:]
-        return sum((a * c.angle for a, c in zip(row, self.coordinates(), strict=True)), sp.S.Zero)
+        return _dot(displacement_row(self.joints(), body, x, z)[2:], [c.angle for c in self.coordinates()])
+
+    def lateral_speed(self, body: str, x: Expression, z: Expression) -> Expression:
+        """Velocity (m/s) to the right of a point of a body, across the heading of the rear frame."""
+        motion = [self.lateral_velocity, self.yaw_rate, *(c.rate for c in self.coordinates())]
+        return _dot(displacement_row(self.joints(), body, x, z), motion)
 
     def add_state(self, name: str, *, unit: str, role: str = "") -> Expression:
         """Add a first-order state; :meth:`set_rate` says how it changes."""
@@ -413,9 +488,9 @@ class ModelBuilder:
         return equations(self, forces)
 
     def input_names(self) -> tuple[str, ...]:
-        """Inputs of the model: the two torques, a side force at the rear frame's mass centre, imposed slip angles."""
+        """Torques, a side force at the rear frame's mass centre, imposed slip angles, and inputs of the effects."""
         slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
-        return (*self.torques, "lateral_force", *slips)
+        return (*self.torques, "lateral_force", *slips, *self.inputs)
 
     def joints(self) -> list[Joint]:
         """Lean, the joints of the effects and steer, from the ground outward."""
@@ -423,22 +498,24 @@ class ModelBuilder:
         lean = Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
         carried = frozenset(("front frame", "front wheel"))
         steer = Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, carried)
-        return [lean, *(with_guests(joint, self.bodies) for joint in (*(j for j, _ in self._frame_joints), steer))]
+        chain = (*(j for j, _ in self._frame_joints), steer, *(j for j, _ in self._fork_joints))
+        return [lean, *(with_guests(joint, self.bodies) for joint in chain)]
 
     def coordinates(self) -> list[Coordinate]:
         """Angle and rate of each of :meth:`joints`."""
-        return [self.lean, *(coordinate for _, coordinate in self._frame_joints), self.steer]
+        frame, fork = ([c for _, c in joints] for joints in (self._frame_joints, self._fork_joints))
+        return [self.lean, *frame, self.steer, *fork]
 
     def units(self) -> dict[str, str]:
         """SI unit of every state, input and output by name."""
-        units = {**dict.fromkeys(self.torques, "N m"), "lateral_force": "N"}
+        units = {**dict.fromkeys(self.torques, "N m"), "lateral_force": "N", **self.inputs}
         units |= {f"{wheel.name}_slip": "rad" for wheel in self.wheels}
         units |= {f"{wheel.name}_side_force": "N" for wheel in self.wheels}
         return units | {state.name: state.unit for state in self.states.values()}
 
     def static_loads(self) -> tuple[Expression, Expression]:
         """Static loads of rear and front contact (N) under all bodies."""
-        return static_loads(tuple(self.bodies), self.bicycle["w"], self.bicycle["g"])
+        return static_loads(tuple(self.bodies), self.bicycle["w"], self.gravity)
 
     def _declare(self, name: str, unit: str, role: str, *, joint: bool = False) -> None:
         if name in self.states:

@@ -6,7 +6,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import sympy as sp
 from bicycle.declarations import Expression
 from bicycle.equations import SPEED, ModelBuilder, SymbolicModel
 from bicycle.speed_polynomial import SpeedPolynomial
+from bicycle.symbolic_polynomial import powers
 from tyre.arrays import Array
 from tyre.errors import InputError
 
@@ -169,13 +170,28 @@ class Evaluator:
         """Speeds (m/s) at which the equations change, in the order of the indicators."""
         return tuple(float(s) for s in self.switch_function(*(values[name] for name in self.symbolic.parameters)))
 
+    @cached_property
+    def _loads(self) -> Function:
+        moved = powers(sp.sympify(self.symbolic.load_transfer), SPEED)
+        return compiled(self._parameters, [*self.symbolic.static_loads, moved.get(0, 0.0), moved.get(2, 0.0)])
+
+    def wheel_loads(self, values: Mapping[str, Any]) -> tuple[Any, Any, Any]:
+        """Loads of rear and front wheel at rest (N), and what moves to the rear per speed squared (kg/m)."""
+        rear, front, moved, per_speed = self._loads(*(values[name] for name in self.symbolic.parameters))
+        return rear + moved, front - moved, per_speed
+
+    def check_loads(self, values: Mapping[str, float]) -> None:
+        """Refuse forces that lift a wheel at rest."""
+        for wheel, load in zip(("rear", "front"), self.wheel_loads(values), strict=False):
+            if not load > 0:
+                raise InputError(
+                    f"forces along the road lift the {wheel} wheel, whose load becomes {load:.4g} N; give smaller "
+                    "forces of drive and brakes"
+                )
+
     def lift_off_speed(self, values: Mapping[str, float]) -> float:
         """Speed (m/s) above which the front contact would have to pull, infinite if no load moves with speed."""
-        transfer = self.symbolic.load_transfer.subs(SPEED, 1)  # drag-like: proportional to v^2
-        if transfer == 0:
-            return math.inf
-        numbers = {_symbol(name): value for name, value in values.items()}
-        front, per_speed = (float(of.subs(numbers)) for of in (self.symbolic.static_loads[1], transfer))
+        _, front, per_speed = self.wheel_loads(values)
         return math.sqrt(front / per_speed) if per_speed > 0 else math.inf
 
     def derivative(self, key: str, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:

@@ -16,7 +16,7 @@ from bicycle.effect_registry import effect_class
 from bicycle.evaluation import Evaluator, evaluator
 from bicycle.linear_model import LinearModel, SpeedRange
 from bicycle.parameter_covariance import ParameterCovariance, entries_of
-from bicycle.parameters import BOUNDS, POSITIVE, UNITS, Bicycle, bodies, static_loads
+from bicycle.parameters import BOUNDS, POSITIVE, UNITS, Bicycle, bodies, of_kind, static_loads
 from tyre.errors import InputError
 
 Reasons = dict[str, NDArray[np.bool_]]
@@ -166,10 +166,12 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
     # values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain
     warnings = [*model.bicycle.warnings]
     for effect in () if model.unusual else model.effects:
-        for key, found in effect.doubts().items():
+        for key, found in effect.doubts(of_kind(model.bicycle.kind)[1]).items():
             if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
                 warnings.append(found.text)
     warnings += model.notes
+    if any(effect.moves_load for effect in model.effects):
+        evaluate.check_loads(values)
     lift_off = evaluate.lift_off_speed(values)
     if not math.isinf(lift_off):
         warnings.append(

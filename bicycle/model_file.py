@@ -5,17 +5,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle, read_covariance
+from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle
 from bicycle.default_sd import MODEL_FILE
 from bicycle.effect import Effect
 from bicycle.effect_registry import effect_class
 from bicycle.model import Model
-from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
-from bicycle.parameters import UNUSED, Bicycle, doubts_about
+from bicycle.parameter_covariance import ParameterCovariance, ParameterKey, read_covariance
+from bicycle.parameters import UNUSED, Bicycle, doubts_about, of_kind
 from bicycle.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
 from tyre import schema
 from tyre.errors import InputError, is_number
-from tyre.files import read_toml
+from tyre.files import data_root, read_toml
 from tyre.plausible import WAY_OUT, refuse_absurd
 from tyre.schema import any_table, anything, flag, refused
 
@@ -55,23 +55,35 @@ MODEL = schema.table(
 )
 
 
+def available_models() -> tuple[str, ...]:
+    """Names of the packaged models, which others published, sorted."""
+    folder = data_root().joinpath("models")
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
+def model_content(path: str | Path) -> dict[str, Any]:
+    """Content of a model file, or of a packaged model by its name."""
+    packaged = str(path) in available_models() and not Path(path).is_file()
+    file = data_root().joinpath("models", f"{path}.toml") if packaged else Path(path)
+    return dict(read_toml(file, "model file"))
+
+
 def read_model(path: str | Path) -> Model:
-    """Read a model file.
+    """Read a model file, or a packaged model.
 
     Parameters
     ----------
     path : str or Path
-        A TOML file.
+        A TOML file, or a name of :func:`available_models`.
 
     Raises
     ------
     InputError
         No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
     """
-    path = Path(path)
-    content = read_toml(path, "model file")
+    content = model_content(path)
     try:
-        return build_model(content, folder=path.parent)
+        return build_model(content, folder=Path(path).parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -103,7 +115,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
         assumed += without_sd
         effects.append(kind(**filled))
         if not allow:
-            refuse_absurd(effects[-1].doubts().values(), where="model file")
+            refuse_absurd(effects[-1].doubts(of_kind(bicycle.kind)[1]).values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
     model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
     if SECTION not in given:
@@ -126,7 +138,8 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
         for one in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
             if parameter and not parameter.bounds[0] <= one <= parameter.bounds[1]:
                 continue  # impossible: the effect says so in its own words
-            doubts = [parameter.doubt(key, one)] if parameter else doubts_about({key: one})
+            kind = model.bicycle.kind
+            doubts = [parameter.doubt(key, one, of_kind(kind)[1])] if parameter else doubts_about({key: one}, kind)
             refuse_absurd([found for found in doubts if found], where="model file")
 
 

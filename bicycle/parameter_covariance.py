@@ -1,13 +1,15 @@
 """Names of the parameters of a model, and their covariance."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tyre import schema
 from tyre.arrays import Array
-from tyre.errors import InputError, shown
+from tyre.errors import InputError, refuse_unknown, shown
 from tyre.properties import effective_degrees_of_freedom
 
 WHEELS = ("rear", "front")
@@ -148,3 +150,40 @@ def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
     if not symmetric or np.linalg.eigvalsh(correlation)[0] < -1e-9:
         raise InputError(f"covariance of {', '.join(names)} must be symmetric without negative eigenvalues")
     return spread
+
+
+COVARIANCE = schema.table(
+    {
+        schema.needed("parameters"): schema.list_of(schema.text(), "must be a list of names of parameters", least=1),
+        schema.maybe("matrix"): schema.anything,
+        schema.maybe("factor"): schema.anything,
+    }
+)
+
+
+def read_covariance(
+    given: Mapping[str, Any], known: Collection[str], *, where: str, origin: str = FILE
+) -> ParameterCovariance:
+    """Joint covariance S (SI) of parameters among the ``known``: its matrix, or a factor L with S = L L'."""
+    content = schema.read(COVARIANCE, given, where=where)
+    names, keys = content["parameters"], [key for key in ("matrix", "factor") if key in content]
+    refuse_unknown("parameter", names, known, where=where)
+    if len(keys) != 1:
+        raise InputError(f"{where}: give one of matrix and factor")
+    columns = len(names) if keys == ["matrix"] else None
+    row = schema.list_of(
+        schema.number(), f"must be {columns} finite numbers" if columns else "must be finite numbers",
+        least=columns or 1, most=columns or schema.MOST,
+    )  # fmt: skip
+    says = f"must be {len(names)} rows of as many numbers"
+    rows = schema.read(
+        schema.list_of(row, says, least=len(names), most=len(names)), content[keys[0]], where=where, section=keys[0]
+    )
+    if len({len(one) for one in rows}) > 1:
+        raise InputError(f"{where}: factor {says}")
+    matrix = np.array(rows, float)
+    try:
+        spread = checked_covariance(names, matrix @ matrix.T if keys == ["factor"] else matrix)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+    return ParameterCovariance(tuple(names), spread, origin=origin)

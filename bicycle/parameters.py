@@ -11,7 +11,7 @@ import numpy as np
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.rigid_bodies import Body, Joint, mass_matrix
 from tyre.errors import InputError, is_number, refuse_unknown, shown
-from tyre.plausible import Doubt, doubt
+from tyre.plausible import LARGEST, Doubt, doubt
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -38,6 +38,31 @@ TYPICAL: Mapping[str, tuple[float, float]] = MappingProxyType(
 """Where the values of real bicycles lie: the packaged sets, measured with and without rider, with room for a child's
 12-inch bicycle at the one end, a tandem or loaded cargo bicycle of 300 kg and 36-inch wheels at the other; gravity on
 the Earth's surface (Hirt et al. 2013, Geophys. Res. Lett. 40: 9.764 to 9.834 m/s^2)."""
+
+KINDS: Mapping[str, tuple[Mapping[str, tuple[float, float]], float]] = MappingProxyType(
+    {
+        "bicycle": (TYPICAL, 1.0),
+        "motorcycle": (
+            {
+                **TYPICAL,
+                "w": (1.1, 1.8), "lam": (0.3, 0.7), "rR": (0.2, 0.4), "mR": (5.0, 40.0), "IRxx": (0.1, 1.0),
+                "IRyy": (0.2, 2.0), "mB": (80.0, 500.0), "IBxx": (3.0, 80.0), "IBzz": (3.0, 100.0),
+                "IBxz": (-20.0, 20.0), "xH": (0.9, 1.8), "mH": (8.0, 60.0), "IHxx": (0.3, 8.0), "IHzz": (0.1, 5.0),
+                "IHxz": (-3.0, 3.0), "rF": (0.2, 0.4), "mF": (5.0, 30.0), "IFxx": (0.1, 1.0), "IFyy": (0.2, 2.0),
+            },
+            20.0,
+        ),
+    }
+)  # fmt: skip
+"""Kind of vehicle -> :data:`TYPICAL` of it, and how far above a bicycle's its effects may reach: frames and tyres of
+motorcycles are up to twenty times as stiff (sets of Sharp 1971, 1994 and Sharp, Evangelou & Limebeer 2004)."""
+
+
+def of_kind(kind: str) -> tuple[Mapping[str, tuple[float, float]], float]:
+    """Give the entry of :data:`KINDS`; an unknown ``kind`` is refused."""
+    refuse_unknown("kind of vehicle", [kind], KINDS)
+    return KINDS[kind]
+
 
 POSITIVE = ("w", "rR", "rF", "g")
 BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -100,6 +125,8 @@ class Bicycle:
         Joint covariance of parameters that were not measured one by one; ``sd`` holds their standard deviations too.
     unusual : bool
         Values far from those of other bicycles are meant: no warning.
+    kind : str
+        ``bicycle`` or ``motorcycle``: what its values, and those of its effects, are compared with.
     without_slip : tuple of str
         Reasons why only wheels that cannot slip hold it, as a skate without load behind; empty for most.
 
@@ -117,9 +144,11 @@ class Bicycle:
     notes: tuple[str, ...] = field(default=(), compare=False)
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
     unusual: bool = field(default=False, compare=False)
+    kind: str = field(default="bicycle", compare=False)
     without_slip: tuple[str, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
+        of_kind(self.kind)
         object.__setattr__(self, "values", MappingProxyType(_checked(self.name, self.values, complete=True)))
         object.__setattr__(
             self, "sd", MappingProxyType(_checked(self.name, {**self.sd, **self.covariance.sd}, complete=False))
@@ -143,8 +172,13 @@ class Bicycle:
         return self.values[canonical(key)]
 
     def __reduce__(self) -> tuple[object, ...]:  # a mapping proxy does not pickle
-        words = self.description, self.source, self.notes
-        return type(self), (self.name, dict(self.values), dict(self.sd), *words, self.covariance, self.unusual)
+        words, more = (self.description, self.source, self.notes), (self.covariance, self.unusual, self.kind)
+        return type(self), (self.name, dict(self.values), dict(self.sd), *words, *more)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """Values as the table of a model file (SI), with the kind of what is not a bicycle."""
+        return ({} if self.kind == "bicycle" else {"kind": self.kind}) | dict(self.values)
 
     @property
     def static_loads(self) -> tuple[float, float]:
@@ -156,10 +190,10 @@ class Bicycle:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of what is odd but computable: values far from other bicycles, inertias that no rigid body has."""
         below_ground = {key for key in ("zB", "zH") if self[key] > 0}  # _oddities says it
-        doubts = doubts_about({key: value for key, value in self.values.items() if key not in below_ground})
+        doubts = doubts_about({k: value for k, value in self.values.items() if k not in below_ground}, self.kind)
         far = [] if self.unusual else [found.text for found in doubts]
         held = [f"{text}: only wheels that cannot slip (no_slip) hold it" for text in self.without_slip]
-        return (*self.notes, *far, *_oddities(self.values), *held)
+        return (*self.notes, *far, *_oddities(self.values, self.kind), *held)
 
     def replace(self, *, allow_unusual: bool = False, **changes: float) -> "Bicycle":
         """A bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad.
@@ -172,20 +206,20 @@ class Bicycle:
         changes = by_key(changes)
         unusual = self.unusual or allow_unusual
         if not unusual:
-            refuse_unlikely(changes, {}, "give allow_unusual=True")
+            refuse_unlikely(changes, {}, "give allow_unusual=True", self.kind)
         return replace(self, values={**self.values, **changes}, unusual=unusual)
 
 
 NAME_THE_UNIT = "write its unit behind the number (lam = 18.3 deg; TOML: in quotes) or in a table units (TOML, YAML)"
 
 
-def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: str) -> None:
+def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: str, kind: str = "bicycle") -> None:
     """Refuse what is surely another unit or sign: several lengths usual in one, heights upwards, large deviations."""
-    doubts = doubts_about(values)
+    doubts, (typical, _) = doubts_about(values, kind), of_kind(kind)
     meant = f"or {way_out} if it is meant so"
     lengths = [one for one in doubts if UNITS[one.key] == "m"]
     for word, unit, metres in (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254)):
-        usual = [TYPICAL[one.key][0] <= metres * values[one.key] <= TYPICAL[one.key][1] for one in lengths]
+        usual = [typical[one.key][0] <= metres * values[one.key] <= typical[one.key][1] for one in lengths]
         if len(usual) >= 3 and all(usual):  # fewer are a slip of one of them
             raise InputError(
                 f'{lengths[0].outside} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, '
@@ -202,7 +236,7 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
         if one.absurd:
             raise InputError(f"{one.text}; give it in SI units, {NAME_THE_UNIT}, {meant}")
     for key, spread in sd.items():
-        low, high = TYPICAL.get(key, (0.0, math.inf))
+        low, high = typical.get(key, (0.0, math.inf))
         if is_number(spread) and spread > high - low:
             guess = {"m": " (millimetres?)", "rad": " (degrees?)", "kg": " (grams?)"}.get(UNITS[key], "")
             raise InputError(
@@ -211,14 +245,15 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
             )
 
 
-def doubts_about(values: Mapping[str, Any]) -> list[Doubt]:
-    """Doubts about values outside :data:`TYPICAL` in a parameter set ``values`` (SI, lam in rad), complete or not."""
+def doubts_about(values: Mapping[str, Any], kind: str = "bicycle") -> list[Doubt]:
+    """Doubts about values outside those typical of a ``kind`` in a parameter set (SI, lam in rad), complete or not."""
+    typical, _ = of_kind(kind)
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
-    doubts = [doubt(key, value, unit=UNITS[key], typical=TYPICAL[key]) for key, value in given.items()]
+    doubts = [doubt(key, value, unit=UNITS[key], typical=typical[key]) for key, value in given.items()]
     found = [one for one in doubts if one]
     for number, one in enumerate(found):
         tilt = math.pi / 2 - given[one.key]
-        if one.key == "lam" and TYPICAL["lam"][0] < tilt <= TYPICAL["lam"][1]:  # usual if from the horizontal
+        if one.key == "lam" and typical["lam"][0] < tilt <= typical["lam"][1]:  # usual if from the horizontal
             why = f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)"
             found[number] = replace(one, why=why)
     return found
@@ -249,8 +284,9 @@ def _checked(name: str, given: Mapping[str, float], *, complete: bool) -> dict[s
         )
     values = {}
     for key, value in given.items():
-        if not is_number(value) or not math.isfinite(value):
-            raise InputError(f"bicycle {name!r}: {key} = {shown(value)} must be a finite number in SI units")
+        if not is_number(value) or not abs(value) <= LARGEST:
+            most = f", at most {LARGEST:g} in size" * (is_number(value) and math.isfinite(value))
+            raise InputError(f"bicycle {name!r}: {key} = {shown(value)} must be a finite number in SI units{most}")
         if not complete and value < 0:
             raise InputError(f"bicycle {name!r}: the standard deviation of {key} is {value!r}; it must be >= 0")
         values[key] = float(value)
@@ -306,7 +342,7 @@ def _ungrounded(bicycle: Bicycle) -> Iterator[str]:
         )
 
 
-def _oddities(p: Mapping[str, float]) -> list[str]:
+def _oddities(p: Mapping[str, float], kind: str) -> list[str]:
     found = []
     for part, letter in (("rear frame", "B"), ("front frame", "H")):
         yy = p.get(f"I{letter}yy")
@@ -327,12 +363,12 @@ def _oddities(p: Mapping[str, float]) -> list[str]:
                 "heights are negative (wrong sign?)"
             )
     for wheel, across, spin, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
-        if p[mass] == 0 and p[spin] > 0:
+        if p[mass] == 0 and p[spin] > 0 and kind == "bicycle":  # published motorcycles put it so
             found.append(
                 f"the {wheel} wheel has spin inertia {spin} = {p[spin]:g} kg m^2 but no mass "
                 "(its mass is taken to be part of the frame)"
             )
-        elif p[spin] > 2 * p[across] * (1 + 1e-9):
+        elif p[mass] > 0 and p[spin] > 2 * p[across] * (1 + 1e-9):
             found.append(
                 f"the {wheel} wheel violates the triangle inequality: {spin} = {p[spin]:g} > 2 {across} = "
                 f"{2 * p[across]:g}"

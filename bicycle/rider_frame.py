@@ -86,12 +86,47 @@ class RiderOnBicycle:
         spread = dict(zip(KEYS, np.sqrt(np.diag(self.covariance)), strict=True))
         return {key: float(spread[key]) for key in self.values}
 
+    @property
+    def hands(self) -> dict[str, float]:
+        """Parameters of the effect ``rider_hands`` that follow from body, posture and bar (SI)."""
+        parts = {part.name: part for part in self.segments}
+        upper, fore = parts["Right upper arm"], parts["Right forearm-hand"]
+        (x, z), width, frame = self.contacts.hands, self.contacts.half_width, self.frame
+        grip = np.array([x, width, z])
+        foot = np.array([frame["w"] + frame["c"], 0.0, 0.0])
+        way = np.cross([math.sin(frame["lam"]), 0.0, math.cos(frame["lam"])], grip - foot)
+        mass = felt_mass((upper.body, fore.body), (upper.sections[0], fore.sections[0], grip), way)
+        return {"mass": 2 * mass, "half_width": float(width), "x": float(x), "z": float(z)}
+
     def bicycle(self, name: str, description: str, source: str) -> Bicycle:
         """As a parameter set; the sds of the other parameters are the frame's, correlations are left out."""
         return Bicycle(
             name, {**self.frame.values, **self.values}, {**self.frame.sd, **self.sd}, description, source,
             self.frame.notes,
         )  # fmt: skip
+
+
+def felt_mass(arm: tuple[RigidBody, RigidBody], points: tuple[Array, Array, Array], way: Array) -> float:
+    """Mass (kg) felt at a hand that is led along ``way``: way' (J M^-1 J')^-1 way, of unit length.
+
+    The ``arm`` is upper arm and forearm, free at the shoulder (three angles) and the elbow (one), ``points`` are
+    shoulder, elbow and hand (m). Source: Khatib (1987), IEEE Journal of Robotics and Automation 3, eq. 33.
+    """
+    shoulder, elbow, hand = points
+    hinge = np.cross(elbow - shoulder, hand - elbow)
+    axes, places = [*np.eye(3), hinge / np.linalg.norm(hinge)], [shoulder] * 3 + [elbow]
+
+    def slopes(point: Array, joints: int) -> Array:
+        return np.array(
+            [np.cross(a, point - p) * (k < joints) for k, (a, p) in enumerate(zip(axes, places, strict=True))]
+        ).T
+
+    inertia = np.zeros((4, 4))
+    for body, joints in zip(arm, (3, 4), strict=True):
+        moved, turned = slopes(np.asarray(body.centre), joints), np.array(axes).T * (np.arange(4) < joints)
+        inertia += body.mass * moved.T @ moved + turned.T @ body.inertia @ turned
+    led, unit = slopes(hand, 4), way / np.linalg.norm(way)
+    return float(unit @ np.linalg.solve(led @ np.linalg.solve(inertia, led.T), unit))
 
 
 def rider_on_bicycle(

@@ -103,3 +103,15 @@ def height_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> 
             if body in joints[j].carries:
                 hessian[j, k] = hessian[k, j] = joints[j].axis_x * lever
     return hessian
+
+
+def forward_hessian(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> NDArray[Any]:
+    """Slope in the joint angles of the way forward (m/rad^2) of a point of a body per ``[y, psi, joints...]``."""
+    rows = np.array([[0] * len(joints)] * (2 + len(joints)), dtype=object)
+    turns = yaw_row(joints, body)
+    for k, inner in enumerate(joints):
+        if body in inner.carries:
+            rows[1, k] = -inner.lever(x, z)
+            for j in range(k + 1):
+                rows[2 + j, k] = rows[2 + k, j] = -turns[2 + j] * inner.lever(x, z)
+    return rows

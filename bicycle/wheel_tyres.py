@@ -10,8 +10,9 @@ import numpy as np
 from bicycle.default_sd import CORNERING_STIFFNESS
 from bicycle.effect import WHEELS, Effect, Parameter
 from bicycle.effect_registry import effect_class, registry
+from bicycle.evaluation import evaluator
 from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.parameters import Bicycle
+from bicycle.parameters import Bicycle, bodies, static_loads
 from tyre.arrays import Array
 from tyre.errors import InputError, Note, is_number, shown
 from tyre.find_tyre import CHOICE, is_file_name, read_tyre
@@ -87,10 +88,22 @@ def wheel_sources(tyre: Mapping[str, Any], surface: Mapping[str, Any]) -> dict[s
     return {wheel: read_tyre(tyre[wheel], surface=surface[wheel]).assuming(CORNERING_STIFFNESS) for wheel in WHEELS}
 
 
+def tyre_loads(effects: Iterable[Effect], values: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Loads of the bicycle's wheels at rest (N, rear first), moved by those of the effects that move load.
+
+    ``values`` are numbers or (m,) each, SI, of the bicycle and of these effects.
+    """
+    kinds = tuple(type(effect) for effect in effects if effect.moves_load)
+    if not kinds:
+        return static_loads(bodies(values), values["w"], values["g"])
+    return evaluator((*kinds, effect_class("no_slip"))).wheel_loads(values)[:2]
+
+
 def joint_wheel_tyres(
-    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False
-) -> JointProperties:
-    """Properties of the tyres of rear and front wheel at their static loads, with their joint covariance."""
+    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False,
+    effects: Iterable[Effect] = (),
+) -> JointProperties:  # fmt: skip
+    """Properties of the tyres of rear and front wheel at their loads, with their joint covariance."""
     if not isinstance(extrapolate, bool):
         raise InputError(f"{EXTRAPOLATE} = {shown(extrapolate)} must be true or false")
     choices = {}
@@ -101,7 +114,10 @@ def joint_wheel_tyres(
         choices[name] = per_wheel
     sources = wheel_sources(choices["tyre"], choices["surface"])
     conditions = []
-    for wheel, load in zip(WHEELS, bicycle.static_loads, strict=True):
+    values = dict(bicycle.values)
+    for effect in effects:
+        values |= effect.values(bicycle.values)
+    for wheel, load in zip(WHEELS, tyre_loads(effects, values), strict=True):
         pressure = choices["pressure_bar"][wheel]
         none = pressure != pressure and sources[wheel].default_pressure is not None  # its values have no pressure
         if not none and not (is_number(pressure) and 0 < pressure <= MOST_BAR):
@@ -217,6 +233,7 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
         joint = joint_wheel_tyres(
             tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table["pressure_bar"], bicycle=bicycle,
             extrapolate=table.get(EXTRAPOLATE, False),
+            effects=[kind(**tables[name]) for name in tables if (kind := effect_class(name)).moves_load],
         )  # fmt: skip
         found = MountedTyres(identifier, dict(zip(WHEELS, joint.properties, strict=True)), joint)
     return found

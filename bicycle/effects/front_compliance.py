@@ -1,16 +1,14 @@
 """Flexible fork and head tube."""
 
 import math
-from collections.abc import Mapping
 
 import sympy as sp
 
-from bicycle.effect import ANY, Effect, Mode, Parameter
+from bicycle.effect import ANY, Mode, Parameter, SprungJoint
 from bicycle.equations import ModelBuilder
-from tyre.errors import InputError
 
 
-class FrontCompliance(Effect):
+class FrontCompliance(SprungJoint):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
@@ -31,14 +29,10 @@ class FrontCompliance(Effect):
     modes = (Mode("front_compliance", marks=("front_compliance", "front"), place=5, look=1),)
     signature = "wobble at 5-8 Hz becomes unstable at ordinary speeds and stable again above; weave loses damping"
 
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        if math.isinf(self.stiffness):
-            raise InputError(f"effect {self.identifier!r}: an infinite stiffness is the rigid bicycle; leave it out")
-
     def apply(self, model: ModelBuilder) -> None:
         twist = model.add_joint(
             self.identifier, axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
             point=(self.joint_x, self.joint_z), carries={"front frame", "front wheel"},
             role="front_compliance",
         )  # fmt: skip
-        model.add_torque(twist, -self.stiffness * twist.angle - self.damping * twist.rate)
+        self.spring(model, twist)

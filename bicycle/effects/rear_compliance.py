@@ -1,16 +1,14 @@
 """Flexible swinging arm or rear triangle."""
 
 import math
-from collections.abc import Mapping
 
 import sympy as sp
 
-from bicycle.effect import ANY, Effect, Mode, Parameter
+from bicycle.effect import ANY, Mode, Parameter, SprungJoint
 from bicycle.equations import ModelBuilder
-from tyre.errors import InputError
 
 
-class RearCompliance(Effect):
+class RearCompliance(SprungJoint):
     """A sprung and damped hinge between main frame and rear wheel, which twists out of the plane of the frame.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default level: the wheel leans.
@@ -29,13 +27,9 @@ class RearCompliance(Effect):
     on_request = "not yet tried in blind cases"
     signature = "weave loses damping at high speed"
 
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        if math.isinf(self.stiffness):
-            raise InputError(f"effect {self.identifier!r}: an infinite stiffness is the rigid bicycle; leave it out")
-
     def apply(self, model: ModelBuilder) -> None:
         twist = model.add_joint(
             self.identifier, axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
             point=(self.joint_x, self.joint_z), carries={"rear wheel"}, role="rear_compliance",
         )  # fmt: skip
-        model.add_torque(twist, -self.stiffness * twist.angle - self.damping * twist.rate)
+        self.spring(model, twist)

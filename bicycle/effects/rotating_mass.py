@@ -21,5 +21,4 @@ class RotatingMass(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         momentum = self.inertia * (self.ratio * model.speed / model.bicycle["rR"] + self.spin)
-        model.add_yaw_moment("rear frame", momentum * model.lean.rate)
-        model.add_roll_moment("rear frame", -momentum * model.yaw_rate)
+        model.add_spin("rear frame", momentum)

@@ -15,22 +15,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.decay_noise import (
-    FASTEST,
-    HIGHEST,
-    LOWEST,
-    PLAIN,
-    SLOWEST,
-    WITH_REAL_MODE,
-    Evidence,
-    Linear,
-    Solved,
-    Window,
-    basis,
-    guesses,
-    log_sum,
-    noise_floor,
-)
+from bicycle.identification import decay_noise as noise
 from tyre.arrays import Array
 
 CLEAR = math.log(20)  # of the odds for a further mode
@@ -46,25 +31,25 @@ ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 class Posterior:
     """Posterior of the modes with one kind of drift, for a prior that is even in sigma, omega and log rate."""
 
-    evidence: Evidence
+    evidence: noise.Evidence
     best: Array  # (m, 2), most probable sigma (1/s) and omega (rad/s), by frequency
     modes: Array  # (points, m, 2)
     weights: Array  # (points,), with sum 1
     log_evidence: float  # comparable for equal numbers of modes
     best_rate: Array | None  # (1,), decay of the real mode of an exponential drift, 1/s
-    linear: Linear  # amplitudes at the points
+    linear: noise.Linear  # amplitudes at the points
 
     @property
     def occam(self) -> float:
         """Logarithm of the prior range of the modes: omega even in its logarithm, sigma up to omega to both sides."""
-        return float(np.log(2 * self.best[:, 1] ** 2 * math.log(FASTEST / SLOWEST)).sum())
+        return float(np.log(2 * self.best[:, 1] ** 2 * math.log(noise.FASTEST / noise.SLOWEST)).sum())
 
 
 @dataclass(frozen=True)
 class Estimate:
     """Modes of one window; the kinds of drift that were tried are weighed by their evidence."""
 
-    window: Window
+    window: noise.Window
     posteriors: tuple[Posterior, ...]  # one of each kind and size of drift
     weights: tuple[float, ...]  # their probabilities, with sum 1
     mean: Array  # (m, 2), sigma (1/s) and omega (rad/s), by frequency
@@ -129,11 +114,11 @@ class Estimate:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
         modes, rate = self.best.best[None], self.best.best_rate
         amplitudes = self.best.evidence.solved(modes, rate).linear().mean[0]
-        waves = basis(modes, self.window.time, rate)[0]
+        waves = noise.basis(modes, self.window.time, rate)[0]
         return np.hstack([waves, self.window.drift[:, : amplitudes.shape[1] - waves.shape[1]]]), amplitudes
 
 
-def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
+def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | None:
     """Find the maximum near ``starts`` (m, 2) and sum the posterior about it; None without one within the bounds."""
     m, span = len(starts[0]), _rates(evidence)
     trials = np.array([start.ravel() for start in starts])
@@ -165,7 +150,7 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     if weights.sum() ** 2 / (weights**2).sum() < 3:  # rounding hides the shape: normal, as the second derivatives say
         normal = _solve(evidence, best[None], m)[0] - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
         log = np.where(np.isfinite(log), normal, -np.inf)
-    total = float(log_sum(log[:, None])[0])
+    total = float(noise.log_sum(log[:, None])[0])
     kept = log > log.max() - 30.0
     (most,), best_rate = _parted(best[None], m)
     order = np.argsort(most[:, 1])
@@ -176,7 +161,7 @@ def posterior(evidence: Evidence, starts: Sequence[Array]) -> Posterior | None:
     return Posterior(evidence, most[order], modes, np.exp(log - total)[kept], evidence_log, best_rate, linear)
 
 
-def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
+def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
     """Weigh the modes of a window over some kinds of drift, from ``starts`` (m, 2); None without a maximum."""
     evidence, best = prepared(w, starts[0])
     tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
@@ -198,19 +183,19 @@ def estimate(w: Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estim
 
 
 def sought(
-    cut: Callable[[int], Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
+    cut: Callable[[int], noise.Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
 ) -> Estimate | None:
     """Seek ``count`` modes from the peaks of the spectrum; ``cut`` gives the window with some samples made one."""
     whole = cut(1)
     whole = cut(max(1, min(len(whole.time) // 4000, whole.seeking_block)))
 
-    def fine(starts: Sequence[Array]) -> Window:
+    def fine(starts: Sequence[Array]) -> noise.Window:
         return cut(whole.block * whole.fitting_block(float(starts[0][:, 1].max())))
 
-    starts = guesses(whole, start_hz=start_hz)
+    starts = noise.guesses(whole, start_hz=start_hz)
     rough, w = starts, fine(starts)
     for _ in range(1, count):  # the next is sought in what the fitted ones leave; a guess leaves more of itself
-        starts, rough = guesses(whole, prepared(w, starts[0])[1]), guesses(whole, rough[0])
+        starts, rough = noise.guesses(whole, prepared(w, starts[0])[1]), noise.guesses(whole, rough[0])
         w = fine(starts)
     found = estimate(w, drifts, starts)
     if found is None and count > 1:  # if no more are there, little is left to begin from
@@ -218,8 +203,8 @@ def sought(
         found = estimate(w, drifts, rough)
     if found is None or not further:
         return found
-    starts = guesses(whole, found.best.best)
-    spared = np.log(noise_floor(w, found.best.best) / noise_floor(w, starts[0])).sum()
+    starts = noise.guesses(whole, found.best.best)
+    spared = np.log(noise.noise_floor(w, found.best.best) / noise.noise_floor(w, starts[0])).sum()
     if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
         return found
     w = fine(starts)
@@ -270,17 +255,17 @@ def log_odds_of_each(found: Estimate) -> Array:
 def log_odds_of_any(found: Estimate) -> float:
     """Logarithm of the odds of the modes over a drift and noise alone."""
     none = np.empty((1, 0, 2))
-    without = [replace(found.best.evidence, drift=drift).solved(none).log()[0] for drift in PLAIN]
+    without = [replace(found.best.evidence, drift=drift).solved(none).log()[0] for drift in noise.PLAIN]
     with_modes = [p.log_evidence - p.occam for p in found.posteriors]
     more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
     return float(more - less)
 
 
-def prepared(w: Window, modes: Array) -> tuple[Evidence, Array]:
+def prepared(w: noise.Window, modes: Array) -> tuple[noise.Evidence, Array]:
     """Evidence of a window about modes (m, 2) that are known roughly, for a parabola, and these modes more closely."""
-    rough = Evidence(w, "parabola", noise_floor(w, modes))
+    rough = noise.Evidence(w, "parabola", noise.noise_floor(w, modes))
     best = _climbed(rough, modes.ravel(), len(modes))[0].reshape(modes.shape)
-    return Evidence(w, "parabola", noise_floor(w, best)), best
+    return noise.Evidence(w, "parabola", noise.noise_floor(w, best)), best
 
 
 def interval(x: Array, weights: Array) -> tuple[float, float]:
@@ -335,18 +320,18 @@ def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
     return x[:, : 2 * m].reshape(-1, m, 2), rates
 
 
-def _rates(evidence: Evidence) -> tuple[float, float] | None:
+def _rates(evidence: noise.Evidence) -> tuple[float, float] | None:
     """Least and largest logarithm of the rate of a real mode; None without one."""
     w = evidence.window
-    return (math.log(0.5 / w.length), math.log(1 / w.time[1])) if evidence.drift in WITH_REAL_MODE else None
+    return (math.log(0.5 / w.length), math.log(1 / w.time[1])) if evidence.drift in noise.WITH_REAL_MODE else None
 
 
-def _solve(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], Solved | None]:
+def _solve(evidence: noise.Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], noise.Solved | None]:
     """Log likelihood (minus infinity beyond the bounds), which points lie within, and their least squares."""
     modes, rates = _parted(x, m)
     sigma, omega = modes[..., 0], modes[..., 1]
-    highest = min(HIGHEST, 30.0 / evidence.window.length)  # e-folds over the window
-    within = (sigma > LOWEST) & (sigma < highest) & (omega > SLOWEST) & (omega < FASTEST)
+    highest = min(noise.HIGHEST, 30.0 / evidence.window.length)  # e-folds over the window
+    within = (sigma > noise.LOWEST) & (sigma < highest) & (omega > noise.SLOWEST) & (omega < noise.FASTEST)
     inside = np.asarray(within.all(-1))
     span = _rates(evidence)
     if span is not None:
@@ -359,7 +344,7 @@ def _solve(evidence: Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool
     return found, inside, solved
 
 
-def _climbed(evidence: Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
+def _climbed(evidence: noise.Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
     """The most probable numbers near a ``start`` (d,) and their covariance, if any."""
     steps = np.array([*np.stack([np.full(m, 0.1), 0.02 * start[1 : 2 * m : 2]], 1).ravel(), 0.1])[: start.size]
     return _climb(lambda x: _solve(evidence, x, m)[0], start, steps)

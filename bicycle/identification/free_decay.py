@@ -19,16 +19,9 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import chi2, norm
 
 from bicycle.eigen import angular_frequency, frequency_hz
+from bicycle.identification import decay_posterior as posterior
 from bicycle.identification.decay_noise import DRIFTS, FASTEST, KINDS, SLOWEST, window
-from bicycle.identification.decay_posterior import (
-    CLEAR,
-    Estimate,
-    clearer,
-    estimate,
-    log_odds_of_any,
-    log_odds_of_each,
-    sought,
-)
+from bicycle.identification.decay_posterior import Estimate
 from bicycle.identification.recording import Run
 from tyre.arrays import Array
 from tyre.errors import InputError, unknown
@@ -117,10 +110,10 @@ def _again(
         w = window(run, first_s, last_s, block=found.window.block)
     except InputError:
         return None
-    part = estimate(w, likely, [known])
+    part = posterior.estimate(w, likely, [known])
     if beside:
-        alone = estimate(w, likely, [known[number : number + 1]])
-        if alone is not None and (part is None or not clearer(part.best, alone.best)):
+        alone = posterior.estimate(w, likely, [known[number : number + 1]])
+        if alone is not None and (part is None or not posterior.clearer(part.best, alone.best)):
             return alone, 0
     if part is None:
         return None
@@ -260,12 +253,9 @@ class Decay:
         return row
 
 
-def identify(
-    run: Run, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, thorough: bool = True,
-) -> Decay:  # fmt: skip
+def identify(run: Run, **settings: Any) -> Decay:
     """Fit one decaying oscillation to all channels of a run between two times, as :func:`identify_modes`."""
-    return identify_modes(run, 1, first_s=first_s, last_s=last_s, start_hz=start_hz, drift=drift, thorough=thorough)[0]
+    return identify_modes(run, 1, **settings)[0]
 
 
 def identify_modes(
@@ -282,7 +272,9 @@ def identify_modes(
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(kind for kind in KINDS if drift in (None, kind.partition("/")[0]))
     further = thorough and count == 1
-    found = sought(lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count, further=further)
+    found = posterior.sought(
+        lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count, further=further
+    )
     if found is None:
         return (Decay(run.name, run.speed),) * count
     numbers = range(count)
@@ -308,10 +300,10 @@ def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
     p = probability_of_noise(found)
     doubt: tuple[str, dict[str, Any]] = ("", {})
     if found.explained < POOREST:
-        any_odds = log_odds_of_any(found)
-        if any_odds < CLEAR:
+        any_odds = posterior.log_odds_of_any(found)
+        if any_odds < posterior.CLEAR:
             words = f"{math.exp(any_odds):.2g}" if any_odds > -200 else "less than 1e-86"
-            doubt = ("drowned", {"odds": words, "clear": math.exp(CLEAR)})
+            doubt = ("drowned", {"odds": words, "clear": math.exp(posterior.CLEAR)})
         elif p <= 0.01:
             doubt = ("disturbed", {"p": p})
     sd, cycles = (float(found.sd[number, 0]), float(found.sd[number, 1])), float(frequency_hz(1j * omega))
@@ -323,10 +315,15 @@ def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
 
 def _fewer(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     """Doubt if the window holds fewer modes than were fitted, or one that hardly turns: ``least`` cycles."""
-    odds, count = log_odds_of_each(found), len(found.mean)
+    odds, count = posterior.log_odds_of_each(found), len(found.mean)
     there = int(np.isinf(odds).sum())
     if there < count:
-        return "fewer", {"there": there, "count": count, "odds": math.exp(odds.min()), "least": math.exp(CLEAR)}
+        return "fewer", {
+            "there": there,
+            "count": count,
+            "odds": math.exp(odds.min()),
+            "least": math.exp(posterior.CLEAR),
+        }
     return ("slow", {"count": count, "cycles": least, "least": FEWEST_CYCLES}) if least < FEWEST_CYCLES else ("", {})
 
 

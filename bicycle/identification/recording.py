@@ -94,30 +94,33 @@ FEWEST = 20  # samples
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
     """Read one recording: a CSV with ``time_s`` and any of the channels and inputs."""
+    record, lines = _own_columns(path)
+    return run_of(record, path, speed, group, lines)
+
+
+def _own_columns(path: Path, further: Sequence[str] = (), needed: Sequence[str] = ()) -> tuple[Record, list[str]]:
+    """Read a CSV in the columns above and ``further`` ones, with the places of its samples."""
+    if path.suffix.casefold() not in ("", ".csv"):
+        refuse_unmapped(path, QUANTITIES)
+    numbers = ("time_s", *CHANNELS, *SAME, *INPUTS, *further)
     try:
-        columns = read_columns(path, numbers=("time_s", *CHANNELS, *SAME, *INPUTS), needed=("time_s",))
-    except InputError as error:
-        raise _with_draft(error, path, "") from error
-    numbers, names = dict(columns.numbers), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
-    time = numbers.pop("time_s")
-    for column in SAME.keys() & numbers.keys():
-        if SAME[column] in numbers:
+        columns = read_columns(path, numbers=numbers, needed=("time_s", *needed))
+    except InputError as error:  # a fault in one line of the file needs no channel map
+        words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
+        more = "a reference is named with --instrument; " * bool(further)
+        raise InputError(f"{error}; {more}or give a channel map: {words}") if words else error from error
+    found = dict(columns.numbers)
+    time, names = found.pop("time_s"), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
+    for column in SAME.keys() & found.keys():
+        if SAME[column] in found:
             raise InputError(f"{path}: {column} and {SAME[column]} are the same quantity; keep one column")
-    record = Record(str(path), time, {names[SAME.get(column, column)]: x for column, x in numbers.items()})
-    return run_of(record, path, speed, group, [f"line {line}" for line in columns.lines])
-
-
-def _with_draft(error: InputError, path: Path, more: str) -> InputError:
-    """Error with the draft of a channel map; a fault in one line of the file needs none."""
-    words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
-    return InputError(f"{error}; {more}or give a channel map: {words}") if words else error
+    values = {names.get(one := SAME.get(column, column), one): x for column, x in found.items()}
+    return Record(str(path), time, values), [f"line {line}" for line in columns.lines]
 
 
 def read_events(path: Path, speed: float, group: str = "", *, channel_map: ChannelMap | None = None) -> tuple[Run, ...]:
     """Read the events of a recording in any columns, units and formats; with several, each is called ``FILE#EVENT``."""
     if channel_map is None:
-        if path.suffix.casefold() not in ("", ".csv"):
-            refuse_unmapped(path, QUANTITIES)
         return (read_run(path, speed, group),)
     return tuple(run_of(record, path, speed, group) for record in read_records(path, channel_map, QUANTITIES))
 
@@ -126,14 +129,7 @@ def run_of(record: Record, path: Path, speed: float, group: str = "", lines: Seq
     """Make a run of one event of a recording, and check it; ``lines`` are the places of its samples in the file."""
     source, time = record.source, record.time
     numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
-    for name, x in numbers.items():
-        if not np.isfinite(x).all():
-            missing = np.flatnonzero(~np.isfinite(x))
-            fill = f"{how_to(time)}, " if fills(time, *numbers.values()) else ""
-            raise InputError(
-                f"{source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
-                f"{fill}cut the recording with [[windows]] or repair it"
-            )
+    _refuse_missing(source, time, numbers)
     places = lines or [f"sample {place}" for place in range(1, len(time) + 1)]
     channels = {name: column for name, column in numbers.items() if name in CHANNELS}
     if not channels:
@@ -157,6 +153,17 @@ def run_of(record: Record, path: Path, speed: float, group: str = "", lines: Seq
     )
     name = source.removeprefix(str(path.parent)).lstrip("/\\")
     return Run(name, speed, time, channels, inputs, group, record.mountings, (*dead, *record.notes))
+
+
+def _refuse_missing(source: str, time: Array, numbers: Mapping[str, Array]) -> None:
+    for name, x in numbers.items():
+        if not np.isfinite(x).all():
+            missing = np.flatnonzero(~np.isfinite(x))
+            fill = f"{how_to(time)}, " if fills(time, *numbers.values()) else ""
+            raise InputError(
+                f"{source}: {name} is missing in {missing.size} samples, first in sample {missing[0] + 1}; "
+                f"{fill}cut the recording with [[windows]] or repair it"
+            )
 
 
 def _check_time(path: str, time: Array, places: Sequence[str]) -> None:
@@ -200,21 +207,18 @@ def read_forced(
             known[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
         records = read_records(path, channel_map, known)
         return tuple(_run(record, path, speed, reference) for record in records)
-    if path.suffix.casefold() not in ("", ".csv"):
-        refuse_unmapped(path, QUANTITIES)
-    own = ("time_s", *CHANNELS, *INPUTS, LATERAL_FORCE)
-    more = [] if reference in ("", *own) else [reference]
+    column = SAME.get(reference, reference)
+    more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_FORCE) else [column]
     try:
-        columns = read_columns(path, numbers=(*own, *more), needed=("time_s", *more))
+        record, _ = _own_columns(path, (LATERAL_FORCE, *more), more)
     except InputError as error:
-        there = [] if f"{path}, line" in str(error) else [column.name for column in contents(path).columns]
-        if more and "time_s" in there and reference not in there:
+        told = more and f"{path}, line" not in str(error)
+        there = [column.name for column in contents(path).columns] if told else []
+        if "time_s" in there and reference not in there:
             every = ", ".join(there)
             raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {every}") from error
-        raise _with_draft(error, path, "a reference is named with --instrument; ") from error
-    names = {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
-    values = {names.get(column, column): x for column, x in columns.numbers.items() if column != "time_s"}
-    return (_run(Record(str(path), columns.numbers["time_s"], values), path, speed, names.get(reference, reference)),)
+        raise
+    return (_run(record, path, speed, column),)
 
 
 def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
@@ -225,11 +229,8 @@ def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
     column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
     if reference and column not in inputs:
         inputs[column] = {**run.channels, **run.inputs}[column]
+    _refuse_missing(record.source, record.time, inputs)
     for name, x in inputs.items():
-        if not np.isfinite(x).all():
-            fill = f"{how_to(record.time)}, " if fills(record.time, x) else ""
-            way_out = f"{fill}cut the recording with [[windows]] or repair it"
-            raise InputError(f"{record.source}: {name} lacks samples; {way_out}")
         if np.ptp(x) == 0:
             raise InputError(f"{record.source}: {name} is constant ({x[0]:g}): it moves nothing; leave it out")
     return replace(run, inputs={**run.inputs, **inputs})

@@ -20,7 +20,7 @@ import click
 from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
 from tyre.errors import InputError
-from tyre.files import left_by_a_killed_run, write_text
+from tyre.files import left_by_a_killed_run, texts_in, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
 
@@ -100,17 +100,9 @@ def _follow(path: Path, found: dict[Path, None]) -> None:
             content = tomllib.loads(path.read_text(encoding="utf-8"))
         except (ValueError, OSError, RecursionError):  # whoever needs the file says what is wrong with it
             return
-        for name in _texts(content):  # os.path says no where pathlib raises: a text may be too long for a name
+        for name in texts_in(content):  # os.path says no where pathlib raises: a text may be too long for a name
             if name and "\0" not in name and len(name) < 1024 and os.path.isfile(path.parent / name):
                 _follow(path.parent / name, found)
-
-
-def _texts(content: Any) -> Iterator[str]:
-    if isinstance(content, str):
-        yield content
-    elif isinstance(content, dict | list):
-        for value in content.values() if isinstance(content, dict) else content:
-            yield from _texts(value)
 
 
 def _stamps(folder: Path, deepest: int = 3) -> dict[Path, tuple[int, int, int]]:

@@ -129,8 +129,8 @@ def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
     """Tabulate critical speeds, a row each, with the unit in the column names."""
     import pandas as pd
 
-    columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows")
-    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction) for c in critical]
+    columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows", "begins")
+    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction, c.begins) for c in critical]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -173,14 +173,15 @@ def print_critical(
         click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {what}")
         return
     rows: list[list[Any]] = []
+    begins = any(c.begins for speeds in critical.values() for c in speeds)
     for name, speeds in critical.items():
-        mine = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
+        mine = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction, *[c.begins] * begins] for c in speeds]
         if not mine:
             state = "unstable" if throughout[name] else "not unstable"
             mine = [["none", None, None, None, f"{state} throughout"]]
         rows += [[*([name] if name else []), *cells] for cells in mine]
-    heads = ["bicycle"] * any(critical)
-    print_table(rows, [*heads, "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"])
+    heads = [*["bicycle"] * any(critical), "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"]
+    print_table(rows, heads + ["the motion"] * begins)
 
 
 def print_exchanges(models: Mapping[str, "LinearModel"], fastest: float) -> None:

@@ -96,6 +96,7 @@ def test_a_motor_may_be_told_what_the_tyre_does():
         (steer(lambda model, size: model.lean.rate), "which is not linear in '.*'; give what is left of it for small"),
         (steer(lambda model, size: size * sp.Symbol("own")), "puts 'own' where only parameters of bicycle and effects"),
         (lambda model, size: model.add_inertia(model.steer, model.speed * model.lean.angle), "puts '.*' where only"),
+        (lambda model, size: model.add_input("lean_torque", unit="N m"), "the name 'lean_torque' of an input is taken"),
         (lambda model, size: model.motor.tell(size * model.motor.command), "makes the steer motor command depend on i"),
         (lagged, "rate of the state 'lagged' depends on a side force, of which held contacts know nothing; give its e"),
         (

@@ -48,7 +48,7 @@ def test_the_dataset_has_units(found):
 
 def test_critical_speeds_become_a_table_by_themselves():
     table = pd.DataFrame(critical_speeds(Model(load_bicycle("benchmark"))))
-    assert list(table.columns) == ["speed", "kind", "mode", "frequency_hz", "direction"]
+    assert list(table.columns) == ["speed", "kind", "mode", "frequency_hz", "direction", "begins"]
     # Meijaard et al. (2007): weave 4.292 m/s, capsize 6.024 m/s
     assert np.allclose(table["speed"], [4.292, 6.024], atol=5e-4)
 

@@ -12,39 +12,10 @@ import pytest
 
 from bicycle import load_bicycle
 from bicycle.critical import critical_speeds
-from bicycle.effect_registry import effect_class
-from bicycle.model import Model
+from tests.published.papers import arms, slowest_real, tyred, weave
 
 RIDDEN = ("pista_charlie_drops", "rigid_rider", "pista_rider", "benchmark")
 SPEEDS = (5.0, 7.0, 9.0, 12.0, 15.0, 20.0)
-
-
-def tyred(name, **effects):
-    """A bicycle on tyres of 110 N/deg and a relaxation length of 110 mm, with camber thrust of 0.65 of the load."""
-    bicycle = load_bicycle(name)
-    rear, front = bicycle.static_loads
-    tables = {
-        "relaxation_length": {"cornering_stiffness": 110 * 180 / np.pi, "relaxation_length": 0.11},
-        "camber_thrust": {"camber_stiffness": {"rear": 0.65 * rear, "front": 0.65 * front}},
-    } | effects
-    return Model(bicycle, tuple(effect_class(effect)(**table) for effect, table in tables.items())).linear_model()
-
-
-def arms(**given):
-    return {"rider_arms": {"inertia": 0.0, "stiffness": 0.0, "damping": 0.0} | given}
-
-
-def slowest_real(model, speed) -> float:
-    """The real eigenvalue farthest to the right, 1/s: capsize."""
-    values = model.eigenvalues(speed)
-    return float(values[np.abs(values.imag) < 1e-9].real.max())
-
-
-def weave(model, speed) -> complex:
-    """The least stable pair slower than 4 Hz, 1/s."""
-    values = model.eigenvalues(speed)
-    slow = values[(values.imag > 1e-6) & (values.imag < 8 * np.pi)]
-    return complex(slow[slow.real.argmax()])
 
 
 def self_stable(model) -> tuple[float, float]:

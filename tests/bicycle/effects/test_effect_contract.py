@@ -22,6 +22,13 @@ EFFECTS = registry()
 PARAMETERS = [(name, parameter) for name, effect in EFFECTS.items() for parameter in effect.parameters]
 BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "rad": (0, 0, 0), "1": (0, 0, 0)}
 SPEED = 6.0
+OFF = ("damping", "grip_damping", "gain", "lean_gain")
+COMMANDS = {"motor command": "steer_assist", "rider torque": "rider_control"}
+ONE_WAY = (
+    "side_slip",
+    "steer_motor",
+    *(name for name, e in EFFECTS.items() if "rider torque" in e.requires + e.provides),
+)
 
 
 def bicycle() -> Bicycle:
@@ -36,11 +43,11 @@ def draw(effect: type[Effect], share: float = 0.5, **changes: float) -> Effect:
 
 
 def companions(effect: type[Effect], share: float = 0.5) -> tuple[Effect, ...]:
-    """What the effect needs: the relaxing tyre, unless it is a contact law, and for a motor the controller."""
+    """What the effect needs: the relaxing tyre, unless it is a contact law, and for a motor or delay what commands."""
     if effect.slot == "contact law":
         return ()
-    commands = "motor command" in effect.requires
-    return tuple(draw(EFFECTS[name], share) for name in ("relaxation_length", *["steer_assist"] * commands))
+    commands = [COMMANDS[need] for need in effect.requires if need in COMMANDS]
+    return tuple(draw(EFFECTS[name], share) for name in ("relaxation_length", *commands))
 
 
 def unmatched(small: np.ndarray, large: np.ndarray) -> float:
@@ -129,11 +136,11 @@ def test_units_do_not_matter(effect, exponents, share, speed):
     assert unmatched(here, there * factor("s")) < 1e-9
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.identifier not in ("side_slip", "steer_motor")])
+@pytest.mark.parametrize("effect", [e for e in EFFECTS.values() if e.identifier not in ONE_WAY])
 def test_at_rest_without_dampers_eigenvalues_come_in_pairs(effect):
     """No damping, no motion, no control: the equations are the same backwards in time, so -z goes with every z."""
     rates = {p.name: 0.0 for p in effect.parameters if "_from_" in p.name and "_rate" in p.name}
-    off = rates | {p.name: 0.0 for p in effect.parameters if p.name in ("damping", "gain", "lean_gain")}
+    off = rates | {p.name: 0.0 for p in effect.parameters if p.name in OFF}
     found = Model(bicycle(), (*companions(effect), draw(effect, **off))).linear_model().eigenvalues(0.0)
     assert unmatched(found, -found) < 1e-9
     if "damping" in off:
@@ -175,7 +182,7 @@ def test_every_pair_is_a_model_or_is_refused_with_a_reason():
     assert ("relaxation_length", "steer_motor") in refused
     for name, effect in EFFECTS.items():
         if name not in laws:
-            assert effect.requires == ("motor command",) or tuple(sorted(("relaxation_length", name))) not in refused
+            assert set(effect.requires) & {*COMMANDS} or tuple(sorted(("relaxation_length", name))) not in refused
             assert effect.requires or tuple(sorted(("no_slip", name))) not in refused
 
 

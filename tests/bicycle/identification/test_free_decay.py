@@ -16,6 +16,12 @@ from tyre.errors import InputError
 ROOT = complex(-0.7, 4.4)
 
 
+def seen(rng, t, sd, speed=4.8, **motions):
+    """Run of these motions with white noise of sd ``sd``, in the order of the channels."""
+    channels = {name: x + sd * rng.standard_normal(len(t)) for name, x in motions.items()}
+    return Run("r.csv", speed, t, channels, {})
+
+
 def decay(rng, *, duration=4.0, colour=0.8, sd=0.02, slow=0.0):
     """Synthetic; ``slow`` is the amplitude of a capsize mode that dies out with 0.8 1/s, in that of weave."""
     t = np.arange(0, duration, 0.01)
@@ -62,11 +68,7 @@ def test_a_start_that_a_slow_mode_moves_widens_what_is_said():
 def test_a_motion_that_does_not_oscillate_is_refused(motion):
     """Each was taken for a weave of 0.1 rad/s, the slowest that is sought, with a small sd."""
     t, rng = np.arange(0, 3, 0.02), np.random.default_rng(1)
-    channels = {
-        "roll_rate_rad_s": motion(t) + 0.01 * rng.standard_normal(t.size),
-        "steer_rad": 0.6 * motion(t) + 0.01 * rng.standard_normal(t.size),
-    }
-    found = identify(Run("capsize.csv", 8.5, t, channels, {}))
+    found = identify(seen(rng, t, 0.01, roll_rate_rad_s=motion(t), steer_rad=0.6 * motion(t)))
     assert found.rejected == (
         f"it turns by {found.cycles:.2g} cycles in the window (at least 0.25): a motion that does not oscillate, "
         "such as a capsize, looks like that; give the frequency of an oscillation (start_hz)"
@@ -76,11 +78,8 @@ def test_a_motion_that_does_not_oscillate_is_refused(motion):
 def test_a_weave_beside_a_capsize_that_grows_larger_is_the_one_that_is_taken():
     t, rng = np.arange(0, 2.0, 0.01), np.random.default_rng(2)
     weave, capsize = np.exp(complex(-1.2, 8.0) * t), np.exp(1.5 * t)
-    channels = {
-        "roll_rate_rad_s": weave.real + 0.4 * capsize + 0.005 * rng.standard_normal(t.size),
-        "steer_rate_rad_s": ((0.8 - 0.5j) * weave).real - 0.3 * capsize + 0.005 * rng.standard_normal(t.size),
-    }
-    found = identify(Run("ride.csv", 8.5, t, channels, {}))
+    roll, steer = weave.real + 0.4 * capsize, ((0.8 - 0.5j) * weave).real - 0.3 * capsize
+    found = identify(seen(rng, t, 0.005, roll_rate_rad_s=roll, steer_rate_rad_s=steer))
     assert not found.rejected
     assert abs(found.eigenvalue - complex(-1.2, 8.0)) < 4 * max(found.sd)
     assert [z.real > z.imag for z in found.beside] == [True]
@@ -114,20 +113,15 @@ def test_a_short_window_is_used_with_a_larger_sd():
     assert abs(short.eigenvalue - ROOT) < 3 * max(short.sd)
 
 
-def test_a_fast_mode_is_none_of_the_slow_ones_that_a_coarse_look_makes_of_it():
-    """Ten minutes of a log that nobody cut: one sample in seven would show 26 rad/s as 18.9."""
-    root = complex(-1.5, 26.0)
-    t = np.arange(0, 600, 0.02)
-    wave = np.exp(root * t).real + 0.002 * np.random.default_rng(6).standard_normal(len(t))
+@pytest.mark.parametrize(
+    ("root", "seconds", "step", "noise"), [(complex(-1.5, 26.0), 600, 0.02, 0.002), (ROOT, 2000, 0.05, 0.01)]
+)
+def test_a_log_that_nobody_cut_gives_the_mode_and_no_warning(root, seconds, step, noise):
+    """One sample in seven of the first would show 26 rad/s as 18.9; trials of the second grow all the while."""
+    t = np.arange(0, seconds, step)
+    wave = np.exp(root * t).real + noise * np.random.default_rng(6).standard_normal(len(t))
     found = identify(Run("r.csv", 4.8, t, {"steer_rate_rad_s": wave}, {}), drift="none", thorough=False)
     assert abs(found.eigenvalue - root) < 4 * max(found.sd) < 0.5
-
-
-def test_a_log_of_half_an_hour_gives_no_warning_of_what_would_grow_all_the_while():
-    t = np.arange(0, 2000, 0.05)
-    wave = np.exp(ROOT * t).real + 0.01 * np.random.default_rng(6).standard_normal(len(t))
-    found = identify(Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave}, {}), drift="none", thorough=False)
-    assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd) < 0.5
 
 
 def test_the_drift_is_chosen_by_evidence_or_given():
@@ -169,12 +163,9 @@ def test_a_capsize_that_dies_out_within_the_only_cycle_is_no_parabola():
     for _ in range(8):
         phase, other = rng.uniform(0, 2 * np.pi, 2)
         wave, capsize = 0.02 * np.exp(root * t), np.exp(-1.43 * t)
-        channels = {
-            "roll_rate_rad_s": (np.exp(1j * phase) * wave).real + 0.03 * capsize,
-            "steer_rate_rad_s": (1.5 * np.exp(1j * other) * wave).real - 0.02 * capsize,
-        }
-        run = Run("r.csv", 5.0, t, {k: x + 0.001 * rng.standard_normal(t.size) for k, x in channels.items()}, {})
-        found = identify(run)
+        roll = (np.exp(1j * phase) * wave).real + 0.03 * capsize
+        steer = (1.5 * np.exp(1j * other) * wave).real - 0.02 * capsize
+        found = identify(seen(rng, t, 0.001, roll_rate_rad_s=roll, steer_rate_rad_s=steer))
         assert found.drift in ("exponential", "parabola-exponential")
         assert max(found.sd) < 0.05
         error = found.eigenvalue - root
@@ -218,8 +209,7 @@ def test_two_modes_in_one_window():
     other = complex(-1.5, 26.0)
     rng = np.random.default_rng(10)
     t = np.arange(0, 4.0, 0.005)
-    wave = 0.5 * np.exp(ROOT * t).real + 0.2 * np.exp(other * t).imag + 0.02 * rng.standard_normal(len(t))
-    run = Run("r.csv", 4.8, t, {"steer_rate_rad_s": wave}, {})
+    run = seen(rng, t, 0.02, steer_rate_rad_s=0.5 * np.exp(ROOT * t).real + 0.2 * np.exp(other * t).imag)
     weave, wobble = identify_modes(run, 2)
     for found, truth in ((weave, ROOT), (wobble, other)):
         assert abs(found.eigenvalue - truth) < 4 * max(found.sd)
@@ -234,8 +224,8 @@ def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillat
     """Of growing frequency: two would fit it, far better and each far from what one fits, which is no answer."""
     rng, t = np.random.default_rng(30), np.arange(0, 2.0, 0.01)
     phase = 6.0 * t + 1.5 * t**2
-    motion = {"roll_rate_rad_s": np.exp(-1.8 * t) * np.cos(phase), "steer_rad": np.exp(-1.8 * t) * np.sin(phase) / 7}
-    run = Run("r.csv", 4.8, t, {name: x + 0.001 * rng.standard_normal(t.size) for name, x in motion.items()}, {})
+    wave = np.exp((-1.8 * t) + 1j * phase)
+    run = seen(rng, t, 0.001, roll_rate_rad_s=wave.real, steer_rad=wave.imag / 7)
     found, alone = identify(run), identify(run, thorough=False)
     assert found.beside == ()
     assert found.eigenvalue == alone.eigenvalue
@@ -269,11 +259,8 @@ def test_a_faint_fast_mode_beside_a_strong_slow_one_is_found():
     """Of a guess of the strong one more is left than there is of the faint one."""
     rng, t = np.random.default_rng(3), np.arange(0, 2.5, 0.01)
     weave, wobble = np.exp((-1.6 + 7.1j) * t), 0.02 * np.exp((-2.2 + 38j) * t)
-    channels = {
-        "roll_rate_rad_s": 0.5 * weave.real + 0.2 * wobble.real + rng.normal(0, 0.004, t.size),
-        "steer_rate_rad_s": (0.4 * np.exp(0.3j) * weave + np.exp(-0.8j) * wobble).real + rng.normal(0, 0.004, t.size),
-    }
-    found = identify_modes(Run("r.csv", 7.5, t, channels, {}), 2)
+    roll, steer = 0.5 * weave.real + 0.2 * wobble.real, (0.4 * np.exp(0.3j) * weave + np.exp(-0.8j) * wobble).real
+    found = identify_modes(seen(rng, t, 0.004, roll_rate_rad_s=roll, steer_rate_rad_s=steer), 2)
     assert [one.rejected for one in found] == ["", ""]
     for one, root in zip(found, (-1.6 + 7.1j, -2.2 + 38j), strict=True):
         assert abs(one.eigenvalue - root) < 3 * max(one.sd)
@@ -294,11 +281,9 @@ def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
 def test_a_real_mode_is_no_oscillation_that_gets_a_name(seed):
     rng = np.random.default_rng(seed)
     t = np.arange(0, 3.0, 0.01)
-    wave = 0.5 * np.exp(ROOT * t).real + 0.5 * np.exp(-3.0 * t) + 0.004 * rng.standard_normal(len(t))
-    found = identify_modes(Run("r.csv", 4.8, t, {"roll_rate_rad_s": wave}, {}), 2, drift="none")
-    words = (
-        r"one of 2 modes turns by [\d.e-]+ cycles \(at least 0.25\), which a drift or a real mode does as well, and .*"
-    )
+    run = seen(rng, t, 0.004, roll_rate_rad_s=0.5 * np.exp(ROOT * t).real + 0.5 * np.exp(-3.0 * t))
+    found = identify_modes(run, 2, drift="none")
+    words = r"one of 2 modes turns by [\d.e-]+ cycles \(at least 0.25\), which a drift or a real mode does as well,.*"
     assert all(re.fullmatch(words, one.rejected) for one in found)
 
 

@@ -1,0 +1,42 @@
+"""Drive, brakes and gradient."""
+
+from collections.abc import Mapping
+
+from bicycle.effect import ANY, Effect, Parameter
+from bicycle.effects.no_slip import NoSlip
+from bicycle.equations import ModelBuilder
+from bicycle.evaluation import evaluator
+
+
+class Longitudinal(Effect):
+    """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
+
+    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope); the equations hold for
+    the moment (quasi-steady). Where X = m g sin(slope) the gradient keeps the speed. Each mass m_i feels X m_i / m
+    backwards, which with the spin-up of the wheels moves (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel.
+    Tyres that a model file names are taken at these loads, those given by numbers are as given. Left out are slip along
+    the wheel, which takes cornering stiffness, and the turning of the fall line against the heading.
+    """
+
+    drive_force = Parameter("N", "at the rear contact, beside that against drag", typical=(0.0, 200.0), default=0.0,
+                            neutral=0.0, least=10.0)  # fmt: skip
+    brake_force = Parameter("N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0,
+                            least=10.0)  # fmt: skip
+    front_share = Parameter("1", "of the brake force", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=0.7)
+    gradient = Parameter(
+        "1", "rise of the road per length on the level, > 0 uphill", bounds=ANY, typical=(-0.2, 0.2), default=0.0,
+        neutral=0.0, least=0.02,
+    )  # fmt: skip
+    source = "Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines)"
+    on_request = "known to its owner"
+    moves_load = True
+    signature = "braking and riding downhill take damping from wobble, drive and riding uphill give it"
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        """Refuse forces that lift a wheel, as far as the bicycle alone tells; its linear model looks again."""
+        evaluator((type(self), NoSlip)).check_loads({**bicycle, **self.values(bicycle)})
+
+    def apply(self, model: ModelBuilder) -> None:
+        front = -self.front_share * self.brake_force
+        model.add_traction(self.drive_force - self.brake_force - front, front)
+        model.incline_road(self.gradient)

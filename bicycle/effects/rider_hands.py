@@ -1,0 +1,43 @@
+"""Hands on the bar: arms that move with the bar through a grip that gives."""
+
+from bicycle.declarations import Mode
+from bicycle.effect import ANY, Effect, Parameter
+from bicycle.equations import ModelBuilder
+from bicycle.rigid_bodies import Body
+
+
+class RiderHands(Effect):
+    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and bar.
+
+    The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
+    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
+    ``grip_damping``, all about the steer axis.
+    """
+
+    mass = Parameter("kg", "felt at both hands together", typical=(1.0, 14.0), default=4.5)
+    half_width = Parameter("m", "half the distance of the hands", typical=(0.15, 0.4), default=0.21)
+    x = Parameter("m", "hands, ahead of the rear contact", bounds=ANY, typical=(0.5, 1.1), default=0.85)
+    z = Parameter("m", "hands, z down", bounds=(-3.0, 0.0), typical=(-1.2, -0.7), default=-0.95)
+    stiffness = Parameter("N m/rad", "of shoulders and elbows", typical=(0.0, 60.0), default=10.0)
+    damping = Parameter("N m s/rad", "of shoulders and elbows", typical=(0.2, 4.0), default=1.0)
+    grip_stiffness = Parameter("N m/rad", "of both grips", typical=(20.0, 600.0), default=200.0)
+    grip_damping = Parameter("N m s/rad", "of both grips", typical=(0.1, 4.0), default=1.0)
+    source = "Klinger, Nusime, Edelmann & Ploechl (2014), Vehicle System Dynamics 52 (hands on the bar); Sharp (1994)"
+    modes = (Mode("arms"),)
+    needs_rider = True
+    acts_through = "steer_torque"
+    on_request = "rider_arms stands for hands; this one has grips that give, too"
+    signature = "a mode of arms against bar; the grip decides how much of their mass and damping wobble feels"
+
+    def apply(self, model: ModelBuilder) -> None:
+        p, inertia = model.bicycle, self.mass * self.half_width**2  # about x and z, of masses at +-half_width
+        model.add_body(Body("hands", self.mass, self.x, self.z, inertia, inertia))
+        model.add_body(Body("hands in the rear frame", -self.mass, self.x, self.z, -inertia, -inertia))
+        steer_axis = model.joints()[-1]
+        axis, foot = (steer_axis.axis_x, steer_axis.axis_z), (p["w"] + p["c"], 0)
+        arms = model.add_joint("arms", axis=axis, point=foot, carries={"hands"})
+        model.add_torque(arms, -self.stiffness * arms.angle - self.damping * arms.rate)
+        grip = self.grip_stiffness * (model.steer.angle - arms.angle)
+        grip += self.grip_damping * (model.steer.rate - arms.rate)
+        model.add_torque(arms, grip)
+        model.add_torque(model.steer, -grip)

@@ -1,0 +1,49 @@
+"""``velotyre ride``: a rider who steers, on one bicycle and several tyres."""
+
+from itertools import product
+from pathlib import Path
+
+import click
+
+from studies.command_options import speeds_option
+from studies.reporting.command_context import example, verbose
+
+
+@click.command(
+    help="A rider who steers MODEL: speeds he holds, margins, what limits, and the softest tyre he can ride on.",
+    epilog=example("velotyre ride rigid_rider_joined --rider-control schwab2013 --out ride"),
+)
+@click.argument("models", metavar="MODEL...", nargs=-1, required=True)
+@click.option("--rider-control", required=True, metavar="NAME", help="A packaged rider (davis_j), or a file (.toml).")
+@click.option("--tyre", "tyres", multiple=True, metavar="TYRE", help="As in other commands; repeat to compare.")
+@click.option("--pressure", "pressures", multiple=True, metavar="BAR", help="Of each --tyre, bar; repeat to compare.")
+@click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
+@click.option("--extrapolate", is_flag=True, help="Take tyre values far outside the range where they hold.")
+@speeds_option("; by default all that the rider's runs cover.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for page, figure and table.")
+@verbose
+def command(
+    models: tuple[str, ...], rider_control: str, tyres: tuple[str, ...], pressures: tuple[str, ...],
+    surface: str | None, speeds: str | None, out: Path | None, *, extrapolate: bool,
+) -> None:  # fmt: skip
+    import pandas as pd
+
+    from studies.model_argument import choose
+    from studies.reporting.manifest import results
+    from studies.reporting.output import parse_speeds, print_named_warnings, print_table, write_csv
+    from studies.ride import read_rider_control, rides, table, told, write_ride
+
+    rider, cases = read_rider_control(rider_control), {}
+    for text, tyre, pressure in product(models, tyres or (None,), pressures or (None,)):
+        chosen = choose(text, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
+        label = [text] * (len(models) > 1 or tyre is None) + [tyre or "", f"{pressure} bar" if pressure else ""]
+        cases[" ".join(filter(None, label))] = chosen.model
+    found = rides(rider, cases, None if speeds is None else parse_speeds(speeds, 10_000))
+    rows = table(found)
+    if out is not None:
+        with results(out):
+            write_csv(pd.concat([ride.runs for ride in found]), out / "runs.csv")
+            write_ride(found, out)
+    print_table([list(row.values()) for row in rows], list(rows[0]))
+    click.echo(told(found, "ride.txt.j2").strip())
+    print_named_warnings({label: model.linear_model().warnings for label, model in cases.items()})

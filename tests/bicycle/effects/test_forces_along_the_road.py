@@ -1,0 +1,154 @@
+"""Drive, brakes, gradient and wind: loads and forces by hand, literature, and Kane's equations with exact rotations."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.inputs import step
+from bicycle.model_file import build_model
+from bicycle.responses import frequency_response, respond
+from tests.validation.independent_derivation import EFFECTS, draw, largest_error
+from tyre import read_tyre
+from tyre.errors import InputError
+
+FRONT = {"joint_x": 0.8, "joint_z": -0.85}
+
+
+def effect(identifier: str, **parameters: object):
+    return effect_class(identifier)(**parameters)
+
+
+def loads(bicycle, *effects) -> tuple[float, float]:
+    model = Model(bicycle, effects)
+    return model.evaluator.wheel_loads(model.parameters)[:2]
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["relaxing tyres", "no slip"])
+@pytest.mark.parametrize("name", [*EFFECTS[:6], "together"])
+def test_kane_equations_with_exact_rotations_give_the_same_eigenvalues(name, held):
+    """Two models of each kind; ``python -m tests.validation independent-derivation`` compares thirty of each."""
+    rng = np.random.default_rng(20261126)
+    chosen = list(EFFECTS if not held else EFFECTS[:-2]) if name == "together" else [name]
+    for speed in (3.0, 11.0):
+        assert largest_error(draw(rng, chosen, held=held), speed) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["benchmark", "pista_rider", "crescendo"])
+def test_braking_moves_load_by_the_height_of_the_mass_centre_and_the_spin_up(name):
+    """N_front w = m g x + (B z + sum(Iyy / r) a) of the whole bicycle, B = m a; a gradient takes g cos(slope)."""
+    b, brake, gradient = load_bicycle(name), 60.0, -0.08
+    masses = {"mB": b["zB"], "mR": -b["rR"], "mH": b["zH"], "mF": -b["rF"]}
+    mass = sum(b[key] for key in masses)
+    height = -sum(b[key] * z for key, z in masses.items()) / mass
+    deceleration = brake / mass - b["g"] * math.sin(math.atan(-gradient))
+    spin_up = (b["IRyy"] / b["rR"] + b["IFyy"] / b["rF"]) * deceleration
+    moved = (brake * height + spin_up) / b["w"]
+    rear, front = (load * math.cos(math.atan(gradient)) for load in b.static_loads)
+    found = loads(b, effect("longitudinal", brake_force=brake, front_share=0.3, gradient=gradient))
+    assert found == pytest.approx((rear - moved, front + moved), rel=1e-12)
+
+
+def test_luggage_is_braked_too():
+    b, bag = load_bicycle("benchmark"), effect("luggage", mass=12.0, x=-0.2, z=-0.7)
+    braked = loads(b, bag, effect("longitudinal", brake_force=80.0))
+    masses = {"mB": b["zB"], "mR": -b["rR"], "mH": b["zH"], "mF": -b["rF"]}
+    mass = sum(b[key] for key in masses) + 12.0
+    moment = 80.0 * -(sum(b[key] * z for key, z in masses.items()) - 12.0 * 0.7) / mass
+    spin_up = (b["IRyy"] / b["rR"] + b["IFyy"] / b["rF"]) * 80.0 / mass
+    assert braked[1] - loads(b, bag)[1] == pytest.approx((moment + spin_up) / b["w"], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("forces", "wheel"), [({"brake_force": 800.0}, "rear"), ({"drive_force": 500.0}, "front")], ids=["brake", "drive"]
+)
+def test_forces_that_lift_a_wheel_are_refused(forces, wheel):
+    with pytest.raises(InputError, match=f"lift the {wheel} wheel, whose load becomes -.* N; give smaller forces"):
+        Model("benchmark", effect("longitudinal", **forces))
+
+
+def test_luggage_behind_and_drive_lift_the_front_wheel_together():
+    bag, drive = effect("luggage", mass=60.0, x=-0.3, z=-0.8), effect("longitudinal", drive_force=200.0)
+    assert min(loads("benchmark", bag) + loads("benchmark", drive)) > 0
+    with pytest.raises(InputError, match="lift the front wheel"):
+        Model("benchmark", [bag, drive]).linear_model()
+
+
+def braked_model(name: str, **forces: float) -> Model:
+    tyre = {"tyre": "Tyre2", "pressure_bar": 5.5, "extrapolate": True}
+    return build_model({
+        "bicycle": name,
+        "effects": {"relaxation_length": tyre, "longitudinal": forces, "front_compliance": FRONT},
+    })  # fmt: skip
+
+
+def test_a_measured_tyre_is_taken_at_the_load_that_braking_leaves():
+    model = braked_model("benchmark", brake_force=90.0)
+    at = model.evaluator.wheel_loads(model.parameters)
+    for wheel, load in zip(("rear", "front"), at, strict=False):
+        expected = read_tyre("Tyre2").at(load=load, pressure=5.5e5)
+        for key in ("cornering_stiffness", "relaxation_length"):
+            assert model.parameters[f"relaxation_length.{key}.{wheel}"] == pytest.approx(getattr(expected, key))
+    still = braked_model("benchmark").parameters
+    assert (
+        model.parameters["relaxation_length.cornering_stiffness.front"]
+        > 1.1 * (still["relaxation_length.cornering_stiffness.front"])
+    )
+
+
+@pytest.mark.parametrize("name", ["benchmark", "pista_rider"])
+def test_braking_takes_damping_from_wobble_and_drive_gives_it(name):
+    """Limebeer, Sharp & Evangelou (2001): braking or downhill destabilises wobble, drive or uphill settles it."""
+
+    def growth(**forces: float) -> float:
+        values = braked_model(name, **forces).linear_model().eigenvalues(9.0)
+        return float(values[(values.imag > 30) & (values.imag < 55)].real.max())
+
+    steady = growth()
+    assert growth(brake_force=150.0) > steady + 0.02
+    assert growth(brake_force=60.0, gradient=-0.065) > steady
+    assert growth(drive_force=80.0) < growth(drive_force=60.0, gradient=0.065) < steady - 0.3
+
+
+def test_wind_from_the_side_pushes_drags_and_turns_by_its_yaw_angle():
+    """Generalised forces of the input on lateral motion, yaw and lean at rest of the bicycle, by hand."""
+    area, side, turning, x, z, density, speed = 0.45, 0.7, 0.2, 0.3, -1.15, 1.2, 12.0
+    drag = effect(
+        "aerodynamic_drag", drag_area=area, side_area=side, yaw_moment_area=turning, centre_of_pressure_x=x,
+        centre_of_pressure_z=z, air_density=density,
+    )  # fmt: skip
+    tyre = effect("relaxation_length", cornering_stiffness=5000.0, relaxation_length=0.1)
+    linear = Model("pista_rider", [tyre, drag]).linear_model()
+    assert linear.inputs[-1] == "side_wind"
+    assert linear.declared.units["side_wind"] == "m/s"
+    force = linear.ranges[0].matrices.input_matrix(speed)[:, -1]
+    push = density * speed / 2 * (area + side)
+    for state, expected in (
+        ("rear_lateral_velocity", push), ("yaw_rate", x * push + density * speed / 2 * turning),
+        ("lean_rate", -z * push), ("steer_rate", 0.0), ("rear_side_force", 0.0),
+    ):  # fmt: skip
+        assert force[linear.states.index(state)] == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_bicycle_that_drifts_with_the_wind_feels_none():
+    """Only the relative wind counts: drifting sideways at the wind's speed gives the same force as neither."""
+    drag = effect("aerodynamic_drag", centre_of_pressure_z=-1.1, side_area=0.8)
+    tyre = effect("relaxation_length", cornering_stiffness=5000.0, relaxation_length=0.1)
+    linear, bare = Model("benchmark", [tyre, drag]).linear_model(), Model("benchmark", tyre).linear_model()
+    own, wind = (m.ranges[0].matrices for m in (linear, bare)), linear.ranges[0].matrices.input_matrix(9.0)[:, -1]
+    with_drag, without = (m.dynamics(9.0)[:, 0] for m in own)
+    np.testing.assert_allclose(with_drag - without, -wind, atol=1e-9)
+
+
+def test_side_wind_is_an_input_of_responses_and_simulation():
+    """A steady wind that a stable bicycle has long felt: the motion is the frequency response at low frequency."""
+    drag = effect("aerodynamic_drag", centre_of_pressure_z=-1.0, drag_area=0.1)
+    model = Model("benchmark", drag)
+    gust = step(2.0)
+    moved = respond(model, speed=5.0, time=np.linspace(0, 120, 50), inputs={"side_wind": gust})
+    gain = frequency_response(model, speed=5.0, input="side_wind", frequency_hz=1e-5).outputs["lean"][0]
+    assert moved.outputs["lean"][-1] == pytest.approx(2.0 * gain.real, rel=1e-4)
+    assert moved.outputs["lean"][-1] != 0
+    with pytest.raises(InputError, match="unknown input 'side_wind'"):
+        respond(Model("benchmark"), speed=5.0, time=[0.0, 1.0], inputs={"side_wind": gust})
