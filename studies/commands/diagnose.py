@@ -20,10 +20,11 @@ from studies.reporting.command_context import example, verbose
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
 @click.option("--no-stability", is_flag=True, help="With --out: do not judge variants of noise, priors and data.")
 @click.option("--as-read", is_flag=True, help="Search even if another unit or sign explains the data far better.")
+@click.option("--quick", is_flag=True, help="Only single effects, by least squares and BIC, in seconds; no report.")
 @click.option("--workers", type=WORKERS, help="Processes for the variants; default: one a core, up to 4.")
 def command(
     measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
-    workers: int | None, *, no_stability: bool, as_read: bool,
+    workers: int | None, *, no_stability: bool, as_read: bool, quick: bool,
 ) -> None:  # fmt: skip
     from os import cpu_count
     from pathlib import Path
@@ -40,9 +41,12 @@ def command(
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")
+    if folder and quick:
+        raise InputError("--quick writes no report; leave out --quick or --out")
     check_targets(json=json_file)
     started = perf_counter()
-    found = diagnose(read_measurement(measurement_file), without=without, with_=with_, progress=True, as_read=as_read)
+    measurement = read_measurement(measurement_file)
+    found = diagnose(measurement, without=without, with_=with_, progress=True, as_read=as_read, quick=quick)
     took = perf_counter() - started
     findings = find(found)
     if folder and not no_stability:

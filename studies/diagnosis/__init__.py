@@ -19,7 +19,7 @@ from studies.diagnosis.findings import (
     with_stability,
 )
 from studies.diagnosis.frequency_response import FrequencyResponses
-from studies.diagnosis.histories import ChannelNoise, Histories
+from studies.diagnosis.histories import Histories
 from studies.diagnosis.joint import JointData
 from studies.diagnosis.measurement_file import (
     available_measurements,
@@ -35,6 +35,7 @@ from studies.diagnosis.rig_recordings import RigRecordings
 from studies.diagnosis.rig_reference import Curve, Reference
 from studies.diagnosis.steer_spline import SteerSpline, torque_jumps
 from studies.diagnosis.tyre_tables import TyreKind, TyreTables
+from studies.diagnosis.whitening import ChannelNoise
 from studies.inference import Kind
 from tyre.door import door
 

@@ -92,7 +92,15 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
     gone = replaced.identifier if replaced is not None else None
     return Candidate(
-        effect.identifier, tuple(unknowns), effect, values, ties, gone, effect.signature, family=effect.family
+        effect.identifier,
+        tuple(unknowns),
+        effect,
+        values,
+        ties,
+        gone,
+        effect.signature,
+        effect.title,
+        family=effect.family,
     )
 
 

@@ -132,7 +132,7 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None = None) 
 
     about = rendered("model_description.txt.j2", d=diagnosis, torque=residual)
     content: dict[str, Any] = {
-        "description": about, WAY_OUT: False, "bicycle": dict(model.bicycle.values),
+        "description": about, WAY_OUT: False, "bicycle": model.bicycle.table,
         "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
     }  # fmt: skip
     names, matrix = model.covariance.names, model.covariance.matrix.tolist()

@@ -6,6 +6,7 @@ from bicycle.model import Model
 from studies.inference.judge import Judgement, effect_alone, judge
 from studies.inference.kind import Kind
 from studies.inference.preflight import preflight
+from studies.inference.quick import judge_quickly
 from tyre.errors import InputError
 from tyre.progress import progress_bar
 from tyre.workers import one_blas_thread
@@ -27,6 +28,7 @@ def diagnose(
     with_: tuple[str, ...] = (),
     progress: bool = False,
     as_read: bool = False,
+    quick: bool = False,
 ) -> Diagnosis:
     """Diagnose a measurement.
 
@@ -44,6 +46,8 @@ def diagnose(
         Show a progress bar on standard error.
     as_read : bool
         Search though another unit or sign of a column explains the data far better.
+    quick : bool
+        Least squares over single effects and BIC, in seconds: nothing is held out, and no two effects are tried.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def diagnose(
                 f"from {wrong.before:.3g} to {wrong.after:.3g} a number; mend the data, or search them as they stand "
                 "with --as-read"
             )
-        judgement = judge(kind, progress=advance)
+        judgement = (judge_quickly if quick else judge)(kind, progress=advance)
         alone = effect_alone(judgement)
     return Diagnosis(model=_with_named(judgement), **{**vars(judgement), "alone": alone})
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from studies.diagnosis.labels import titles
+from studies.diagnosis.labels import BASE, titles
 from studies.diagnosis.story import Story
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Rows
@@ -142,6 +142,14 @@ def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]
     """Measured less computed signals of each model and run (samples, channels), and the four runs missed most."""
     kind: Any = judgement.kind
     missed = {title: kind.left(*model) for title, model in models_of(judgement).items()}
+    final, base, with_it = judgement.final, kind.family(()), kind.family(judgement.final.candidates)
+    if BASE in missed and final.candidates and base.symbolic.declared.states == with_it.symbolic.declared.states:
+        starts, channels = kind.starts(final.candidates, final.theta), tuple(kind.noise)
+        computed = kind.replay_of(channels)(base, np.array([[u.centre for u in kind.nuisances]]), starts)[0]
+        missed[BASE] = [
+            np.stack([run.channels[c] - y[: len(run.time)] for c, y in zip(channels, own, strict=True)], 1)
+            for run, own in zip(kind.runs, computed, strict=True)
+        ]
     sd = np.array([noise.sd for noise in kind.noise.values()])
     gap = [float(np.mean((e / sd) ** 2)) for e in next(iter(missed.values()))]
     return missed, sorted(np.argsort(np.nan_to_num(gap, nan=np.inf))[::-1][:4].tolist())
@@ -186,8 +194,8 @@ def _frame(axis: Any, seen: Array, computed: Mapping[str, Array]) -> None:
 
 TRACES: Figure = (
     draw_traces,
-    "Measured and computed signals of the runs that the base model misses most (at most 4); the computed ones start "
-    "where they fit best.",
+    "Measured and computed signals of the runs that the base model misses most (at most 4). Fitted models start where "
+    "they fit best, the base model where the last of them does (alone, or with other states, where it fits best).",
 )
 
 # ---- frequency responses ----

@@ -128,6 +128,11 @@ class Attempts:
 def find(diagnosis: Diagnosis) -> Findings:
     """All but the variants of a ``diagnosis``, which take as long as it took itself."""
     known, final, kind, attempt = diagnosis.hypotheses, diagnosis.final, diagnosis.kind, Attempts()
+    if diagnosis.quick:
+        return Findings(
+            story=attempt("story", lambda: tell(diagnosis), None), moved=moved(known.null, final),
+            where=attempt("where", lambda: farthest_off(diagnosis), None), failed=attempt.failed,
+        )  # fmt: skip
     torque, no_torque = attempt("residual torque", lambda: _torque(diagnosis), (None, ""))
     fit_of_torque = None if torque is None else torque.fit
     parts = attempt("parts", lambda: parts_against_rest(kind, final), ())

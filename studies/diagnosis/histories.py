@@ -5,12 +5,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import combinations, pairwise
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 
 from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
@@ -20,23 +19,30 @@ from studies.diagnosis.doubts import NAMED, SPEEDS, readings_of
 from studies.diagnosis.family import Family
 from studies.diagnosis.figures import TRACES
 from studies.diagnosis.mistakes import (
+    BOX,
     SENSOR,
+    clock_error,
+    coasting,
     delay_error,
     friction_candidate,
     friction_refused,
     gain_error,
     lowpass_error,
     one_speed,
+    rotation_error,
     speed_errors,
     third_difference_noise,
 )
 from studies.diagnosis.prescribed_steer import PrescribedSteer
 from studies.diagnosis.replay import Replay
+from studies.diagnosis.riding import CADENCE_HZ, WORDS, Course, most_probable, riding_candidates
+from studies.diagnosis.whitening import ChannelNoise, Marginal, integrated_out, limited, rough_noise
 from studies.inference.evidence import folds
-from studies.inference.fit import Fit, fit
+from studies.inference.fit import ROUGH, Fit, fit
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Prediction, Proposal, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
+from studies.inference.rules import RULES
 from tyre.arrays import Array
 
 # Name of the sensor of each column, and the prior sd of its bias, 0 if the column is only an input.
@@ -45,103 +51,12 @@ SENSORS = {
     "steer_rate_rad_s": ("steer_rate", 0.02), "yaw_rate_rad_s": ("yaw_rate", 0.02),
     "steer_torque_N_m": ("steer_torque", 0.1), "lean_torque_N_m": ("lean_torque", 0.0),
 }  # fmt: skip
-# ---- noise of a channel: e_k = colour e_(k-1) + innovation ----
-
-LARGEST_SIGNAL = 1e12  # of a simulated signal: the trial bicycle has fallen
-
-
-def limited(signal: Array) -> Array:
-    """The ``signal`` within +-:data:`LARGEST_SIGNAL`."""
-    if not signal.size or (signal.max() <= LARGEST_SIGNAL and signal.min() >= -LARGEST_SIGNAL):
-        return signal
-    finite = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
-    return np.asarray(finite.clip(-LARGEST_SIGNAL, LARGEST_SIGNAL))
-
-
-@dataclass(frozen=True)
-class ChannelNoise:
-    """First-order autoregressive noise of a channel."""
-
-    sd: float  # marginal, in the unit of the channel
-    colour: float = 0.0  # autoregressive coefficient
-    given: bool = False  # the user states the sd
-
-    def whiten(self, signal: Array) -> Array:
-        """Turn the noise in ``signal`` (n, ...) along the first axis into unit white noise."""
-        white = limited(signal) / self.sd
-        white[1:] = (white[1:] - self.colour * white[:-1]) / np.sqrt(1 - self.colour**2)
-        return white
-
-    def colour_again(self, white: Array) -> Array:
-        """Undo the whitening of one series ``white`` (n,)."""
-        rest = np.sqrt(1 - self.colour**2)
-        scaled = np.concatenate([white[:1], rest * white[1:]]) * self.sd
-        return np.asarray(lfilter([1.0], [1.0, -self.colour], scaled))
-
-    def estimated(self, series: list[Array]) -> "ChannelNoise":
-        """Noise that whitened residuals of several ``series`` (n,) show; a given sd stays."""
-        raw = [self.colour_again(white) for white in series]
-        level = float(np.sqrt(np.mean([np.mean(e**2) for e in raw])))
-        change = float(np.mean([np.mean(np.diff(e) ** 2) for e in raw]))
-        sd = self.sd if self.given else level
-        return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), 0.0, 0.98)), self.given)
-
-
-def rough_noise(channels: list[Array]) -> ChannelNoise:
-    """Noise from second differences of one channel in all runs, until a fit is there."""
-    rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
-    floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
-    return ChannelNoise(float(max(rough, floor)))
-
-
 # ---- initial states: they enter linearly, have a wide normal prior and are integrated out ----
 
 # Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1. A joint
 # gives way by a fraction of the lean; wider would veil a new mode.
 START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
 JOINT_START = {"rad/s": 0.5, "rad": 0.05}
-
-
-class Marginal(NamedTuple):
-    """R runs with their initial states integrated out, rows of zeros behind the end of shorter runs.
-
-    With the whitened free responses Phi S = U s V', the residual is multiplied by (I + Phi S^2 Phi')^-1/2 = I + U
-    (1/sqrt(1 + s^2) - 1) U', which is exact.
-    """
-
-    residual: Array  # (R, C T), whitened
-    left: Array  # U (R, C T, k)
-    gain: Array  # 1/sqrt(1 + s^2) - 1 (R, k)
-    start: Array  # most probable initial states (R, n + ...)
-    right: Array  # V (R, m, k)
-    singular: Array  # s (R, k)
-
-    def without(self, white: Array) -> Array:
-        """Rest of ``white`` columns (R, C T, columns) after marginalising."""
-        rest = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
-        rest += white
-        return rest
-
-    def follows(self, white: Array) -> Array:
-        """Movement of the most probable starts (R, m, columns), in prior sd, with ``white`` columns."""
-        share = (self.singular / (1 + self.singular**2))[..., None]
-        return self.right @ (share * (self.left.swapaxes(-1, -2) @ white))
-
-    @property
-    def spread(self) -> Array:
-        """Root of the covariance of the starts after the data, in prior sd (R, m, m)."""
-        return np.eye(self.right.shape[1]) + (self.right * self.gain[:, None, :]) @ self.right.swapaxes(-1, -2)
-
-
-def integrated_out(phi: Array, white: Array) -> Marginal:
-    """Runs without the part that their initial states explain; NaN if a trial bicycle has fallen."""
-    if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # or not a number
-        nothing = np.full((*phi.shape[:2], 1), np.nan)
-        wide, one = np.zeros((len(phi), phi.shape[-1])), np.zeros((len(phi), 1))
-        return Marginal(nothing[..., 0], nothing, one, wide, wide[..., None], one)
-    u, s, vt = np.linalg.svd(phi, full_matrices=False)
-    found = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s**2) - 1, white[:, 0], vt.swapaxes(-1, -2), s)
-    return found._replace(residual=found.without(white)[..., 0], start=found.follows(white)[..., 0])
 
 
 def start_sd(family: Family) -> Array:
@@ -163,17 +78,29 @@ def pieces(run: Run) -> list[Run]:
     """A ``run`` in pieces of about 0.6 s, which are easier to fit: an error of the model has no time to grow."""
     count = max(1, round(len(run.time) * run.step / 0.6))
     edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
-    return [
-        replace(
-            run, name=f"{run.name} {a}", time=run.time[a:b],
-            channels={c: x[a:b] for c, x in run.channels.items()}, inputs={c: x[a:b] for c, x in run.inputs.items()},
-        )
-        for a, b in pairwise(edges)
-    ]  # fmt: skip
+    return [piece(run, a, b) for a, b in pairwise(edges)]
+
+
+def piece(run: Run, a: int, b: int) -> Run:
+    """Samples ``a`` to ``b`` of a ``run``."""
+    channels, inputs = ({c: x[a:b] for c, x in given.items()} for given in (run.channels, run.inputs))
+    return replace(run, name=f"{run.name} {a}", time=run.time[a:b], channels=channels, inputs=inputs)
+
+
+def loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
+    """The ``size`` samples of a ``run`` that stand out of the ``noise`` most, of those that begin at each half."""
+    starts = range(0, len(run.time) - size + 1, max(1, size // 2))
+    if len(starts) < 2:
+        return run
+    power = np.sum([(run.channels[c] / one.sd) ** 2 for c, one in noise.items()], axis=0)
+    a = max(starts, key=lambda k: float(power[k : k + size].sum()))
+    return piece(run, a, a + size)
 
 
 # ---- the kind ----
 
+SIZES = np.geomspace(3e-4, 0.2, 20)  # sd of a lean torque of the ride, weights times m
+ROUNDS = 6  # fits by which the size of a torque settles where the base model is far off
 BETWEEN = (
     "{inputs}: most samples repeat the one before, so it is taken as held from sample to sample; taken as linear "
     "between them, chi^2 of {n} numbers with {model} is {other:.5g} in place of {chi2:.5g}. If it was so, state "
@@ -197,6 +124,7 @@ class Histories(BicycleKind, kind="histories"):
     unseen: tuple[Run, ...] = ()  # of a kind that is ready: runs that are held out of every fit
     # of a kind that is ready, by channel that is compared; rough until a fit is there unless it is stated
     noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
+    ridden: tuple[Candidates, Array] | None = None  # model with which torques of the ride are estimated
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
@@ -226,19 +154,35 @@ class Histories(BicycleKind, kind="histories"):
         channels = [name for name in run.channels if SENSORS.get(name, ("", 0.0))[1]]
         found = [
             *speed_errors(self.speeds.tolist()),
-            Candidate("bias", (), signature="each channel of each run has an offset", weight=SENSOR),
-            Candidate("drift", (), signature="each channel of each run has an offset that changes in time",
+            Candidate("bias", (), signature="each channel of each run has an offset", title="offset of each channel",
                       weight=SENSOR),
+            Candidate("drift", (), signature="each channel of each run has an offset that changes in time",
+                      title="drift of each channel", weight=SENSOR),
         ]  # fmt: skip
         for name in (*channels, *run.inputs):
             found += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
         found += [lowpass_error(SENSORS[name][0], name) for name in channels]
+        if not self.prescribed:
+            gyros = [name for name in BOX if name in channels]
+            if gyros:
+                stated = [m.sd for m in run.mountings if m.sd > 0]
+                found.append(rotation_error(*stated[:1]))
+            if gyros and len(channels) + len(run.inputs) > len(gyros):
+                found.append(clock_error())
+            found += [coasting(), *riding_candidates()]
         if not friction_refused(run):
             found.append(friction_candidate())
         return tuple(found)
 
+    @property
+    def prescribed(self) -> bool:
+        """True if the steer angle is an input."""
+        return STEER in self.runs[0].inputs
+
     def impossible(self) -> dict[str, str]:
-        return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0])
+        why = "the steer angle is prescribed"
+        riding = dict.fromkeys(("imu_rotation", "imu_clock", "coast_down", *WORDS), why) if self.prescribed else {}
+        return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0]) | riding
 
     @property
     def speeds(self) -> Array:
@@ -254,11 +198,42 @@ class Histories(BicycleKind, kind="histories"):
     def _replay(self) -> Replay:
         return self.replay_of(tuple(self.noise))
 
+    @cached_property
+    def _bare(self) -> Replay:
+        """The runs with torques of the ride of unit size."""
+        return Replay(self.runs, tuple(self.noise))
+
     def replay_of(self, channels: tuple[str, ...]) -> Replay:
         """The replay of the runs that gives these ``channels`` (columns)."""
-        if STEER in self.runs[0].inputs:
-            return PrescribedSteer(self.runs, channels, self.noise_sd.get(STEER))
-        return Replay(self.runs, channels)
+        if self.prescribed:
+            return PrescribedSteer(self.runs, channels, steer_noise=self.noise_sd.get(STEER))
+        return Replay(self.runs, channels, partial(getattr, self, "_riding"))
+
+    @cached_property
+    def _riding(self) -> dict[str, Course]:
+        """Most probable size of each torque of the ride, where the base model or :attr:`ridden` fits with it."""
+        candidates, theta = self.ridden or ((), self.nominal)
+        found = {one.identifier: self._course(one, candidates, theta) for one in riding_candidates()}
+        for torque in () if self.ridden else riding_candidates():
+            name, at = torque.identifier, theta
+            for _ in range(ROUNDS):
+                sized = replace(self)
+                sized.__dict__["_riding"] = found
+                at = fit(sized, (torque,), starts=[at], turns=ROUGH).theta
+                before, found[name] = found[name], self._course(torque, (), at)
+                if found[name].sd > 0.6 * before.sd:
+                    break
+        return found
+
+    def _course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
+        """Most probable size of one ``torque`` of the ride beside ``candidates`` at ``theta``."""
+        forced, free = self._bare.free(self.family((*candidates, torque)), theta)
+        count = self._bare.free(self.family(candidates), theta)[1].shape[-1]
+        white = self._white((self._measured - forced)[..., None])
+        rest = self._marginal(free[..., :count], white, candidates, start_sd(self.family(candidates)))
+        columns = rest.without(self._white(free[..., count:]))
+        weight = sum(self.model.bicycle.static_loads)
+        return most_probable(torque.identifier, rest.residual, columns, weight * SIZES)
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
@@ -298,12 +273,16 @@ class Histories(BicycleKind, kind="histories"):
         key = (tuple(c.identifier for c in candidates), theta.tobytes())
         if key not in self._last:
             forced, free = self._replay.free(family, theta)
-            measured = self._replay.padded([run.channels[c] for c in self.noise] for run in self.runs)
-            white = self._white((measured - forced)[..., None])
+            white = self._white((self._measured - forced)[..., None])
             found = self._marginal(free, white, candidates, start_sd(family))
             self._last.clear()
             self._last[key] = found
         return self._last[key]
+
+    @cached_property
+    def _measured(self) -> Array:
+        """Channels as they were recorded (R, C, T)."""
+        return self._bare.padded([run.channels[c] for c in self.noise] for run in self.runs)
 
     @cached_property
     def _last(self) -> dict[Any, Marginal]:
@@ -311,7 +290,8 @@ class Histories(BicycleKind, kind="histories"):
 
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
         """Sum of ln(1 + s^2) over the runs."""
-        return float(-2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
+        tried = 2 * len(self.runs) * np.log(len(CADENCE_HZ)) * any(c.identifier == "pedalling" for c in candidates)
+        return float(tried - 2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
 
     def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         runs = self._fitted(self.family(candidates), candidates, theta)
@@ -340,7 +320,7 @@ class Histories(BicycleKind, kind="histories"):
     @cached_property
     def _recorded(self) -> NDArray[np.bool_]:
         """True at samples (R, C, T), False behind the end of runs shorter than the longest."""
-        return self._replay.padded([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
+        return self._bare.padded([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
 
     def _flat(self, rows: Array) -> Array:
         """The rows (R, C T, ...) of all runs below each other (n, ...)."""
@@ -365,8 +345,8 @@ class Histories(BicycleKind, kind="histories"):
         scale = _scaled(states, free.shape[-1])
         phi = self._white(free) * scale
         n = phi.shape[-1]
-        slow = self._slow(self._replay.length, tuple(self.noise), candidates)
-        if slow.shape[-1]:
+        if {"bias", "drift"} & {c.identifier for c in candidates}:
+            slow = self._slow(self._bare.length, tuple(self.noise), candidates)
             phi = np.concatenate([phi, self._white(slow)], -1)
         found = integrated_out(phi, white)
         return found._replace(start=found.start[:, :n] * scale)
@@ -406,7 +386,13 @@ class Histories(BicycleKind, kind="histories"):
             name: old.estimated([best.residual[series == f"{run.name} {name}"] for run in self.runs])
             for name, old in self.noise.items()
         }
-        return replace(self, noise=noise)
+        absorbed = isinstance(best, Fit) and (not best.candidates or any(c.absorbs for c in best.candidates))
+        if not absorbed:  # it may stand for a torque of the ride, whose size is not known with it
+            return replace(self, noise=noise)
+        own, theta = [c for c in best.candidates if not c.absorbs], list(best.theta[: best.effect_columns.start])
+        for c in own:
+            theta += best.theta[best.columns(c)].tolist()
+        return replace(self, noise=noise, ridden=(tuple(own), np.array(theta)))
 
     # ---- what to measure next ----
 
@@ -528,10 +514,23 @@ class Histories(BicycleKind, kind="histories"):
         runs = tuple(replace(run, channels=read(run.channels), inputs=read(run.inputs)) for run in self.runs)
         return replace(self, runs=runs, noise={**self.noise, **noise})
 
+    def thinned(self, most: int) -> Self:
+        """Runs of all speeds, eight at least, of long ones the loudest part; whole ones if an angle is prescribed."""
+        if len(self.rows.where) <= 2 * most:
+            return self
+        samples, lengths = most // len(self.noise), [len(run.time) for run in self.runs]
+        whole = self.prescribed
+        count = min(len(self.runs), max(8, round(samples / np.median(lengths))))
+        order = np.argsort(self.speeds, kind="stable")
+        kept = [self.runs[k] for k in sorted(order[np.linspace(0, len(order) - 1, count).round().astype(int)])]
+        runs = kept if whole else [loudest(run, self.noise, samples // count) for run in kept]
+        return replace(self, runs=tuple(runs))
+
     def quick(self) -> "Histories":
         """Eight runs at most, in pieces; three whole ones if a prescribed angle has to be smoothed."""
-        whole = STEER in self.runs[0].inputs
-        few = replace(self, runs=self.runs[:: -(-len(self.runs) // (3 if whole else 8))])
+        whole = self.prescribed
+        few = self.thinned(RULES.thinned)
+        few = replace(few, runs=few.runs[:: -(-len(few.runs) // (3 if whole else 8))])
         return few if whole else (few.easier() or (few,))[-1]
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
 from bicycle.effect import Effect
@@ -125,6 +126,13 @@ def term_name(name: str) -> str:
 
 def rendered(template: str, *, markdown: bool = False, **content: Any) -> str:
     """A ``template`` of this room filled with the ``content``, escaped if it is ``markdown``, without empty ends."""
+    text = _environment(markdown=markdown).get_template(template).render(**content)
+    lines = [line.rstrip() for line in text.splitlines()]
+    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).strip()
+
+
+@cache  # a template takes longer to compile than to fill
+def _environment(*, markdown: bool) -> Any:
     from markupsafe import Markup
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
@@ -132,8 +140,7 @@ def rendered(template: str, *, markdown: bool = False, **content: Any) -> str:
     environment.filters |= {filter_.__name__: filter_ for filter_ in shown}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS}
-    lines = [line.rstrip() for line in environment.get_template(template).render(**content).splitlines()]
-    return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).strip()
+    return environment
 
 
 def sentence(verdict: Verdict) -> str:

@@ -7,6 +7,7 @@ are zero or positive. A torque counts as an actuator's: it acts when it was comm
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
@@ -21,6 +22,11 @@ from tyre.arrays import Array, Complex
 
 GAIN, DELAY, LOWPASS = "measurement.{}_gain", "measurement.{}_delay", "measurement.{}_lowpass"  # of a signal
 FRICTION = "measurement.steer_friction"
+ROTATION = tuple(f"measurement.imu_{axis}" for axis in ("roll", "pitch", "yaw"))
+BOX = ("roll_rate_rad_s", "yaw_rate_rad_s")  # channels of one box of gyros
+OFFSET, SKEW = "measurement.imu_offset", "measurement.imu_skew"
+DECAY_SCALE, DECAY_OFFSET, CLOCK = (f"measurement.{what}" for what in ("decay_scale", "decay_offset", "clock_scale"))
+SLOWS, REFERENCE = "measurement.deceleration", "measurement.reference"
 SENSOR, FILE = 0.5, 0.2  # prior weights (judgements): a calibration, a geometry beyond its stated uncertainty
 GEOMETRY = {"wrong_tilt": ("lam", "rad", 0.05, 2e-3, "steer axis tilt"), "wrong_trail": ("c", "m", 0.02, 1e-3, "trail")}
 """Candidate: key of the bicycle, unit, prior sd, least size if the file states no uncertainty, and its name."""
@@ -34,37 +40,92 @@ def error(
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, 10 * scale, size=True, least=least)
 
 
-def mistake(identifier: str, size: UncertainParameter, words: str) -> Candidate:
-    """Candidate for one mistake of a sensor, of one ``size``."""
-    return Candidate(identifier, (size,), signature=words.replace("_", " "), weight=SENSOR)
+Sizes = UncertainParameter | tuple[UncertainParameter, ...]
+
+
+def mistake(identifier: str, sizes: Sizes, title: str, words: str = "") -> Candidate:
+    """Candidate for one mistake of a sensor, of one size or several; its ``title`` says what its ``words`` would."""
+    every = sizes if isinstance(sizes, tuple) else (sizes,)
+    title, words = title.replace("_", " "), words.replace("_", " ")
+    return Candidate(identifier, every, signature=words or title, title=title, weight=SENSOR)
 
 
 def gain_error(sensor: str, signal: str, *, beside: str = "") -> Candidate:
     """Wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %."""
     size = replace(error("scale", "1", GAIN.format(signal), 0.1, least=0.002), power=0, relative=True)
     more = f" beside the {beside}" if beside else ""
-    return mistake(f"{sensor}_scale", size, f"the {sensor} reads too much or too little{more} by a constant factor")
+    title = f"wrong gain of the {sensor}"
+    return mistake(
+        f"{sensor}_scale", size, title, f"the {sensor} reads too much or too little{more} by a constant factor"
+    )
 
 
 def delay_error(sensor: str, signal: str) -> Candidate:
     """Late ``signal`` of a ``sensor``: 10 ms, worth a name from 0.5 ms."""
     size = error("delay", "s", DELAY.format(signal), 0.01, least=5e-4, lowest=0.0)
-    return mistake(f"{sensor}_delay", size, f"the {sensor} is late by a constant time")
+    return mistake(f"{sensor}_delay", size, f"delay of the {sensor}", f"the {sensor} is late by a constant time")
 
 
 def lowpass_error(sensor: str, signal: str) -> Candidate:
     """First-order low-pass of a ``signal``: 20 ms, worth a name from 0.5 ms."""
     size = error("time_constant", "s", LOWPASS.format(signal), 0.02, least=5e-4, lowest=0.0)
-    return mistake(f"{sensor}_lowpass", size, f"the {sensor} is smoothed by a first-order low-pass")
+    return mistake(
+        f"{sensor}_lowpass", size, f"low-pass of the {sensor}", f"the {sensor} is smoothed by a first-order low-pass"
+    )
+
+
+def rotation_error(sd: float = 0.08) -> Candidate:
+    """Turned box of gyros, ``sd`` in rad: lean and yaw rate mix by its pitch, the other angles only weaken them."""
+    pitch = error("pitch", "rad", ROTATION[1], sd, least=0.01)
+    aside = [UncertainParameter(key[16:], "rad", {key: 1.0}, 0.0, 0.5 * sd, -0.5, 0.5) for key in ROTATION[::2]]
+    words = "the box of the gyros is turned: its roll and yaw axes are not those of the frame"
+    return mistake("imu_rotation", (pitch, *aside), "turned box of gyros", words)
+
+
+def turned(values: Mapping[str, Any]) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """Shares of roll and yaw rate in the roll gyro, and in the yaw gyro, of a box turned by yaw, pitch, then roll."""
+    roll, pitch, yaw = (values[key] for key in ROTATION)
+    aside = np.cos(yaw) * np.sin(pitch) * np.cos(roll) + np.sin(yaw) * np.sin(roll)
+    return (np.cos(yaw) * np.cos(pitch), -np.sin(pitch)), (aside, np.cos(pitch) * np.cos(roll))
+
+
+def clock_error() -> Candidate:
+    """Clock of the gyros that is late or early, and gains or loses, against that of the steering."""
+    late = error("offset", "s", OFFSET, 0.01, least=1e-3)
+    skew = error("skew", "1", SKEW, 0.005, least=5e-4)
+    words = "the gyros have another clock than the steering: late by an offset that grows in time"
+    return mistake("imu_clock", (late, skew), "gyros on another clock", words)
+
+
+def coasting() -> Candidate:
+    """Speed that falls along a run; the recorded one is that after the share ``reference`` of it."""
+    slows = error("deceleration", "m/s^2", SLOWS, 0.3, least=0.02)
+    reference = UncertainParameter("reference", "1", {REFERENCE: 1.0}, 0.4, 0.2, 0.0, 1.0)
+    words = "the speed falls steadily along each run"
+    return mistake("coast_down", (slows, reference), "speed that falls along the runs", words)
 
 
 def speed_errors(speeds: Sequence[float]) -> tuple[Candidate, ...]:
     """Wrong scale of the speedometer, and an offset unless all ``speeds`` (m/s) are one."""
     scale = error("scale", "1", SPEED_SCALE, 0.02, least=0.002)
-    found = [mistake("speed_scale", scale, "the true speed is the recorded one times a constant factor")]
+    found = [
+        mistake(
+            "speed_scale",
+            scale,
+            "wrong scale of the speed",
+            "the true speed is the recorded one times a constant factor",
+        )
+    ]
     if len(set(speeds)) > 1:
         offset = error("offset", "m/s", SPEED_OFFSET, 0.1, least=0.01, lowest=-min(1.0, 0.5 * min(speeds)))
-        found.append(mistake("speed_offset", offset, "the true speed is the recorded one and a constant more"))
+        found.append(
+            mistake(
+                "speed_offset",
+                offset,
+                "constant error of the speed",
+                "the true speed is the recorded one and a constant more",
+            )
+        )
     return tuple(found)
 
 
@@ -91,7 +152,15 @@ def geometry_errors(
             "error", unit, {WRONG + name: 1.0 for name in moved}, 0.0, scale, -6 * scale, 6 * scale, size=True,
             least=max(3 * sd, least),
         )  # fmt: skip
-        found.append(Candidate(identifier, (size,), signature=f"the stated {word} ({key}) is wrong", weight=FILE))
+        found.append(
+            Candidate(
+                identifier,
+                (size,),
+                signature=f"the stated {word} ({key}) is wrong",
+                title=f"another {word} than the file states",
+                weight=FILE,
+            )
+        )
     return tuple(found), refused
 
 
@@ -106,7 +175,54 @@ def wrong_geometry(final: Fit) -> dict[str, float]:
     }
 
 
-# ---- sensors of harmonic motion ----
+# ---- identification and sensors of harmonic motion ----
+
+
+def identification_errors() -> tuple[Candidate, ...]:
+    """Biased decays (a poor window, friction averaged over amplitudes), and a clock that is fast or slow."""
+    return (
+        mistake("decay_scale", error("scale", "1", DECAY_SCALE, 0.1, least=0.01), "biased identification of decays",
+                "every identified decay is too large or too small by one factor"),
+        mistake("decay_offset", error("offset", "1/s", DECAY_OFFSET, 0.1, least=0.01), "decay of the identification",
+                "the identification adds one decay to all modes, as an exponential window does"),
+        mistake("clock_scale", error("scale", "1", CLOCK, 0.01, least=0.001), "clock of the recorder fast or slow",
+                "the clock of the recorder is fast or slow, so that all decays and frequencies are scaled"),
+    )  # fmt: skip
+
+
+def bias_identified(root: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
+    """Make of true roots (m,) and their slopes (m, p) the identified ones, in place."""
+    for key, add in ((CLOCK, root.copy()), (DECAY_SCALE, root.real + 0j), (DECAY_OFFSET, np.ones(len(root)))):
+        if key in errors:
+            column, size = errors[key]
+            root += size * add
+            if slope.shape[1]:
+                slope += size * {CLOCK: slope, DECAY_SCALE: slope.real}.get(key, np.zeros(1))
+                slope[:, column] += add
+
+
+def turn_ratios(ratios: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
+    """Steer and yaw rate over lean rate (m, 2), slopes (m, 2, p), as a turned box of gyros shows them, in place."""
+    if ROTATION[1] not in errors:
+        return
+
+    def shown(turn: Array) -> tuple[Complex, Complex, Array]:
+        (a, b), own = turned(dict(zip(ROTATION, turn, strict=True)))
+        lean = a + b * ratios[:, 1]
+        return np.stack([ratios[:, 0], own[0] + own[1] * ratios[:, 1]], 1) / lean[:, None], lean, np.array([a, b, *own])
+
+    angles, step = np.array([errors[key][1] for key in ROTATION]), 1e-5
+    found, lean, (_, b, _, own) = shown(angles)
+    if slope.shape[2]:
+        by_yaw = slope[:, 1].copy()
+        slope[:, 1] *= own
+        slope -= found[:, :, None] * b * by_yaw[:, None]
+        slope /= lean[:, None, None]
+        for k, key in enumerate(ROTATION):
+            after, before = (shown(angles + sign * step * np.eye(3)[k])[0] for sign in (1, -1))
+            slope[:, :, errors[key][0]] += (after - before) / (2 * step)
+    ratios[:] = found
+
 
 Errors = tuple[tuple[int, float] | None, ...]
 
@@ -148,7 +264,14 @@ def friction_candidate() -> Candidate:
     torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
     signature = "a torque of one size against the steer rate"
     family = "damping at the steering"
-    return Candidate("steer_friction", (torque,), signature=signature, family=family, approximate=True)  # no sticking
+    return Candidate(
+        "steer_friction",
+        (torque,),
+        signature=signature,
+        title="dry friction of the steering",
+        family=family,
+        approximate=True,
+    )  # no sticking
 
 
 def friction_refused(run: Run) -> dict[str, str]:

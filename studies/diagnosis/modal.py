@@ -24,7 +24,18 @@ from bicycle.parameter_covariance import entries_of
 from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
 from studies.diagnosis.doubts import ANGLES, FREQUENCIES, SPEEDS
 from studies.diagnosis.family import Family, MatrixSlopes, Settings, flat_parts
-from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
+from studies.diagnosis.mistakes import (
+    apply_sensor,
+    bias_identified,
+    delay_error,
+    errors_of,
+    gain_error,
+    identification_errors,
+    lowpass_error,
+    rotation_error,
+    speed_errors,
+    turn_ratios,
+)
 from studies.inference import kind as base
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Proposal, Rows, Series
@@ -361,10 +372,12 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         slope[:, 0] = turned[point, chosen]
         slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
     errors = family.coordinates(theta)
+    turn_ratios(number[:, 1:], slope[:, 1:], errors)
     for r, name in enumerate(RATIOS, 1):
         for signal, power in ((name, 1), (LEAN, -1)):
             one = errors_of(errors, signal)
             apply_sensor(number[:, r], slope[:, r], number[:, 0].copy(), one, s_slope=slope[:, 0], power=power)
+    bias_identified(number[:, 0], slope[:, 0], errors)
     return number, slope
 
 
@@ -395,13 +408,15 @@ class Modal(BicycleKind, kind="modal"):
         return super(Modal, replace(self, points=points)).ready(**how)
 
     def mistakes(self) -> tuple[Candidate, ...]:
-        """Speed; gain, delay and low-pass of the sensors of the ratios; delay and low-pass of the lean-rate sensor."""
-        found = [*speed_errors(self.speeds.tolist())]
+        """Speed, identification, the clock; gain, delay and low-pass of the sensors of the ratios, a turned box."""
+        found = [*speed_errors(self.speeds.tolist()), *identification_errors()]
         ratios = dict.fromkeys(name for p in self.points for name in p.ratios)
         for ratio in ratios:
             sensor = f"{ratio.partition('_')[0]}_sensor"
             found += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
             found.append(lowpass_error(sensor, ratio))
+        if len(ratios) > 1:
+            found += [gain_error("lean_sensor", LEAN), rotation_error()]
         if ratios:
             found += [delay_error("lean_sensor", LEAN), lowpass_error("lean_sensor", LEAN)]
         return tuple(found)

@@ -1,6 +1,6 @@
 """Replay of recorded runs: the torques through the model, from given starts or with the free responses."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -11,8 +11,22 @@ from scipy.signal import lfilter
 from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import AS_HELD, CHANNELS, INPUTS, Run
 from bicycle.responses import discretised, from_rest, marched, powers_of
-from studies.diagnosis.family import Family
-from studies.diagnosis.mistakes import DELAY, FRICTION, GAIN, LOWPASS, direction
+from studies.diagnosis.family import SPEED_OFFSET, Family
+from studies.diagnosis.mistakes import (
+    BOX,
+    DELAY,
+    FRICTION,
+    GAIN,
+    LOWPASS,
+    OFFSET,
+    REFERENCE,
+    ROTATION,
+    SKEW,
+    SLOWS,
+    direction,
+    turned,
+)
+from studies.diagnosis.riding import PUSHES, SHARES, Course, riding_in, shapes
 from tyre.arrays import Array
 
 
@@ -53,6 +67,16 @@ class Driven(NamedTuple):
     direct: Array | None  # None if the inputs are not seen
 
 
+class Along(NamedTuple):
+    """Change of the equations with the speed along a run: step + d step_1 + d^2 step_2, and the others alike."""
+
+    change: Array  # d (K, R, T), m/s
+    step: tuple[Array, Array]  # (K, R, n, n)
+    before: tuple[Array, Array]  # (K, R, n, m)
+    after: tuple[Array, Array]
+    seen: tuple[Array, Array]  # (K, R, C, n)
+
+
 class Sampled(NamedTuple):
     """Equations from sample to sample: x_(k+1) = step x_k + before u_k + after u_(k+1), with u (K or 1, R, m, T)."""
 
@@ -62,6 +86,7 @@ class Sampled(NamedTuple):
     seen: Array
     direct: Array | None
     u: Array
+    along: Along | None = None
 
     @property
     def first(self) -> tuple[Array, Array, Array, Array, Array | None, Array]:
@@ -76,6 +101,7 @@ class Replay:
 
     runs: tuple[Run, ...]
     channels: tuple[str, ...]
+    riding: Callable[[], Mapping[str, Course]] = dict  # sizes of torques that nobody recorded, dear; 1 N m without
 
     @cached_property
     def length(self) -> int:
@@ -105,8 +131,12 @@ class Replay:
         n = system.step.shape[-1]
         with np.errstate(over="ignore", invalid="ignore"):
             forced = self._seen(system, self._states(system, np.zeros((len(self.runs), n))))
-            powers = powers_of(system.step[0], self.length)
-            shown = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
+            if system.along is None:
+                powers = powers_of(system.step[0], self.length)
+                shown = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
+            else:  # each start is a bicycle of its own
+                every = self._along(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
+                shown = np.moveaxis(self._seen(system._replace(direct=None), np.moveaxis(every, 2, 0)), 0, -1)
             y = np.concatenate([forced[..., None], shown[None], self._uncertain(system, values)], -1)
             y = self._sensed(y, values, None)[0]
         behind = np.moveaxis(self._filter_starts(values)[0], -2, -1)
@@ -118,12 +148,18 @@ class Replay:
         d(x)' = A dx + dA x + ...: all coordinates share the system matrix of a run and are marched at once. The
         derivatives of the matrices are differences of ``steps`` (p,).
         """
-        values = family.values(np.vstack([theta, theta + np.diag(steps)]))
+        batch = np.vstack([theta, theta + np.diag(steps)])
+        values = family.values(batch)
+        if self._coasts(values):
+            every = self(family, batch, starts)
+            return np.moveaxis((every[1:] - every[0]) / steps[:, None, None, None], 0, -1)
         system = self._sampled(family, values, starts)
         with np.errstate(over="ignore", invalid="ignore"):
             x = self._states(system, starts, only=1)[0]
             found = self._moved(system, x, steps)
-            if not any(kind.format(name) in values for kind in SENSED for name in self.channels):
+            if OFFSET not in values and not any(
+                kind.format(name) in values for kind in SENSED for name in self.channels
+            ):
                 return found
             _, _, _, seen, direct, u = system.first
             y, per = np.empty((1 + len(steps), *found.shape[:-1])), steps[:, None, None, None]
@@ -158,13 +194,62 @@ class Replay:
     def _sampled(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
         """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
         speeds = np.array([run.speed for run in self.runs])
-        driven = self._driven(family, values, family.system(values, speeds))
+        if self._coasts(values):
+            driven, along = self._coasting(family, values, speeds)
+        else:
+            driven, along = self._driven(family, values, family.system(values, speeds)), None
         step, before, after = discretised(driven.state, driven.inputs, self._steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
             before[..., :recorded] += after[..., :recorded]
             after[..., :recorded] = 0.0
-        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts))
+        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts), along)
+
+    def _coasts(self, values: Mapping[str, Array]) -> bool:
+        """True if the speed falls along the runs; over less than a second it hardly does."""
+        return SLOWS in values and max(float(run.time[-1] - run.time[0]) for run in self.runs) > 1.0
+
+    def _coasting(self, family: Family, values: Mapping[str, Array], speeds: Array) -> tuple[Driven, Along]:
+        """Equations at the speed in the middle of each run, and their change about it, of second order in the speed."""
+        lasts = np.array([run.time[-1] - run.time[0] for run in self.runs])
+        slows, since = values[SLOWS], self._steps[:, None] * np.arange(self.length)
+        aside = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
+        middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[REFERENCE]) * lasts
+        middle = np.maximum(middle, 2 * aside + 0.2 - speeds)  # no run ends at rest
+        found = []
+        for side in (-aside, 0.0, aside):
+            there = {**values, SPEED_OFFSET: middle + side}
+            driven = self._driven(family, there, family.system(there, speeds))
+            found.append((driven, (*discretised(driven.state, driven.inputs, self._steps), driven.seen)))
+        h, parts = aside[..., None, None], []
+        for slow, base, fast in zip(*(each for _, each in found), strict=True):
+            parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
+        return found[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
+
+    @staticmethod
+    def _along(system: Sampled, x: Array, only: int | None = None) -> Array:
+        """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
+        along, found = system.along, [x]
+        assert along is not None
+        parts = (along.step, along.before, along.after)
+        every = [
+            np.concatenate([part[:only], *(one[:only] for one in change)], -1)
+            for part, change in zip(system[:3], parts, strict=True)
+        ]
+        d = along.change[:only]
+        u = np.broadcast_to(system.u[:only], (len(d), *system.u.shape[1:]))
+
+        def grown(vector: Array, k: int) -> Array:
+            here = d[..., k, None, None]
+            return np.concatenate([vector, here * vector, here**2 * vector], -2)
+
+        driven = bool(u.size) and x.shape[-1] == 1
+        for k in range(d.shape[-1] - 1):
+            x = every[0] @ grown(x, k)
+            if driven:
+                x = x + every[1] @ grown(u[..., k, None], k) + every[2] @ grown(u[..., k + 1, None], k)
+            found.append(x)
+        return np.stack(found, -1)
 
     @cached_property
     def _steps(self) -> Array:
@@ -173,12 +258,19 @@ class Replay:
     def _states(self, system: Sampled, starts: Array, only: int | None = None) -> Array:
         """States (K, R, n, T) of the bicycles, or of the first of them ``only``."""
         step, before, after, u = (part[:only] for part in (system.step, system.before, system.after, system.u))
-        return marched(step, before @ u[..., :-1] + after @ u[..., 1:], starts[:, : step.shape[-1]])
+        start = starts[:, : step.shape[-1]]
+        if system.along is not None:
+            wide = np.broadcast_to(start, (len(step), *start.shape))[..., None]
+            return np.asarray(self._along(system, wide, only)[..., 0, :])
+        return marched(step, before @ u[..., :-1] + after @ u[..., 1:], start)
 
     @staticmethod
     def _seen(system: Sampled, x: Array) -> Array:
         """Channels (K, R, C, T) before their sensors."""
         y = system.seen @ x
+        if system.along is not None:
+            d = system.along.change[:, :, None]
+            y = y + d * (system.along.seen[0] @ x) + d**2 * (system.along.seen[1] @ x)
         return y if system.direct is None else y + system.direct @ system.u
 
     def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
@@ -187,10 +279,38 @@ class Replay:
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         if FRICTION in values:
             columns.append(names.inputs.index("steer_torque"))
+        if riding_in(values):
+            columns += [names.inputs.index(name) for name in PUSHES]
         n = system.mass.shape[-1]
         solved = np.linalg.solve(system.mass, np.concatenate([system.dynamics, system.input[..., columns]], -1))
-        seen = system.output[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
+        outputs = self._sensed_axes(system.output, names.outputs, values)
+        seen = outputs[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
         return Driven(solved[..., :n], solved[..., n:], seen, None)
+
+    @staticmethod
+    def _sensed_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
+        """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
+        if ROTATION[1] not in values:
+            return outputs
+        found, places = outputs.copy(), [names.index(CHANNELS[name]) for name in BOX]
+        for place, shares in zip(places, turned(values), strict=True):
+            found[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
+        return found
+
+    def _courses(self, name: str) -> Array:
+        """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
+        if name not in self._known_courses:
+            course = self.riding().get(name, Course(1.0))
+            hertz = course.hertz or [None] * len(self.runs)
+            own = [course.sd * shapes(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
+            most = max(x.shape[1] for x in own)
+            padded = [np.pad(x, ((0, self.length - len(x)), (0, most - x.shape[1]))) for x in own]
+            self._known_courses[name] = np.array(padded)
+        return self._known_courses[name]
+
+    @cached_property
+    def _known_courses(self) -> dict[str, Array]:
+        return {}
 
     def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
         """Inputs of each run (K, R, m, T), or (1, R, m, T) if all bicycles have the same."""
@@ -203,7 +323,8 @@ class Replay:
                 settings[:, column] = values[key][:, 0]
         if (settings == settings[0]).all():
             settings = settings[:1]
-        found = np.empty((len(settings), len(self.runs), len(names) + (FRICTION in values), self.length))
+        riding, last = riding_in(values), len(names) + (FRICTION in values)
+        found = np.zeros((len(settings), len(self.runs), last + len(PUSHES) * bool(riding), self.length))
         found[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
         for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
             delay = settings[i, 2 * m + 1]
@@ -211,13 +332,23 @@ class Replay:
                 shifted = np.interp(run.time - delay, run.time, run.inputs[names[m]])
                 found[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
         if FRICTION in values:
-            found[:, :, -1] = -settings[:, -1, None, None] * self._directions
+            found[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
+        own = np.zeros((len(self.runs), 0)) if starts is None else starts  # coefficients of the courses are its last
+        for name in reversed(riding if starts is not None else []):
+            courses = self._courses(name)
+            count = 2 * courses.shape[-1]
+            own, mine = own[:, :-count], own[:, -count:].reshape(len(self.runs), 2, -1)
+            found[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, mine, SHARES[name])
         return found
 
     def padded(self, signals: Iterable[Sequence[Array]]) -> Array:
         """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
-        found = [[np.pad(x, (0, self.length - len(x))) for x in own] for own in signals]
-        return np.array(found).reshape(len(self.runs), -1, self.length)
+        rows = [list(own) for own in signals]
+        found = np.zeros((len(rows), len(rows[0]), self.length))
+        for own, given in zip(found, rows, strict=True):
+            for padded, x in zip(own, given, strict=True):
+                padded[: len(x)] = x
+        return found
 
     @cached_property
     def _recorded(self) -> Array:
@@ -230,8 +361,17 @@ class Replay:
         return self.padded([direction(run)] for run in self.runs)[:, 0]
 
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
-        """Responses to uncertain parts of the inputs (K, R, C, T, columns): recorded torques are exact."""
-        return np.zeros((*system.seen.shape[:-1], self.length, 0))
+        """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
+        step, before, after, seen, _, _ = system.first
+        found = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
+        for name in riding_in(values):
+            courses = self._courses(name)
+            known, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
+            pushes = slice(-len(PUSHES), None)
+            into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)
+            across = np.einsum("srni,jk->rskijn", into, np.eye(k)).reshape(len(step), 2 * k, 2 * k, -1)
+            found.append(from_rest(step, known, across, seen))
+        return np.concatenate(found, -1)[None]
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:
         """Effect of the unknown state of each low-pass on the channels (K, R, C, filters, T)."""
@@ -251,8 +391,14 @@ class Replay:
             one = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
             if LOWPASS.format(name) in values:
                 one[:] = lowpassed(one, values[LOWPASS.format(name)][:, 0], self._steps)
-            if DELAY.format(name) in values:
-                tau = (values[DELAY.format(name)][:, :1] / self._steps)[..., None]  # (K, R, 1), in samples
+            late = values.get(DELAY.format(name))
+            if late is not None or (OFFSET in values and name in BOX):
+                tau = np.zeros((1, 1, 1)) if late is None else late[:, :1, None] / self._steps[:, None]  # (K, R, T)
+                if OFFSET in values and name in BOX:
+                    since = values[SKEW][:, :1, None] * np.arange(self.length)
+                    tau = tau + values[OFFSET][:, :1, None] / self._steps[:, None] + since
+                tau = np.moveaxis(np.broadcast_to(tau, (*tau.shape[:-1], one.shape[0])), -1, 0)
+                tau = tau.reshape(*tau.shape, *(1,) * (one.ndim - 3))
                 first = np.gradient(one, axis=0)
                 one += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
             if GAIN.format(name) in values:

@@ -183,7 +183,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "gap": f.story and asdict(f.story.gap), "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
         "odd_part": {"parts": [one.part for one in f.odd], "sentence": told("odd")} if f.odd else None,
-        **verdict_record(verdict),
+        **({"search": "quick"} if diagnosis.quick else {}), **verdict_record(verdict),
         "moved": [
             {
                 "parameter": m.name, "unit": m.unit, "prior": m.prior, "prior_sd": m.prior_sd, "value": m.value,

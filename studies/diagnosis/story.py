@@ -75,8 +75,10 @@ def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float
         count = float(sum(numbers for numbers, _ in predicted))
     else:
         models = {name: score.chi2 for name, score in diagnosis.held_out.items() if score.possible}
-        models |= {"nominal": base} | ({"effect_alone": held_out(diagnosis.kind, alone).chi2} if alone else {})
         count = n if "final" in models else 0.0
+        models |= {"nominal": base}
+        if alone and count:
+            models["effect_alone"] = held_out(diagnosis.kind, alone).chi2
     left = {name: _number(x) for name, x in models.items()}
     without = left.get("nuisance_only") if named else None
     out = Gap(left.get("nominal"), left.get("effect_alone"), left.get("final"), without, most, count) if count else None

@@ -42,6 +42,7 @@ from studies.inference.parts import (
     without_each,
 )
 from studies.inference.preflight import Misread, preflight
+from studies.inference.quick import judge_quickly
 from studies.inference.rules import RULES, Rules
 from studies.inference.search import Hypotheses, exchanged, expand, held_back, pruned, singles
 from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
@@ -67,8 +68,8 @@ __all__ = [
     "Proposal", "Reason", "Rows", "Rules", "Separation", "Series", "Stability", "UncertainParameter", "UpperLimit",
     "Variant", "Verdict", "WithoutOne", "accept", "central_differences", "default_starts", "disagreement",
     "effect_alone", "equivalents", "exchanged", "expand", "fit", "fits", "folds", "held_back", "held_out", "judge",
-    "leading", "left_over", "log_normal", "minimise", "moved", "outcome", "parts_against_rest", "preflight",
-    "prior", "pruned", "rule_against", "separating", "similarity", "singles", "size_limit", "stability", "stencil",
-    "tail_limit", "together", "upper_limits", "variants", "whiteness", "widened", "within_uncertainty",
+    "judge_quickly", "leading", "left_over", "log_normal", "minimise", "moved", "outcome", "parts_against_rest",
+    "preflight", "prior", "pruned", "rule_against", "separating", "similarity", "singles", "size_limit", "stability",
+    "stencil", "tail_limit", "together", "upper_limits", "variants", "whiteness", "widened", "within_uncertainty",
     "without_each",
 ]  # fmt: skip

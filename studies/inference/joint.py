@@ -258,6 +258,12 @@ class Joint(Kind):
         parts = [replace(p, kind=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
         return (replace(self, parts=tuple(parts)),)
 
+    def thinned(self, most: int) -> "Joint":
+        few = [part.kind.thinned(most // len(self.parts)) for part in self.parts]
+        if all(kind is part.kind for kind, part in zip(few, self.parts, strict=True)):
+            return self
+        return replace(self, parts=tuple(replace(p, kind=kind) for p, kind in zip(self.parts, few, strict=True)))
+
     def quick(self) -> "Joint":
         return replace(self, parts=tuple(replace(part, kind=part.kind.quick()) for part in self.parts))
 

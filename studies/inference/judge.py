@@ -17,6 +17,7 @@ from studies.inference.search import (
     again,
     beats_nothing,
     held_back,
+    on_all,
     search,
     singles,
 )
@@ -111,7 +112,8 @@ def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypoth
         members[f] = Reason("one more", odds=odds)
         if odds > RULES.clear_odds:
             members[f] = Reason("ahead", odds=odds, why=held_back(known, f, leader))
-    peers = list(dict.fromkeys([*members, *known.best(len(leader.candidates))[:6]]))
+    rivals = known.best(len(leader.candidates))[: 2 if known.kind.dear else 6]
+    peers = list(dict.fromkeys([*members, *rivals]))
     wide = known.wider([f for f in peers if f.converged or f is leader])
     best = wide.best()[0]
     for f in wide.best() if wide.nothing < RULES.nothing else ():  # else the reservation says it
@@ -172,6 +174,8 @@ def _left(kind: Kind, leader: Fit) -> tuple[str, bool] | None:
 
 
 HELD = 1e-6  # of the prior sd: a parameter that does not move
+OPEN = ("unknown", "partial", "tentative")
+REFINED = 3  # times that the noise is estimated, while another hypothesis takes the lead with it
 NEGLIGIBLE = 1e-3  # posterior of a pair that is not worth a line
 
 
@@ -186,6 +190,7 @@ class Judgement:
     alone: Fit | None = None  # the named effects with nothing else moved
     nominal: Array  # (n,), whitened residual of the base model as it stands
     held_out: dict[str, HeldOut]  # nuisance_only and final
+    quick: bool = False  # by single effects and BIC, nothing held out
 
 
 def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
@@ -197,18 +202,48 @@ def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
     advance = progress or (lambda what: None)
-    known = singles(kind, advance)
-    better = kind.refined(known.best()[0] if known.fits else known.null)
-    if better is not kind:
-        known = again(better, known, advance)
-    known, leader = search(known, advance)
+    few = kind.thinned(RULES.thinned)
+    known, leader, acceptance = _searched(few, advance)
+    if few is not kind:  # much data are searched in a part, and the leaders refined on all
+        tried = {c.identifier for c in known.kind.candidates}
+        whole = kind.trying(tuple(c for c in kind.candidates if c.identifier in tried))
+        known, leader = on_all(whole, known, leader, advance)
+        acceptance = accept(known, leader)
     kind = known.kind
-    acceptance = accept(known, leader)
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
-        kind=kind, verdict=_verdict(known, acceptance, nominal), hypotheses=known,
+        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known,
         final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
     )  # fmt: skip
+
+
+def _searched(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
+    """Hypotheses, leader and its acceptance; candidates that absorb much only if nothing else explains the data."""
+    absorbing = tuple(c for c in kind.candidates if c.absorbs)
+    plain = kind.trying(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
+    known, leader = _led(singles(plain, advance), advance)
+    acceptance = accept(known, leader)
+    if absorbing and acceptance.verdict in OPEN:
+        more = singles(known.kind.trying(absorbing), advance)
+        every = Hypotheses(known.null, (*known.fits, *more.fits), known.kind.trying(kind.candidates))
+        other, ahead = _led(every, advance)
+        better = accept(other, ahead)
+        if better.verdict not in OPEN:
+            return other, ahead, better
+    return known, leader, acceptance
+
+
+def _led(known: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
+    """Estimate the noise, until no other hypothesis takes the lead by it, then search."""
+    for _ in range(REFINED):
+        best = known.best()[0] if known.fits else known.null
+        better = known.kind.refined(best)
+        if better is known.kind:
+            break
+        known = again(better, known, advance)
+        if not known.fits or known.best()[0].identifiers == best.identifiers:
+            break
+    return search(known, advance)
 
 
 def effect_alone(judgement: Judgement) -> Fit | None:
@@ -223,8 +258,8 @@ def effect_alone(judgement: Judgement) -> Fit | None:
     return fit(judgement.kind, final.candidates, starts=starts[:2], nuisance_scale=HELD)
 
 
-def _verdict(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
-    """The verdict; ``nominal`` (n,) is the whitened residual of the base model as it stands."""
+def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
+    """The verdict of an ``acceptance``; ``nominal`` (n,) is the whitened residual of the base model as it stands."""
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
@@ -255,6 +290,8 @@ def _verdict(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdi
         reasons={f.name: why for f, why in acceptance.members.items()},
         refused_leaders=_refused(known, acceptance),
         judged=judged[0], nearest=judged[1],
+        titles={c.identifier: c.title for f in (*members, *filter(None, (acceptance.leader, *converged[:1])))
+                for c in f.candidates if c.title},
         members="effects" if all(real) else "both" if any(real) else "mistakes",
     )  # fmt: skip
 
@@ -336,7 +373,10 @@ def _named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
         for name, factor in u.factors.items():
             parameters[name] = (factor * value, factor * wide)
             units[name] = u.unit
-    return Named(candidate.identifier, parameters, units, candidate.signature, candidate.mistake, candidate.family)
+    return Named(
+        candidate.identifier, parameters, units, candidate.signature, candidate.mistake, candidate.title,
+        candidate.family,
+    )  # fmt: skip
 
 
 # ---------------------------------------------------------------------- what can be told apart

@@ -1,6 +1,7 @@
 """One kind of measurement: data with standard deviations, the physics that predicts them, and what may be wrong."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.inference.parameter import Array, Candidate, UncertainParameter, central_differences, stencil
+from studies.inference.rules import RULES
 
 if TYPE_CHECKING:
     from studies.inference.fit import Fit
@@ -194,6 +196,12 @@ class Kind:
         """True if the conditions differ enough for a name: two speeds, two loads, two inputs."""
         return True
 
+    def trying(self: Self, candidates: Candidates) -> Self:
+        """Try these ``candidates`` only."""
+        found = copy(self)
+        object.__setattr__(found, "candidates", candidates)
+        return found
+
     def compatible(self, candidates: Candidates) -> bool:
         """True if these candidates make a model together."""
         return True
@@ -217,6 +225,15 @@ class Kind:
     def easier(self) -> tuple["Kind", ...]:
         """Problems of the same unknowns with fewer local optima, from the easiest."""
         return ()
+
+    @property
+    def dear(self) -> bool:
+        """True if a fit is dear: the data are so many that the search begins in a part of them."""
+        return len(self.rows.where) > 2 * RULES.thinned
+
+    def thinned(self, most: int) -> "Kind":
+        """About ``most`` numbers of data that are more than twice as many; or itself."""
+        return self
 
     def quick(self) -> "Kind":
         """Data for a first look, with few local optima: few of many, if they are dear to compute."""

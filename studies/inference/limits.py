@@ -61,12 +61,12 @@ def upper_limits(kind: Kind, known: Hypotheses, final: Fit) -> tuple[UpperLimit,
 def _beside(
     kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Mean and covariance for a candidate that joins the final fit as its last, by two steps of Gauss and Newton."""
+    """Mean and covariance for a candidate that joins the final fit as its last, by one or two steps of Gauss-Newton."""
     unknowns = (*final.unknowns, *joined[-1].unknowns)
     lowest, highest = (np.array([getattr(u, name) for u in unknowns]) for name in ("lowest", "highest"))
     theta = np.concatenate([final.theta, joined[-1].first_starts[0]])
     mean, covariance = theta, np.full((len(theta),) * 2, np.nan)
-    for _ in range(2):
+    for _ in range(1 if kind.dear else 2):
         residual, jacobian = kind.residual(joined, theta)
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             break

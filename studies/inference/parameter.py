@@ -88,11 +88,14 @@ class Candidate:
     ties: Mapping[str, str] = field(default_factory=dict)  # its parameters that equal another one
     replaces: str | None = None  # the effect it takes the place of
     signature: str = ""  # what it does to the data, in words, for the report
+    title: str = ""  # plain name beside the identifier
     # prior probability relative to an ordinary candidate: less for a mistake that a careful laboratory rarely makes
     weight: float = 1.0
     family: str = ""  # what it is one answer with, in words: effects that are one physics in data of this kind
     # its model leaves more of the data than noise where it is the cause, which is not held against it
     approximate: bool = False
+    # it has a course of its own in each run, which can stand for much that it is not: tried where nothing else explains
+    absorbs: bool = False
 
     def __post_init__(self) -> None:
         if not 0 < self.weight < math.inf:

@@ -31,7 +31,7 @@ def preflight(kind: Kind) -> Misread | None:
     best = min(found.values(), default=before)
     if before < RULES.collapse * best:
         return None
-    if best > RULES.misread * count and any(_left(kind, one) < best for one in kind.library):
+    if best > RULES.misread * count and any(_left(kind, one) < best for one in kind.library if not one.absorbs):
         return None  # the reading leaves a gap, and an effect explains the data as they stand better
     alike = sorted((value, what) for what, value in found.items() if value < RULES.as_well * best)
     return Misread(tuple(what for _, what in alike), before / count, best / count)

@@ -39,6 +39,10 @@ class Rules:
     misread: float = 3.0  # sum of squares a number, with the parameters adjusted, from which others are tried
     collapse: float = 4.0  # factor by which it falls where a reading is the answer
     as_well: float = 1.5  # factor within which readings count as alike
+    # much data
+    thinned: int = 6000  # numbers in which hypotheses are searched where there are more than twice as many; counted
+    quick: int = 1500  # the same of the quick search, for 2 s; counted
+    bare: float = 2.0  # difference of BIC worth no more than a bare mention; Kass & Raftery (1995)
     # breadth of the search; counted against random starts
     most_effects: int = 3  # in a hypothesis
     many: int = 3  # effects at once, each of which must stand alone

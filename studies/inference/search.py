@@ -7,7 +7,7 @@ explanation of the data is left where it stopped.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -120,6 +120,12 @@ class Hypotheses:
             if old is None or other.objective < old.objective - small(old.objective):
                 better.append(other)
         return self.replaced(better) if better else self
+
+    @property
+    def worth(self) -> float:
+        """Decrease of the objective that a first step must promise; if a fit is dear, what clear odds ask for."""
+        clear = 2 * math.log(RULES.clear_odds * 2 * len(self.kind.library))
+        return clear if self.kind.dear else RULES.worth_a_fit
 
     @property
     def explained(self) -> bool:
@@ -287,6 +293,31 @@ def search(known: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | Non
     return pruned(known, leader)
 
 
+def on_all(kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress) -> tuple[Hypotheses, Fit | None]:
+    """Refine the ``leader`` and its rivals among ``few`` data on all of a ``kind``, and look what these show beyond."""
+    best = leader or next(iter(few.best()), few.null)
+    residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
+    for _ in range(2):  # the noise is what the best leaves: where it ended in few data, then where it ends in all
+        kind = kind.refined(replace(best, residual=residual))
+        progress(f"{best.name}, on all data")
+        best = fit(kind, best.candidates, starts=[best.theta])
+        residual = best.residual
+    least = few.log_posterior(few.find(best.identifiers) or few.null) - RULES.behind
+    wanted = [f for f, _ in few.probabilities[: RULES.polished] if few.log_posterior(f) > least]
+    wanted += [f for f in few.fits if f.identifiers < best.identifiers]
+    fits = {best.identifiers: best}
+    for f in (few.null, *wanted):
+        if f.identifiers not in fits:
+            progress(f"{f.name}, on all data")
+            fits[f.identifiers] = fit(kind, f.candidates, starts=[f.theta], turns=ROUGH)
+    known = Hypotheses(fits.pop(frozenset()), tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
+    known = expand(known, known.hopeful([known.null]), progress)  # all data may show what few do not
+    first = next(iter(known.best()), best)
+    if first.identifiers != best.identifiers:
+        known = again(kind.refined(first), known, progress)
+    return search(known, progress)
+
+
 def exchanged(known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
     """The ``leader`` with an effect in the place of one that excludes it, if parameters only went astray; or itself."""
     if known.null.converged:
@@ -345,14 +376,14 @@ def expand(known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hyp
     for parent in parents:
         first_steps: list[tuple[float, int, Candidate]] = []
         far = not known.hopeful([parent])
-        enough = parent.objective - max(RULES.worth_a_fit, RULES.closed * (parent.objective - nearest) if far else 0.0)
+        enough = parent.objective - max(known.worth, RULES.closed * (parent.objective - nearest) if far else 0.0)
         for candidate in (*known.kind.candidates, *known.kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in done or len(names) == len(parent.candidates):
                 continue
             if known.kind.compatible((*parent.candidates, candidate)):
                 first_steps.append((outlook(known.kind, parent, candidate), len(first_steps), candidate))
-        for promised, _, candidate in sorted(first_steps)[: RULES.most_tried]:
+        for promised, _, candidate in sorted(first_steps)[: 2 if known.kind.dear else RULES.most_tried]:
             if not promised < enough and candidate.unknowns:
                 continue
             done.add(parent.identifiers | {candidate.identifier})
@@ -371,7 +402,7 @@ def _joined_starts(known: Hypotheses, parent: Fit, candidate: Candidate) -> list
         starts.append(np.concatenate([parent.theta, own]))
         nuisances = alone.theta[: alone.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], own]))
-    return promising(known.kind, (*parent.candidates, candidate), starts)
+    return promising(known.kind, (*parent.candidates, candidate), starts, 1 if known.kind.dear else 2)
 
 
 def _none_worse(known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
@@ -395,7 +426,7 @@ def _smaller(known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
         for gone in f.candidates:
             rest = tuple(c for c in f.candidates if c is not gone)
             old = known.find(frozenset(c.identifier for c in rest))
-            if old is None or not old.fits_data:
+            if not known.kind.dear if old is None else not old.fits_data:
                 parts.append(fitted(known.kind, rest, [enlarged(f, rest)]))
     return known.bettered(parts)
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from studies.inference.judge import Judgement, judge
 from studies.inference.kind import Kind, Rows
 from studies.inference.parameter import Array, Candidate, UncertainParameter
+from studies.inference.rules import RULES
 
 UNCHANGED = ("thorough", "library", "compatible", "directions")
 """Attributes of a kind that no variant changes."""
@@ -110,11 +111,11 @@ class Stability:
 
 
 def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str], None] | None = None) -> Stability:
-    """Judge every variant."""
-    tried = leading(judgement)
+    """Judge every variant; of much data in a part of them."""
+    tried, kind = leading(judgement), judgement.kind.thinned(RULES.thinned)
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
-    for one in run(outcome, variants(judgement.kind, tried)):
+    for one in run(outcome, variants(kind, tried)):
         same = one.verdict == verdict.verdict and (_effects(one.names[0]) in members if one.names else not members)
         outcomes.append(replace(one, same=same))
         if progress:

@@ -74,6 +74,7 @@ class Named:
     units: Mapping[str, str] = field(default_factory=dict)  # name -> unit, SI; 1 for a pure number
     signature: str = ""  # what the effect does to the data, in words
     mistake: bool = False  # it is an error of the measurement or its file
+    title: str = ""  # plain name
     family: str = ""  # what it is one answer with, in words
 
 
@@ -130,6 +131,7 @@ class Verdict:
     refused_leaders: tuple[tuple[str, float, Reason], ...] = ()
     judged: Judged | None = None  # what was judged, if nothing is named
     nearest: Judged | None = None  # then the most probable hypothesis that converged, of those that fit if one does
+    titles: Mapping[str, str] = field(default_factory=dict)  # plain name of each effect that a sentence may name
     members: str = "effects"  # what the class holds: effects, mistakes of the measurement or its file, or both
 
     @property

@@ -16,7 +16,7 @@ import tests.validation
 from tyre.errors import InputError, unknown
 from tyre.files import write_text
 
-TOOLS = ("cases", "decay_generator", "random_models", "recording_writers")
+TOOLS = ("cases", "decay_generator", "kane_bicycle", "random_models", "recording_writers")
 NEVER_NONE = ("models", "campaigns", "draws", "workers", "jobs")
 
 

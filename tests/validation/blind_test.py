@@ -23,4 +23,9 @@ def run(*, out: Path, seed: int, cases: int = 20, cells: str = "", workers: int 
     blind_test(path, cases=cases, seed=seed, cells=wanted, workers=workers)
     found = summary(results_in(path).read())
     write_report(found, out)
-    return {"cells": found["cells"]}
+    return {"cells": {cell: {key: _pair(value) for key, value in own.items()} for cell, own in found["cells"].items()}}
+
+
+def _pair(value: Any) -> Any:
+    """Hits and number of cases of a share: the summary is kept small."""
+    return [value["hits"], value["of"]] if isinstance(value, dict) else value

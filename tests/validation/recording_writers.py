@@ -1,6 +1,8 @@
 """The same recording written in every format, by the libraries with which laboratories write them."""
 
+import warnings
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -67,18 +69,24 @@ def write_mat5(path: Path, columns: Columns) -> None:
     scipy.io.savemat(path, {"run": {name: x for name, (x, _) in columns.items()}}, do_compression=True)
 
 
+def quiet_matio() -> Any:
+    """Import matio, which sets a deprecated option of pandas."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return import_module("matio")
+
+
 def write_mat73(path: Path, columns: Columns) -> None:
     """Version 7.3: vectors, without units (``columns``: name -> numbers and unit)."""
-    import matio
-
+    matio = quiet_matio()
     matio.save_to_mat(str(path), {name: x for name, (x, _) in columns.items()}, version="v7.3")
 
 
 def write_timetable(path: Path, columns: Columns) -> None:
     """Version 7: a timetable whose times are the first column, in s (``columns``: name -> numbers and unit)."""
-    import matio
     import pandas as pd
 
+    matio = quiet_matio()
     (time, _), *_ = columns.values()
     index = pd.Index(np.round(time * 1e3).astype("timedelta64[ms]"), name="Time")
     frame = pd.DataFrame({name: x for name, (x, _) in list(columns.items())[1:]}, index=index)

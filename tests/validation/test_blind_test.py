@@ -90,7 +90,7 @@ def test_resuming_and_summary(tmp_path, monkeypatch):
     found = blind_study(out=tmp_path, seed=3, cases=1, cells="modal-none", workers=1)
     assert file.read_text() == first  # nothing is done twice
     assert found["cells"]["modal-none"]["cases"] == 1
-    assert found["cells"]["modal-none"]["crashed"]["hits"] == 0
+    assert found["cells"]["modal-none"]["crashed"] == [0, 1]
     with pytest.raises(InputError, match="did you mean 'modal-none'"):
         blind_study(out=tmp_path, seed=3, cases=1, cells="modal-nine", workers=1)
 

@@ -12,13 +12,16 @@ TINY = {
     "blind-test": "--seed 3 --cases 1 --cells modal-none --workers 1",
     "corrected-models": "--seed 4 --cases 1 --histories 0",
     "critical-speeds": "--seed 42 --models 4",
+    "hands-on-the-bar": "--seed 5 --draws 60",
+    "hostile": "--seed 910005 --cases 1",
     "limit-cycles": "--seed 6 --models 2",
     "mode-names": "--seed 5 --bicycles 1 --models 2",
     "repeats": "--seed 5 --campaigns 20",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
 }
-SLOW = {"credit", "damaged-inputs", "every-bicycle", "foreign-rig", "free-decays", "joint-diagnosis"}
-SLOW |= {"field-cases", "residual-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults", "sweep-scale"}
+SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
+SLOW |= {"joint-diagnosis", "readings", "residual-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
+SLOW |= {"independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
 
 
 def test_all_studies_are_listed():

@@ -191,7 +191,7 @@ def test_a_spring_is_found_and_named(tmp_path, capsys, unseen):
     unseen()
     main(["diagnose", str(file), "--out", str(out), "--no-stability", *left_out])
     said = capsys.readouterr()
-    assert "named. Missing: steer_spring" in said.out
+    assert "named. Missing: elastic torque on the steering (steer_spring: stiffness" in said.out
     assert (out / "before_after.png").exists()
     report = (out / "report.md").read_text()
     assert "unstable at 4, 7 m/s: something held the bicycle there" in report

@@ -363,7 +363,7 @@ def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path
         ({"verdict": "unknown", "alone_p": 0.5}, "Not known. The data do not decide whether something is missing."),
         (
             {"verdict": "named", "effects": (Named("a", {}), Named("b", {}, mistake=True))},
-            "Missing: a, and an error of the measurement or its file: b.",
+            "Missing: a, and in the ride, the measurement or its file: b.",
         ),
         (
             {"verdict": "class", "members": "both", "equivalent": ("a", "b"), "effects": (Named("a", {}),)},

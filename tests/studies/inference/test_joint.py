@@ -1,7 +1,7 @@
 """Parts of one thing fitted together: lines y = level + slope x seen by instruments of their own (synthetic)."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +15,7 @@ from studies.inference import (
     Part,
     Rows,
     UncertainParameter,
+    accept,
     disagreement,
     fit,
     judge,
@@ -213,3 +214,32 @@ def test_what_the_others_hardly_know_counts_as_the_least_that_the_docstring_says
     counted = max(known, 1.0) * least
     assert sd == pytest.approx(left * np.sqrt(1 + own / counted), rel=1e-6)
     assert p == pytest.approx(2 * norm.sf(sd), rel=1e-6)
+
+
+def test_a_nuisance_of_another_thing_sets_the_numbers_of_that_thing_alone():
+    """Two bicycles: the mass of the second is never set on the first, and that of an instrument stays its part's."""
+    one = part("one", 0, 1)
+    other = replace(part("other", 0, 1), thing="second")
+    shared = replace(other, common=frozenset({"level"}))
+    gauge = replace(one, own=frozenset({"level"}))
+    found = {name: p.nuisance(LEVEL) for name, p in (("one", one), ("other", other), ("shared", shared),
+                                                     ("gauge", gauge))}  # fmt: skip
+    assert {name: (u.name, set(u.sets)) for name, u in found.items()} == {
+        "one": ("level", {"level"}),
+        "other": ("second/level", {"second/level"}),
+        "shared": ("level", {"level"}),
+        "gauge": ("one/level", {"level"}),
+    }
+    assert all((u.centre, u.scale) == (LEVEL.centre, LEVEL.scale) for u in found.values())
+
+
+def test_what_did_not_converge_is_not_named():
+    kind = part("a", 0, 2, slope=1.0).kind
+    found = judge(replace(kind, candidates=(SLOPE, BEND)))
+    assert accept(found.hypotheses, found.final).verdict == found.verdict.verdict == "named"
+    refused = accept(found.hypotheses, replace(found.final, converged=False))
+    assert refused.verdict == "unknown"
+    assert refused.final.candidates == ()
+    assert [(check.passed, check.figure) for check in refused.checks if check.what == "the fit converged"] == [
+        (False, "no")
+    ]

@@ -75,16 +75,17 @@ TABLE: Mapping[str, tuple[Callable[..., None], dict[str, float]]] = {
 """Effect -> what it does, and sizes from which its fit starts."""
 
 
+Over = Callable[[str, Array], Array]
+"""Residual (n,) with an effect ("none"), whose sizes (k,) are in units of those in the table."""
+
+
 def baseline(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Answer for the measurement in a ``folder``, in the keys of a verdict; effects ``without`` which it has to do."""
-    content = tomllib.loads((folder / "MEASUREMENT.toml").read_text(encoding="utf-8"))
-    own, is_modal = content["effects"], content["kind"] == "modal"
-    misfit = (modal if is_modal else histories)(folder, content)
-    lagging = set() if "side_slip" in own else {"relaxation_length"}
-    names = [name for name in TABLE if name not in {*without, *own, *lagging}]
-    found = ranked(misfit, content, names, 0.0)
-    if not is_modal:
-        found = ranked(misfit, content, list(found)[:LEADERS], colour(next(iter(found.values()))[2]))
+    misfit, content, names = read(folder, without)
+    found = ranked(residuals(misfit, content, 0.0), names)
+    if content["kind"] != "modal":
+        phi = colour(next(iter(found.values()))[2])
+        found = ranked(residuals(misfit, content, phi), list(found)[:LEADERS])
     best, *_ = found
     verdict: dict[str, Any] = {"verdict": "none", "class": [], "effects": []}
     if found["none"][0] >= found[best][0] + CLASS:
@@ -94,8 +95,17 @@ def baseline(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
     return verdict | {"held_out_gap": {"nominal": None, "final": None}}
 
 
-def ranked(misfit: Misfit, content: Mapping[str, Any], names: Sequence[str], phi: float) -> dict[str, Fitted]:
-    """BIC, sizes with their sd and residuals of the stated bicycle ("none") and with each effect, the best first."""
+def read(folder: Path, without: tuple[str, ...]) -> tuple[Misfit, dict[str, Any], list[str]]:
+    """Misfit and content of the measurement in a ``folder``, and the effects that may be missing."""
+    content = tomllib.loads((folder / "MEASUREMENT.toml").read_text(encoding="utf-8"))
+    own = content["effects"]
+    lagging = set() if "side_slip" in own else {"relaxation_length"}
+    names = [name for name in TABLE if name not in {*without, *own, *lagging}]
+    return (modal if content["kind"] == "modal" else histories)(folder, content), content, names
+
+
+def residuals(misfit: Misfit, content: Mapping[str, Any], phi: float) -> Over:
+    """Residuals with an effect, the uncertainty of the stated bicycle in their covariance."""
     stated, own = dict(load_bicycle(content["bicycle"]).values), content["effects"]
 
     def left(values: Mapping[str, float], change: Change) -> Array:
@@ -108,21 +118,30 @@ def ranked(misfit: Misfit, content: Mapping[str, Any], names: Sequence[str], phi
     u, s, _ = np.linalg.svd(np.array(slopes).T, full_matrices=False)
     shrink = 1 - 1 / np.sqrt(1 + s**2)
 
+    def over(name: str, x: Array) -> Array:
+        change = Change(dict(own))
+        if name != "none":
+            put, start = TABLE[name]
+            put(change, **{key: by * size for (key, size), by in zip(start.items(), x, strict=True)})
+        found = left(stated, change)
+        return found - u @ (shrink * (u.T @ found))
+
+    return over
+
+
+def ranked(over: Over, names: Sequence[str]) -> dict[str, Fitted]:
+    """BIC, sizes with their sd and residuals of the stated bicycle ("none") and with each effect, the best first."""
+
     def fitted(name: str) -> Fitted:
-        put, start = TABLE[name] if name != "none" else (lambda change: None, {})
-        scale = np.array(list(start.values()))
-
-        def residual(x: Array) -> Array:
-            put(change := Change(dict(own)), **dict(zip(start, x * scale, strict=True)))
-            over = left(stated, change)
-            return over - u @ (shrink * (u.T @ over))
-
-        if not start:
-            return float(residual(scale) @ residual(scale)), {}, residual(scale)
-        fit = least_squares(residual, np.ones(len(start)), max_nfev=15)
-        spread = scale * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
-        sizes = {key: {"value": v, "sd": e} for key, v, e in zip(start, fit.x * scale, spread, strict=True)}
-        return 2 * fit.cost + len(start) * np.log(len(nothing)), sizes, fit.fun
+        if name == "none":
+            rest = over(name, np.zeros(0))
+            return float(rest @ rest), {}, rest
+        start = TABLE[name][1]
+        fit = least_squares(lambda x: over(name, x), np.ones(len(start)), max_nfev=15)
+        spread = np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+        each = zip(start.items(), fit.x, spread, strict=True)
+        sizes = {key: {"value": x * size, "sd": sd * size} for (key, size), x, sd in each}
+        return 2 * fit.cost + len(start) * np.log(len(fit.fun)), sizes, fit.fun
 
     found = {}
     for name in dict.fromkeys(("none", *names)):

@@ -52,10 +52,15 @@ def ground(effects: Effects) -> Ground:
     return Ground(wheel_pair(law["cornering_stiffness"]), length, camber)
 
 
-def at_speed(c: Coefficients, law: Ground, v: float, maxwell: tuple[float, float] = (0.0, 1.0)) -> Space:
-    """Close the contacts."""
-    pull = np.zeros((len(c.names), 2))
+def at_speed(
+    c: Coefficients, law: Ground, v: float, maxwell: tuple[float, float] = (0.0, 1.0),
+    aside: tuple[float, float] | None = None,
+) -> Space:  # fmt: skip
+    """Close the contacts; a side force at ``aside`` (m ahead of the rear contact, m up) is a third input."""
+    pull = np.zeros((len(c.names), 2 if aside is None else 3))
     pull[c.names.index("steer"), 0] = pull[c.names.index("lean"), 1] = 1.0
+    if aside is not None:
+        pull[[0, 1, c.names.index("lean")], 2] = 1.0, *aside
     space = _rolling(c, v, pull) if law.cornering is None else _slipping(c, law, v, pull)
     return _with_maxwell(space, maxwell) if maxwell[0] else space
 
@@ -83,7 +88,7 @@ def _rolling(c: Coefficients, v: float, pull: Real) -> Space:
     mass, rates, angles, left, follow = _without_slip(c, v)
     k, solve = len(mass), np.linalg.inv(mass)
     matrix = np.block([[-solve @ rates, -solve @ angles], [np.eye(k), np.zeros((k, k))]])
-    inputs = np.vstack([solve @ left @ pull, np.zeros((k, 2))])
+    inputs = np.vstack([solve @ left @ pull, np.zeros((k, pull.shape[1]))])
     return Space(matrix, inputs, _outputs(c, follow), *(np.zeros((0, 2 * k)),) * 3)
 
 
@@ -112,7 +117,7 @@ def _slipping(c: Coefficients, law: Ground, v: float, pull: Real) -> Space:
         slip, leaning = (np.hstack([of, np.zeros((2, 2))]) for of in (slip, leaning))
         force = np.hstack([np.zeros((2, n + k)), np.eye(2)])
     size = len(matrix)
-    inputs = np.vstack([solve @ pull, np.zeros((size - n, 2))])
+    inputs = np.vstack([solve @ pull, np.zeros((size - n, pull.shape[1]))])
     return Space(matrix, inputs, _outputs(c, np.eye(n, size)), slip, leaning, force)
 
 

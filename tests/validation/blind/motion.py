@@ -155,21 +155,21 @@ def shapes(machine: Machine, speed: float) -> dict[str, Shape]:
         sway = max(waiting, key=lambda k: abs(seen["rider"][k] / seen["lean"][k]), default=None)
         if sway is not None and len(waiting) > 1:
             waiting.remove(sway)
-            found["rider"] = _shape("rider", roots[sway], sway, seen)
+            found["rider"] = shape_of("rider", roots[sway], sway, seen)
     share = {k: abs(seen["lean"][k] / seen["steer"][k]) for k in waiting}
     slow = [k for k in waiting if roots[k].imag < FASTEST / 3 and share[k] > 0.1]
     swinging = [k for k in slow if -roots[k].real <= ALMOST_REAL * abs(roots[k])]
     if swinging:
         weave = swinging[0]
-        found["weave"] = _shape("weave", roots[weave], weave, seen)
+        found["weave"] = shape_of("weave", roots[weave], weave, seen)
         turning = [k for k in waiting if roots[k].imag > max(WOBBLE, roots[weave].imag) and share[k] < 1 / 1.5]
         if turning:
             wobble = max(turning, key=lambda k: roots[k].real)
-            found["wobble"] = _shape("wobble", roots[wobble], wobble, seen)
+            found["wobble"] = shape_of("wobble", roots[wobble], wobble, seen)
     return {name: one for name, one in found.items() if -one.root.real <= MOST_DAMPED * abs(one.root)}
 
 
-def _shape(name: str, root: complex, k: int, seen: dict[str, np.ndarray]) -> Shape:
+def shape_of(name: str, root: complex, k: int, seen: dict[str, np.ndarray]) -> Shape:
     lean = seen["lean"][k]
     return Shape(name, complex(root), complex(seen["steer"][k] / lean), complex(seen["yaw_rate"][k] / (root * lean)))
 

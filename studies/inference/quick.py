@@ -1,0 +1,94 @@
+"""The quick search: plain least squares over single effects, and Schwarz's criterion (BIC).
+
+What the criterion calls alike is one class: a difference of two is "not worth more than a bare mention" (Kass & Raftery
+1995, J. Am. Stat. Ass. 90, 773-795). Nothing is held out, no two effects are tried together, and no rule of the whole
+search but bounds and sizes is asked.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from studies.inference.evidence import HeldOut
+from studies.inference.fit import Fit, default_starts, fit
+from studies.inference.judge import Acceptance, Judgement, verdict_of
+from studies.inference.kind import Kind
+from studies.inference.rules import RULES
+from studies.inference.search import Hypotheses, Progress, promising
+from studies.inference.verdict import Reason
+
+TURNS = (8, 8)
+"""Most iterations of a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Singles(Hypotheses):
+    """Fits of single effects, weighed by Schwarz (1978), Annals of Statistics 6, 461-464."""
+
+    @cached_property
+    def _halves(self) -> dict[frozenset[str], float]:
+        """Minus half the criterion: chi^2, the penalty, ln det of what is marginalised, and k ln n of k unknowns."""
+        found = {}
+        for f in (self.null, *self.fits):
+            unknowns = len(f.theta) - f.effect_columns.start
+            inside = self.kind.log_determinant(f.candidates, f.theta) if math.isfinite(f.objective) else 0.0
+            found[f.identifiers] = -(f.objective + inside + unknowns * math.log(len(f.residual))) / 2
+        return found
+
+    def log_posterior(self, hypothesis: Fit) -> float:
+        return self._halves[hypothesis.identifiers]
+
+
+def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
+    """Judge single effects of a ``kind``, of much data in a part of them."""
+    advance = progress or (lambda what: None)
+    kind = kind.trying(tuple(c for c in kind.candidates if not c.absorbs))  # these are for what nothing else explains
+    known = _fitted(kind.thinned(RULES.quick), None, advance)
+    better = known.kind.refined(known.best()[0] if known.fits else known.null)
+    if better is not known.kind:
+        known = _fitted(better, known, advance)
+    acceptance, kind = _accepted(known), known.kind
+    nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
+    return Judgement(
+        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known, final=acceptance.final,
+        nominal=nominal, held_out={}, quick=True,
+    )  # fmt: skip
+
+
+def _fitted(kind: Kind, known: Singles | None, advance: Progress) -> Singles:
+    """Nothing, and each candidate alone; of what is ``known`` the leaders, from where they ended."""
+    advance("parameters only")
+    null = fit(kind, starts=[known.null.theta] if known else None, turns=TURNS)
+    fits = [] if known is None else [_again(kind, f, advance) for f in known.best()[: RULES.polished]]
+    for c in kind.candidates if known is None else ():
+        advance(c.identifier)
+        starts = [np.concatenate([null.theta, start]) for start in c.starts[:2]] + default_starts(kind, (c,))[:2]
+        fits.append(fit(kind, (c,), starts=promising(kind, (c,), starts, 1), turns=TURNS))
+    return Singles(null, tuple(fits), kind)
+
+
+def _again(kind: Kind, f: Fit, advance: Progress) -> Fit:
+    advance(f.name)
+    return fit(kind, f.candidates, starts=[f.theta], turns=TURNS)
+
+
+def _accepted(known: Singles) -> Acceptance:
+    """The best by the criterion that may be named, unless it does not fit or nothing is about as good."""
+
+    def behind(f: Fit, other: Fit) -> float:
+        return 2 * (known.log_posterior(other) - known.log_posterior(f))
+
+    able = [f for f in known.best() if math.isfinite(f.objective) and not f.negligible()]
+    able = [f for f in able if not f.at_bound() and not f.implausible()]
+    near = [f for f in able if behind(f, able[0]) < RULES.bare]
+    members = {f: Reason("close", odds=known.odds(able[0], f), unusual="") for f in near}
+    leader = able[0] if able and behind(known.null, able[0]) > RULES.bare else None
+    final = leader if leader and leader.fits_data else known.null
+    scores = {"nuisance_only": HeldOut(0.0, known.null.residual), "final": HeldOut(0.0, final.residual)}
+    if not final.candidates:
+        word = "none" if leader is None and known.null.fits_data else "unknown"
+        return Acceptance(word, final, scores, able[0] if able else None)
+    word = "named" if len({f.family for f in near}) == 1 else "class"
+    return Acceptance(word, final, scores, leader, {**members, final: Reason("leads")})

@@ -1,0 +1,72 @@
+"""Much data: searched in a part, the leaders refined on all; SYNTHETIC, of a generator that knows nothing of it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from small_library import all_but
+
+from studies.diagnosis import Histories, diagnose, read_measurement
+from tests.validation.blind.histories import history_case
+
+TRIED = ("steer_damper", "steer_spring", "roll_rate_scale", "steer_delay")
+
+
+class Thinned(Histories):
+    """Taken for much data from 720 numbers on."""
+
+    dear = True
+
+    def thinned(self, most):
+        return super().thinned(360)
+
+
+def case(folder, hidden, seed, **settings):
+    history_case(folder, hidden=hidden, rng=np.random.default_rng(seed), **settings)
+    return read_measurement(folder / "MEASUREMENT.toml")
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    return case(tmp_path_factory.mktemp("damper"), ("steer_damper",), 3, bicycle="browser", runs=8, duration=1.2)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
+    whole = measured if stated else dataclasses.replace(measured, noise_sd={})
+    fields = {f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)}
+    part, found = Thinned(**fields), []
+    few = part.ready().thinned(0)
+    assert len(few.rows.where) < 0.25 * len(part.ready().rows.where)
+    for kind in (whole, part):
+        found.append(diagnose(kind, without=all_but(measured, TRIED)).verdict)
+    full, thin = found
+    assert (thin.verdict, thin.equivalent, thin.chi2["n"]) == (full.verdict, full.equivalent, full.chi2["n"])
+    (value, sd), (near, near_sd) = (one.effects[0].parameters["damping"] for one in found)
+    assert near == pytest.approx(value, abs=0.1 * sd)
+    assert near_sd == pytest.approx(sd, rel=0.02 if stated else 0.1)  # the colour of the noise is estimated
+    sd = np.sqrt(2 * full.chi2["n"])  # of chi^2
+    assert thin.chi2["final"] == pytest.approx(full.chi2["final"], abs=(0.01 if stated else 1.0) * sd)
+
+
+def test_nothing_hidden_stays_nothing(tmp_path):
+    whole = case(tmp_path, (), 5, bicycle="browser", runs=10, duration=1.0)
+    part = Thinned(**{f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)})
+    assert diagnose(part, without=all_but(whole, TRIED)).verdict.verdict == "none"
+
+
+def test_a_part_has_all_speeds_and_the_loudest_samples(measured):
+    ready = measured.ready()
+    assert ready.thinned(len(ready.rows.where) // 2 + 1) is ready
+    few = ready.thinned(600)
+    assert 400 <= len(few.rows.where) <= 600
+    speeds = [run.speed for run in measured.runs]
+    assert {min(speeds), max(speeds)} <= {run.speed for run in few.runs}
+    for run in few.runs:
+        (own,) = (one for one in measured.runs if run.name.startswith(one.name))
+        size, first = len(run.time), int(np.flatnonzero(own.time == run.time[0])[0])
+        power = sum((own.channels[c] / sd) ** 2 for c, sd in measured.noise_sd.items())
+        begins = range(0, len(own.time) - size + 1, max(1, size // 2))
+        assert sum(power[first : first + size]) == pytest.approx(max(sum(power[a : a + size]) for a in begins))
+        for c, x in run.channels.items():
+            np.testing.assert_array_equal(x, own.channels[c][first : first + size])
