@@ -1,17 +1,22 @@
 """Command ``velotyre``: one command per module of ``studies.commands``; errors become one line."""
 
-import pkgutil
 import sys
-from contextlib import ExitStack, nullcontext
-from importlib import import_module
-from pathlib import Path
-from types import ModuleType
 
-import click
+try:
+    import pkgutil
+    from contextlib import ExitStack, nullcontext
+    from importlib import import_module
+    from pathlib import Path
+    from types import ModuleType
 
-from studies.reporting.command_context import ARGUMENTS, example, version_of, working_told
-from tyre.errors import InputError, unknown
-from tyre.progress import interrupts_arrive
+    import click
+
+    from studies.reporting.command_context import ARGUMENTS, example, version_of, working_told
+    from tyre.errors import InputError, unknown
+    from tyre.progress import interrupts_arrive
+except KeyboardInterrupt:  # while the imports last
+    sys.stderr.write("velotyre: interrupted\n")
+    sys.exit(130)
 
 NO_ARGUMENTS = getattr(click.exceptions, "NoArgsIsHelpError", ())  # click before 8.2 shows the help by itself
 
@@ -75,7 +80,7 @@ def build() -> click.Group:
     """Make the whole command tree."""
     version = click.Option(
         ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_show_version,
-        help="Show the version and exit; with --verbose also what solves eigenvalues.",
+        help="Show the version and exit; with --verbose also what solves and reads.",
     )  # fmt: skip
     verbose = click.Option(["--verbose"], is_flag=True, expose_value=False, hidden=True)
     return ModuleGroup(
@@ -91,8 +96,10 @@ def _show_version(context: click.Context, parameter: click.Parameter, value: boo
     click.echo(f"velotyre, version {version_of('velotyre')}")
     if "--verbose" in context.meta[ARGUMENTS]:
         from bicycle.eigen import KERNEL
+        from tyre.formats.child import confinement
 
         click.echo(f"eigenvalues: {KERNEL}; numpy {version_of('numpy')}, scipy {version_of('scipy')}")
+        click.echo(f"readers of foreign files are kept from: {', '.join(confinement()) or 'nothing on this system'}")
     context.exit()
 
 

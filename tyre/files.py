@@ -8,25 +8,27 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
-from itertools import count
+from itertools import accumulate, count, takewhile
 from pathlib import Path
 from typing import Any
 
 from tyre.errors import InputError
+
+_WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys that name no file
 
 
 @contextmanager
 def replacing(target: str | Path) -> Iterator[Path]:
     """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
     asked, target = str(target), Path(target)
-    if target.is_symlink() or not target.name:  # "." is a folder, which is told below
+    if target.is_symlink():
         target = target.resolve()
-    device = target.exists() and not (target.is_file() or target.is_dir())
+    if target.is_dir():
+        raise IsADirectoryError(21, "is a folder; give a file", asked)
+    device = target.exists() and not target.is_file()
     part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
     try:
         yield part
-        if target.is_dir():
-            raise IsADirectoryError(21, "is a folder; give a file", asked)
         if not device:
             _settle(part, target)
             os.replace(part, target)
@@ -128,20 +130,73 @@ def named_folder(name: str, beside: Path) -> Path:
                 f"{'/'.join(rest) or 'the recordings'}, or write the folder itself"
             )
         folder = Path(given, *rest)
+        root = Path(os.path.realpath(given))
+        if _home_or_root(root) or not Path(os.path.realpath(folder)).is_relative_to(root):
+            raise InputError(f"folder = {name!r}: the variable must name a folder, not a home or a disk, that holds it")
     if not folder.is_dir():
         raise InputError(f"folder = {name!r}: there is no folder {folder}; give the one that holds the recordings")
     return folder
 
 
+def texts_in(content: Any) -> Iterator[str]:
+    """Give every text of a TOML file that may name another file: all but its words on itself."""
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, dict):
+        yield from texts_in([value for key, value in content.items() if key not in _WORDS])
+    elif isinstance(content, list):
+        for value in content:
+            yield from texts_in(value)
+
+
+def _home_or_root(folder: Path) -> bool:
+    return folder.parent == folder or str(folder) == os.path.realpath(os.path.expanduser("~"))
+
+
+def refuse_outside(content: Any, path: Path) -> None:
+    """Refuse the file at ``path`` if its ``content`` names files, links followed, that it has no business with.
+
+    It may name what lies in its own folder or in the one above (neither the root nor the home of a user), in the
+    working folder, among the packaged data, and in folders that the environment names as ``VELOTYRE_...``.
+    """
+    beside = Path(os.path.realpath(path.parent))
+    named = [value for key, value in os.environ.items() if key.startswith("VELOTYRE_") and os.path.isabs(value)]
+    wide = [Path(os.path.realpath(one)) for one in (str(beside.parent), os.getcwd(), *named)]
+    allowed = [beside, *(folder for folder in wide if not _home_or_root(folder)), Path(str(data_root()))]
+    for text in texts_in(content):
+        if not 1 < len(text) < 1024 or "\0" in text:
+            continue
+        parts = Path(text).parts
+        head = Path(*takewhile(lambda part: not set(part) & set("*?["), parts))  # of a pattern
+        depths = accumulate(-1 if part == ".." else 1 for part in parts)
+        if not (os.path.lexists(beside / head) or min(depths) < -1):
+            continue
+        places = (
+            os.path.realpath(beside / head),
+            os.path.normpath(beside / text if len(head.parts) < len(parts) else beside),
+        )
+        if not all(any(Path(place).is_relative_to(folder) for folder in allowed) for place in places):
+            raise InputError(
+                f"{path}: names {text!r}, which lies outside its folder and the one above; copy it there, run in a "
+                "folder that holds both, or name its folder in an environment variable VELOTYRE_FOLDER"
+            )
+
+
 def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
-    """Read a TOML file in UTF-8; messages call it a ``kind`` and begin with ``where``; ``absent``: of no file."""
+    """Read a TOML file in UTF-8 that names no file outside (:func:`refuse_outside`).
+
+    Messages call it a ``kind`` and begin with ``where``; ``absent``: of no file.
+    """
     where = where or str(path)
     refuse_special(path)
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError as error:
         raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits is a ValueError, too
         raise InputError(f"{where}: not a TOML file: {error}") from error
+    if isinstance(path, Path):
+        refuse_outside(content, path)
+    return content

@@ -35,7 +35,6 @@ from tyre.recording import (
     signs,
 )
 from tyre.schema import Check, flag, maybe, number, read, refused, table, text
-from tyre.segments import split
 from tyre.table import csv_text, read_cells
 from tyre.units import PASCAL_PER_BAR, Unit, find_unit, unit_in_name
 
@@ -193,6 +192,8 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     A recording of several conditions is cut into sweeps and steps, see :func:`tyre.segments.split`; ``channel_map``
     serves where the sidecar has no map of its own.
     """
+    from tyre.segments import split  # here: it brings most of scipy, which a file that is refused need not wait for
+
     file, sidecar = file_and_sidecar(Path(path))
     suffix = file.suffix.casefold()
     if suffix not in FORMATS:

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tyre.errors import InputError
-from tyre.formats.excel import workbook_rows
-from tyre.formats.parquet import parquet_rows
+from tyre.formats import table_rows
 from tyre.table import split_quoted
 
 ENDINGS = (".csv", ".xlsx", ".parquet")
@@ -30,18 +29,7 @@ def read_sheet(path: Path, *, kind: str) -> Sheet:
     if not path.is_file():
         raise InputError(f"{path}: no such table of {kind}")
     suffix = path.suffix.lower()
-    if suffix == ".csv":
-        rows = _csv(path)
-    else:
-        try:
-            rows = workbook_rows(path, kind) if suffix == ".xlsx" else parquet_rows(path)
-        except InputError:
-            raise
-        except ImportError as error:
-            raise InputError(f"{path}: {error}") from error
-        except Exception as error:  # whatever the package meets in a file that is none of its own
-            form = "an Excel workbook" if suffix == ".xlsx" else "a Parquet file"
-            raise InputError(f"{path}: not {form} ({' '.join(str(error).split())[:80]})") from error
+    rows = _csv(path) if suffix == ".csv" else table_rows(path, kind)
     rows = [(place, cells) for place, cells in rows if any(cell != "" for cell in cells)]
     if len(rows) < 2:
         raise InputError(f"{path}: the table of {kind} has no rows below the one that names the columns")

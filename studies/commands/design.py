@@ -18,7 +18,7 @@ from studies.reporting.command_context import example
 @takes_model
 @click.option(
     "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT",
-    help="Mode (all: every one), and 'stable' or a least damping ratio; repeat.",
+    help="Mode (all: every one), and 'stable', a least damping ratio or a largest amplitude (2deg); repeat.",
 )  # fmt: skip
 @click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
 @click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed, m/s.")

@@ -70,5 +70,5 @@ def command(
                 "together cancel or add, so the rows do not add up to the total"
             )
         linear = model.linear_model()
-        print_exchanges({"": linear}, max(speed, *ranking.critical_speeds))
+        print_exchanges({"": linear}, max([speed, *ranking.critical_speeds]))
         print_warnings(linear.warnings)

@@ -38,7 +38,8 @@ RECORDING = "recording.csv"
 @click.option(
     "--input", "inputs", multiple=True, metavar="SPEC",
     help="steer_torque:step:0.5@1, lateral_force:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv "
-    "(samples, joined by straight lines), steer_torque:steps:T.csv (each value holds to the next).",
+    "(samples, joined by straight lines), steer_torque:steps:T.csv (each value holds to the next); with "
+    "aerodynamic_drag side_wind:step:3@1 (m/s).",
 )  # fmt: skip
 @takes_channels
 @click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")

@@ -8,31 +8,12 @@ import numpy as np
 
 from studies.outputs import OUTPUTS
 from studies.reporting.plotting import drawing
-from studies.sweep.figures import (
-    LEAST_FOR_BARS,
-    MOST_ROWS,
-    Drawn,
-    draw_distributions,
-    draw_each,
-    draw_modes_along_speed,
-    draw_stability,
-    wrapped,
-)
+from studies.sweep import figures
+from studies.sweep import varied as compared
+from studies.sweep.figures import Drawn, wrapped
 from studies.sweep.specification import SPEED
 from studies.sweep.stored import CRITICAL, Stored, read_result
-from studies.sweep.varied import (
-    LEAST,
-    LEAST_OF_A_GRID,
-    Stability,
-    Varied,
-    correlated,
-    grid_parameters,
-    sampled_parameters,
-    shares,
-    stability,
-    stated_correlations,
-    targets,
-)
+from studies.sweep.varied import Stability, Varied
 from tyre.arrays import Array
 from tyre.errors import InputError
 
@@ -51,24 +32,22 @@ def figures_folder(result: str | Path) -> Path:
 def draw_result(result: str | Path, folder: Path | None = None, *, at: float | None = None) -> Drawn:
     """Draw all that a result holds."""
     stored = read_result(result)
-    drawn = Drawn(stored, folder or figures_folder(result), {}, [])
+    drawn = Drawn(stored, folder or figures_folder(result), {}, {})
     if not stored.reduced and not stored.possible.any():
         raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
-    asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
+    asked = None if at is None or stored.reduced else compared.stability(stored, at)  # refused before anything is drawn
     drawn.folder.mkdir(parents=True, exist_ok=True)
     if CRITICAL in stored.sweep.outputs:
         _critical(stored, drawn)
     for along, more, draw in (
-        ("stability", "eigenvalues", draw_stability), ("modes", "modes", draw_modes_along_speed),
+        ("stability", "eigenvalues", figures.draw_stability), ("modes", "modes", figures.draw_modes_along_speed),
     ):  # fmt: skip
         held = sorted(name for name in stored.sweep.outputs if OUTPUTS[name].along == along or name == more)
         if held and len(stored.speeds) > 1:
             draw(drawn, f"{along}_along_speed")
         elif held and SPEED in stored.data.dims:
-            drawn.remarks.append(f"one speed only, so nothing of {', '.join(held)} is drawn along the speed")
-    if stored.reduced:
-        drawn.remarks.append("[reduce] kept no samples, so nothing is drawn against the parameters that were sampled")
-    else:
+            drawn.lacking.setdefault("along", []).append(held)
+    if not stored.reduced:
         _parameters(stored, drawn, asked)
     if not drawn.figures:
         with contextlib.suppress(OSError):  # others' files are in it
@@ -78,60 +57,45 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
             f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for largest_growth_rate, "
             "damping_ratios or modes at several speeds"
         )
-    if not stored.possible.all():
-        drawn.remarks.append(f"{(~stored.possible).sum()} of {stored.number} bicycles are impossible and in no figure")
-    if stored.extrapolated:
-        out = f"{stored.extrapolated} of {stored.number} bicycles"
-        drawn.remarks.append(f"{out} have a tyre outside its measured loads and pressures")
     return drawn
 
 
 def _critical(stored: Stored, drawn: Drawn) -> None:
     if not np.nansum(stored.rows(f"{CRITICAL}_count" if stored.reduced else CRITICAL)):
-        top = stored.sweep.max_speed
-        drawn.remarks.append(f"no bicycle has a critical speed up to {top:g} m/s, so none are drawn")
+        drawn.lacking["critical"] = True
         return
-    many = not stored.reduced and stored.bicycles >= LEAST_FOR_BARS
+    many = not stored.reduced and stored.bicycles >= figures.LEAST_FOR_BARS
     if many:
-        draw_distributions(drawn, "critical_speeds")
-    if stored.cells <= MOST_ROWS and (stored.cells > 1 or not many):
-        draw_each(drawn, "critical_speeds_each")
-    elif stored.cells > MOST_ROWS:
-        drawn.remarks.append(f"{stored.cells} combinations are too many for a row each (at most {MOST_ROWS})")
+        figures.draw_distributions(drawn, "critical_speeds")
+    if stored.cells <= figures.MOST_ROWS and (stored.cells > 1 or not many):
+        figures.draw_each(drawn, "critical_speeds_each")
+    elif stored.cells > figures.MOST_ROWS:
+        drawn.lacking["rows"] = figures.MOST_ROWS
 
 
 def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
-    sampled, remark = sampled_parameters(stored)
-    drawn.remarks.extend([remark] * bool(remark))
-    varied = [*grid_parameters(stored), *sampled]
+    sampled, drawn.lacking["again"] = compared.sampled_parameters(stored)
+    varied = [*compared.grid_parameters(stored), *sampled]
     if not varied:
-        if not remark:
-            drawn.remarks.append("nothing but the speed is varied, so nothing is drawn against parameters")
+        drawn.lacking["varied"] = True
         return
-    stable = asked or stability(stored, None)
-    outputs = targets(stored, stable)
+    stable = asked or compared.stability(stored, None)
+    outputs = compared.targets(stored, stable)
     if stable is None:
-        drawn.remarks.append(
-            "stable and unstable bicycles are not told apart: the result holds no largest_growth_rate, and there is no "
-            "critical speed to tell them apart at, or what makes the result has changed since; give --at, or ask the "
-            "sweep for largest_growth_rate"
-        )
+        drawn.lacking["stability"] = True
     if not outputs:
         return
-    found, remarks, overlaps = _shares(stored, varied, outputs, whole=not remark)
+    found, remarks, overlaps = _shares(stored, varied, outputs, whole=not drawn.lacking["again"])
     if len(varied) == 1:
-        drawn.remarks.append(f"{varied[0].name} alone is varied, so there are no shares to compare")
+        drawn.lacking["others"] = varied[0].name
     elif not found:
-        drawn.remarks.append(
-            f"no shares of the variance: no output that varies is had by {LEAST} bicycles of a sample, or by "
-            f"{LEAST_OF_A_GRID} of a grid"
-        )
+        drawn.lacking["shares"] = (compared.LEAST, compared.LEAST_OF_A_GRID)
     rank = np.max([every["first_order"] for every in found.values()], axis=0) if found else np.zeros(len(varied))
     ordered = [varied[k] for k in np.argsort(-rank, kind="stable")]
     _draw_pairs(drawn, ordered, outputs, stable, ranked=bool(found))
     if found and len(varied) > 1:
         _draw_shares(drawn, found, remarks)
-        drawn.remarks.extend(f"variance shares: {text}" for text in overlaps)
+        drawn.lacking["split"] = list(overlaps)
 
 
 def _shares(
@@ -139,18 +103,18 @@ def _shares(
 ) -> tuple[dict[str, "pd.DataFrame"], dict[str, str], dict[str, None]]:
     """Shares by label of the output, remarks on them, and among these the different ones on correlations."""
     found, remarks, overlaps = dict[str, "pd.DataFrame"](), dict[str, str](), dict[str, None]()
-    stated = stated_correlations(stored.sweep.normals)
+    stated = compared.stated_correlations(stored.sweep.normals)
     told = {pair[:2] for pair in stated}
     possible = int(stored.possible.sum())
     for label, values in outputs.items():
         y = np.where(stored.possible, values, np.nan)
-        every = shares(y, varied)
+        every = compared.shares(y, varied)
         if every.empty:
             continue
         has = np.isfinite(y)
         parts = [f"of the {has.sum()} of {possible} bicycles that have it"] if has.sum() < possible else []
         parts += [] if whole else ["the sampled parameters are missing"]
-        pairs = stated + [pair for pair in correlated(varied, has) if pair[:2] not in told]
+        pairs = stated + [pair for pair in compared.correlated(varied, has) if pair[:2] not in told]
         if pairs:
             words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
             parts.append(f"correlated: {words}; their shares overlap and have no unique split")
@@ -234,10 +198,7 @@ def _legend(axes: Any, stable: Stability) -> list[Any]:
     share = 100 * float(np.mean(stable.growth[np.isfinite(stable.growth)] > 0))
     anew = ", computed anew" if stable.anew else ""
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 5}
-    labels = {
-        STABLE: f"stable {stable.where}",
-        UNSTABLE: f"unstable {stable.where} ({share:.3g} % unstable{anew})",
-    }
+    labels = {STABLE: f"stable {stable.where}", UNSTABLE: f"unstable {stable.where} ({share:.3g} % unstable{anew})"}
     return [axes.plot([], [], color=colour, label=label, **style)[0] for colour, label in labels.items()]
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studies.outputs import CHANGES, OUTPUTS, Output
+from studies.reporting.markdown_text import render_file
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import UNSTABLE, drawing, look, mode_look
 from studies.sweep.stored import CRITICAL, Limits, Stored, limit_words, limits, mode_rows
@@ -22,18 +23,23 @@ if TYPE_CHECKING:
 LEAST_FOR_BARS, LEAST_FOR_BANDS = 30, 20  # bicycles; fewer are drawn one by one
 MOST_ROWS, MOST_LINES, MOST_MODES = 40, 6, 4  # combinations in a figure; with a line of their own; modes in a figure
 BLUE, GROWTH = "#123a6b", OUTPUTS["largest_growth_rate"]
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+LEVELS: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
 HATCHES = (("first", ""), ("second", "////"), ("third", "...."), ("fourth", "xxxx"))
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """Figures by name with their titles, and remarks on what was not drawn and why."""
+    """Figures by name with their titles, and what was not drawn, by the keys of ``templates/remarks.txt.j2``."""
 
     stored: Stored
     folder: Path
     figures: dict[str, str]
-    remarks: list[str]
+    lacking: dict[str, Any]
+
+    @property
+    def remarks(self) -> list[str]:
+        """Lines on what was not drawn and why, and on bicycles that are impossible or extrapolated."""
+        return render_file("studies.sweep", "remarks.txt.j2", vars(self), escaped=False).splitlines()
 
     def title(self, canvas: Any, name: str, text: str, width: float) -> None:
         """Write the title of figure ``name`` in lines of ``width`` inches, with what is true of all figures."""
@@ -205,21 +211,18 @@ def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> "
     shared = {"quantity": output.name, "mode": mode, "speed_m_s": stored.speeds, "unit": output.unit}
     if values is not None:
         flat = values.reshape(-1, values.shape[-1])
-        levels: tuple[float, ...] = LEVELS
-        counts: Iterable[Array]
-        held: Iterable[Array]
-        least, names = 0.5 * stored.possible.sum(), [""]
-        counts, held = [np.isfinite(flat).sum(0)], [_quantiles(flat, LEVELS).T]
+        levels, least = LEVELS, 0.5 * stored.possible.sum()
+        tables: Iterable[tuple[str, Array, Array]] = [("", np.isfinite(flat).sum(0), _quantiles(flat, LEVELS).T)]
     else:
-        place = {"mode": mode} if mode else {}
-        levels, least, names = stored.sweep.quantiles or (), 0.5 * stored.sweep.samples, stored.cell_names
-        counts, held = (stored.rows(f"{output.name}_{what}", **place)[:, 0] for what in ("count", "quantiles"))
+        levels, least, place = stored.sweep.quantiles or (), 0.5 * stored.sweep.samples, {"mode": mode} if mode else {}
+        held = (stored.rows(f"{output.name}_{what}", **place)[:, 0] for what in ("count", "quantiles"))
+        tables = zip(stored.cell_names, *held, strict=True)
     return [
         pd.DataFrame({
             "combination": name, **shared, "bicycles": count,
             **{f"q{100 * level:g}": each[:, k] for k, level in enumerate(levels)}, "shown": count >= least,
         })
-        for name, count, each in zip(names, counts, held, strict=True)
+        for name, count, each in tables
     ]  # fmt: skip
 
 
@@ -317,11 +320,8 @@ def _panel(
     axes: Any, stored: Stored, output: Output, values: Array | None, mode: str = "", *, legend: bool
 ) -> "list[pd.DataFrame]":
     """Draw bands, or lines of few bicycles, with the unstable side shaded; the numbers."""
-    speeds, bands, colour = (
-        stored.speeds,
-        _bands(stored, output, values, mode),
-        mode_look(mode).colour if mode else BLUE,
-    )
+    speeds, bands = stored.speeds, _bands(stored, output, values, mode)
+    colour = mode_look(mode).colour if mode else BLUE
     rows = None if values is None else values.reshape(-1, len(speeds))
     if rows is not None and len(rows) < LEAST_FOR_BANDS:
         axes.plot(speeds, rows.T, color=colour, linewidth=0.9, alpha=0.8, **_dots(speeds))

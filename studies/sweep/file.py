@@ -44,82 +44,72 @@ from studies.command_options import check_memory
 from studies.outputs import OUTPUTS
 from studies.sampling import possible_moments
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, Normal, Sweep, Uniform
+from tyre import schema
 from tyre.errors import InputError, refuse_unknown, shown
 from tyre.files import read_toml
-from tyre.schema import (
-    Table,
-    any_table,
-    anything,
-    flag,
-    known,
-    list_of,
-    maybe,
-    needed,
-    number,
-    read,
-    refused,
-    remarked,
-    table,
-    text,
-    whole,
-)
 
 NAMES = ("tyre", "surface")  # varied by name, not by number
 RANGE_KEYS, DISTRIBUTIONS = ("from", "to", "count"), ({"low", "high"}, {"mean", "sd"}, {"sd"})
-FINITE, SD = number(), number(least=0, says="must be >= 0")
-NAMED = text("must be a name in quotes")
+FINITE, SD = schema.number(), schema.number(least=0, says="must be >= 0")
+NAMED = schema.text("must be a name in quotes")
 
 
 def _model_of(given: Any) -> Any:
     if not isinstance(given, str | Mapping):
-        raise refused(given, "must be a model file or a table like the content of one")
+        raise schema.refused(given, "must be a model file or a table like the content of one")
     return given
 
 
 def _each_once(given: Any) -> tuple[float, ...]:
-    quantiles = list_of(number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(given)
+    quantiles = schema.list_of(schema.number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(
+        given
+    )
     beyond = [share for share in quantiles if not 0 <= share <= 1]
     if beyond:
-        raise remarked(f"holds {beyond[0]:g}; give numbers from 0 to 1")
+        raise schema.remarked(f"holds {beyond[0]:g}; give numbers from 0 to 1")
     if len(set(quantiles)) < len(quantiles):
-        raise remarked("holds a value twice; give each once")
+        raise schema.remarked("holds a value twice; give each once")
     return tuple(quantiles)
 
 
-def sweep_table() -> Table:
+def sweep_table() -> schema.Table:
     """The keys of a sweep file, with the outputs that are declared by now."""
     wanted = f"give a list of {', '.join(OUTPUTS)}"
-    return table({
-        needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
-        needed("outputs", f"outputs is missing: {wanted}"): list_of(
-            known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
+    return schema.table({
+        schema.needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
+        schema.needed("outputs", f"outputs is missing: {wanted}"): schema.list_of(
+            schema.known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
         ),
-        maybe("samples", 1): whole(least=1), maybe("seed", 0): whole(least=0),
-        maybe("max_speed_m_s", 60.0): number(above=0, says="must be above 0 m/s"),
-        maybe("points_per_part", 65536): whole(least=1),
-        maybe("grid", {}): any_table, maybe("sampled", {}): any_table,
-        maybe("reduce"): table({maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:"),
+        schema.maybe("samples", 1): schema.whole(least=1), schema.maybe("seed", 0): schema.whole(least=0),
+        schema.maybe("max_speed_m_s", 60.0): schema.number(above=0, says="must be above 0 m/s"),
+        schema.maybe("points_per_part", 65536): schema.whole(least=1),
+        schema.maybe("grid", {}): schema.any_table, schema.maybe("sampled", {}): schema.any_table,
+        schema.maybe("reduce"): schema.table(
+            {schema.maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:"
+        ),
     })  # fmt: skip
 
 
-OPTIONS = table(
+OPTIONS = schema.table(
     {
-        maybe("bicycle_sd", False): flag, maybe("tyre_covariance", False): flag,
-        maybe("relative_cornering_stiffness_sd", 0.0): number(least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"),
-        maybe("joint", []): list_of(
-            any_table, "must be a list of tables: write [[sampled.joint]], parameters and covariance"
+        schema.maybe("bicycle_sd", False): schema.flag, schema.maybe("tyre_covariance", False): schema.flag,
+        schema.maybe("relative_cornering_stiffness_sd", 0.0): schema.number(
+            least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"
+        ),
+        schema.maybe("joint", []): schema.list_of(
+            schema.any_table, "must be a list of tables: write [[sampled.joint]], parameters and covariance"
         ),
     },
     others=True,
 )  # fmt: skip
 """Keys of ``[sampled]`` beside the distributions of parameters."""
 
-JOINT = table(
+JOINT = schema.table(
     {
-        needed("parameters", "parameters is missing; give a list of names and their covariance"): list_of(
+        schema.needed("parameters", "parameters is missing; give a list of names and their covariance"): schema.list_of(
             NAMED, "must be a list of names", least=1
         ),
-        maybe("covariance", []): anything, maybe("mean"): anything,
+        schema.maybe("covariance", []): schema.anything, schema.maybe("mean"): schema.anything,
     },
     kind="key of sampled.joint:",
 )  # fmt: skip
@@ -137,7 +127,7 @@ def read_sweep(path: str | Path) -> Sweep:
 
 def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     """Build a sweep from the content of a sweep file; files it names are relative to ``folder``."""
-    given = read(sweep_table(), content, dotted=True)
+    given = schema.read(sweep_table(), content, dotted=True)
     grid, sampled = dict(given["grid"]), dict(given["sampled"])
     model_content, model_folder = given["model"], folder
     if isinstance(model_content, str):
@@ -156,7 +146,7 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
     allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
     axes, speeds = _read_grid(grid, allowed, folder)
-    options = read(OPTIONS, sampled, section="sampled", dotted=True)
+    options = schema.read(OPTIONS, sampled, section="sampled", dotted=True)
     own_sd = _stated_sd(bicycles) if bicycles and options["bicycle_sd"] else {}
     if bicycles:
         sampled.pop("bicycle_sd", None)
@@ -291,17 +281,19 @@ def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> I
 
 def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
     if isinstance(value, Mapping):
-        count = whole(least=1 if value.get("from") == value.get("to") else 2, most=10**6)
+        count = schema.whole(least=1 if value.get("from") == value.get("to") else 2, most=10**6)
         checks = dict(zip(RANGE_KEYS, (FINITE, FINITE, count), strict=True))
         declared = {
-            needed(k, f"{k} is missing; write {{from = 0, to = 20, count = 201}}"): c for k, c in checks.items()
+            schema.needed(k, f"{k} is missing; write {{from = 0, to = 20, count = 201}}"): c for k, c in checks.items()
         }
-        ends = read(table(declared, kind=f"key of grid.{name}:"), value, section=f"grid.{name}", dotted=True)
+        ends = schema.read(
+            schema.table(declared, kind=f"key of grid.{name}:"), value, section=f"grid.{name}", dotted=True
+        )
         value = np.linspace(ends["from"], ends["to"], ends["count"]).tolist()
     if not isinstance(value, list) or not value:
         raise InputError(f"grid.{name} = {shown(value)}: give a list of values or {{from, to, count}}")
     entry = NAMED if ParameterKey.parse(name).name in NAMES else FINITE
-    return tuple(read(entry, v, section=f"grid.{name}", dotted=True) for v in value)
+    return tuple(schema.read(entry, v, section=f"grid.{name}", dotted=True) for v in value)
 
 
 class _Sampled:
@@ -314,7 +306,7 @@ class _Sampled:
         self, content: Mapping[str, Any], elsewhere: Collection[str]
     ) -> tuple[tuple[Normal, ...], tuple[Uniform, ...]]:
         """Distributions of the table; ``elsewhere`` are names that are varied outside it."""
-        options = read(OPTIONS, content, section="sampled", dotted=True)
+        options = schema.read(OPTIONS, content, section="sampled", dotted=True)
         leaves = _leaves({k: v for k, v in content.items() if k not in OPTIONS.keys}, self.allowed)
         found = [self._one(name, value) for name, value in leaves]
         normals = [one for one in found if isinstance(one, Normal)]
@@ -330,8 +322,8 @@ class _Sampled:
         self._check_name(name)
         if not isinstance(value, Mapping) or set(value) not in DISTRIBUTIONS:
             raise InputError(f"sampled.{name} = {shown(value)}: give {{mean, sd}}, {{sd}} or {{low, high}}")
-        declared = table({needed(key): SD if key == "sd" else FINITE for key in value})
-        numbers = read(declared, value, section=f"sampled.{name}", dotted=True)
+        declared = schema.table({schema.needed(key): SD if key == "sd" else FINITE for key in value})
+        numbers = schema.read(declared, value, section=f"sampled.{name}", dotted=True)
         bounds = bounds_of(self.model, name)
         if "low" in numbers:
             if not numbers["low"] < numbers["high"]:
@@ -362,21 +354,23 @@ class _Sampled:
         return single, [{"parameters": names, "covariance": stated.among(names).tolist()}] * bool(names)
 
     def _joint(self, entry: Mapping[str, Any]) -> Normal:
-        given = read(JOINT, entry, section="sampled.joint", dotted=True)
+        given = schema.read(JOINT, entry, section="sampled.joint", dotted=True)
         names = [canonical(name) for name in given["parameters"]]
         for name in names:
             self._check_name(name)
         where, size = f"sampled.joint of {', '.join(names)}", len(names)
-        row = list_of(FINITE, f"must be {size} numbers", least=size, most=size)
-        square = list_of(row, f"must be {size} x {size} numbers", least=size, most=size)
-        rows = read(square, given["covariance"], where=where, section="covariance")
+        row = schema.list_of(FINITE, f"must be {size} numbers", least=size, most=size)
+        square = schema.list_of(row, f"must be {size} x {size} numbers", least=size, most=size)
+        rows = schema.read(square, given["covariance"], where=where, section="covariance")
         try:
             covariance = checked_covariance(names, rows)
         except InputError as error:
             raise InputError(f"sampled.joint: {error}") from error
-        one_each = list_of(FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False)
+        one_each = schema.list_of(
+            FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False
+        )
         means = given.get("mean") or [self._nominal(name) for name in names]
-        means = read(one_each, means, where=where, section="mean", dotted=True)
+        means = schema.read(one_each, means, where=where, section="mean", dotted=True)
         for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
             sd = float(np.sqrt(max(variance, 0.0)))
             possible_moments(f"sampled.joint: {name}", value, sd, bounds_of(self.model, name))

@@ -5,7 +5,9 @@ import errno
 import json
 import math
 import os
+import platform
 import shutil
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -81,9 +83,40 @@ class Parts:
             temporary.unlink(missing_ok=True)
 
 
+def parts_folder(out: Path) -> Path:
+    """Folder of the parts of a result ``out``, beside it."""
+    return out.with_name(out.name + ".parts")
+
+
+@contextlib.contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Hold the folder of parts as long as this process lives: another sweep into the same result is refused."""
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    with (folder / "claim").open("a+", encoding="utf-8") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            file.seek(0)
+            raise InputError(
+                f"{folder.as_posix()}: {file.read() or 'another process'} is computing this result; wait for its end, "
+                "or choose another --out"
+            ) from error
+        except OSError:  # a file system without locks
+            pass
+        file.truncate(0)
+        file.write(f"process {os.getpid()} of {platform.node() or 'this machine'}")
+        file.flush()
+        yield
+
+
 def open_parts(out: Path, sweep: Sweep) -> Parts:
     """The folder of parts beside ``out``, new or of an interrupted run of the same sweep."""
-    folder = out.with_name(out.name + ".parts")
+    folder = parts_folder(out)
     mark, found = folder / "sweep.json", dict[str, Any]()
     with contextlib.suppress(OSError, ValueError):
         found = dict(json.loads(mark.read_text(encoding="utf-8")))
@@ -124,14 +157,17 @@ def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[Piece], store: Path) -
         for start, arrays in parts.groups(pieces):
             for name, rows in arrays.items():
                 write_rows(targets[name], shape, start, rows)
-        return
-    merged = {name: Merged(sweep.quantiles) for name in stored(sweep)}
-    for piece in pieces:
-        part = parts.read(piece)
+    else:
+        merged = {name: Merged(sweep.quantiles) for name in stored(sweep)}
+        for piece in pieces:
+            part = parts.read(piece)
+            for name, one in merged.items():
+                _write_reduced(targets, sweep, name, one.add(part, name))
         for name, one in merged.items():
-            _write_reduced(targets, sweep, name, one.add(part, name))
-    for name, one in merged.items():
-        _write_reduced(targets, sweep, name, one.finish())
+            _write_reduced(targets, sweep, name, one.finish())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # zarr's: others than zarr-python may not know consolidated metadata
+        zarr.consolidate_metadata(store)  # without them xarray warns at every opening
 
 
 def coordinates(sweep: Sweep) -> Labels:
@@ -215,10 +251,10 @@ def provenance(sweep: Sweep) -> dict[str, Any]:
     """Attributes that say what made the numbers; neither time nor machine, so that equal sweeps give equal files."""
     content = asdict(sweep)
     del content["points_per_part"]
-    warnings = stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
+    remarks = stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
     return {
         "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "made_of": json.dumps(sweep.made_of),
-        "software": json.dumps(software()), "sweep": json.dumps(content), "warnings": "; ".join(warnings),
+        "software": json.dumps(software()), "sweep": json.dumps(content), "warnings": "; ".join(remarks),
         "random_numbers": "Philox 4x64 keyed by seed and SHA-256 of the parameter's name; sample i is word i",
         "quantile_accuracy": "exact extremes; quantiles to 2**-11 of their value" if sweep.quantiles else "",
     }  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Any
 
 from studies.sampling import left_out
 from studies.sweep.engines import Engine, in_loop, usual_items
-from studies.sweep.result import Parts, Piece, assemble, open_data, open_parts, remove, to_netcdf
+from studies.sweep.result import Parts, Piece, assemble, claimed, open_data, open_parts, parts_folder, remove, to_netcdf
 from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
 from studies.sweep.worker import compute
@@ -34,10 +34,16 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     for remark in _check_items(sweep):
         if progress:
             print(f"warning: {remark}", file=sys.stderr)
+    with claimed(parts_folder(out)):
+        _run(sweep, out, engine or in_loop(), progress=progress)
+    return out
+
+
+def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
     parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     try:
-        _compute(sweep, parts, todo, engine or in_loop(), progress=progress)
+        _compute(sweep, parts, todo, engine, progress=progress)
         _finish(sweep, parts, out)
     except ImpossibleItem as error:
         if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
@@ -53,7 +59,6 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
         print(f"{_kept(sweep, parts)}: {CONTINUE}", file=sys.stderr)
         raise
     remove(parts.folder)
-    return out
 
 
 def _check_items(sweep: Sweep) -> list[str]:
@@ -81,9 +86,8 @@ def _check_items(sweep: Sweep) -> list[str]:
 
 
 def _kept(sweep: Sweep, parts: Parts) -> str:
-    done = sum(stop - start for start, stop in pieces(sweep, parts.items) if parts.has((start, stop)))
-    kept = "bicycles are finished and kept in"
-    return f"{done} of {sweep.items} {kept} {parts.folder.as_posix()}"
+    done = sum(piece[1] - piece[0] for piece in pieces(sweep, parts.items) if parts.has(piece))
+    return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
 
 
 def pieces(sweep: Sweep, items: int | None = None) -> Iterator[Piece]:
@@ -120,18 +124,13 @@ def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
 
 def _refuse_other(out: Path, sweep: Sweep) -> None:
     """Refuse a result that is not of this sweep, with what has changed."""
-    made_by: dict[str, Any] = {}
-    with contextlib.suppress(OSError, ValueError):
-        if out.is_dir():
-            made_by = json.loads((out / "zarr.json").read_text(encoding="utf-8")).get("attributes", {})
-        else:
-            with open_data(out) as found:
-                made_by = dict(found.attrs)
+    made_by, before = dict[str, Any](), None
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        with open_data(out) as found:
+            made_by = dict(found.attrs)
+        before = json.loads(made_by["made_of"])
     if made_by.get("fingerprint") == sweep.fingerprint:
         return
-    before = None
-    with contextlib.suppress(KeyError, ValueError):
-        before = json.loads(made_by["made_of"])
     changed = f" (changed since: {differences(before, sweep.made_of)})" if before else ""
     raise InputError(
         f"{out.as_posix()} exists and is not the result of this sweep{changed}; remove it or choose another --out"

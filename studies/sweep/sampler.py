@@ -16,23 +16,17 @@ from bicycle.effect import Effect
 from bicycle.model import Model, impossible_bicycles
 from bicycle.model_family import ModelFamily
 from bicycle.parameter_covariance import WHEELS, ParameterKey
-from bicycle.parameters import BOUNDS, UNITS, bodies, static_loads
-from bicycle.wheel_tyres import MOST_BAR, TYRE_KEYS, values_of_tyres
+from bicycle.parameters import BOUNDS, UNITS
+from bicycle.wheel_tyres import MOST_BAR, TYRE_KEYS, tyre_loads, values_of_tyres
 from studies.axes import bounds_of
 from studies.model_space import one_by_one
 from studies.sampling import BoundedDraws, Refused, normal, uniform
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, ImpossibleItem, Sweep, together
+from tyre import properties
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.find_tyre import read_tyre
-from tyre.properties import (
-    FOLLOWS_FROM,
-    MEASURED_BESIDE,
-    TyreSource,
-    parameters_of_effects,
-    stiffness_note,
-    wheel_properties,
-)
+from tyre.properties import TyreSource
 from tyre.units import PASCAL_PER_BAR
 
 NO_TYRE = "the tyre's table says nothing of the load or pressure"
@@ -57,7 +51,7 @@ class TyreTable:
     ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:  # fmt: skip
         """Properties of the tyres of both wheels by name, (m,) each, and where an item's tyre is extrapolated."""
         count = len(wheels[0]["load_N"])
-        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *MEASURED_BESIDE)} for _ in wheels]
+        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *properties.MEASURED_BESIDE)} for _ in wheels]
         outside = np.zeros(count, bool)
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
         groups = [
@@ -84,7 +78,7 @@ class TyreTable:
                 own[name] *= 1 + share * away[:, column]
         for own, (load, _) in zip(found, conditions, strict=True):
             own["relaxation_length"] = own["cornering_stiffness"] / own["lateral_stiffness"]
-            own |= parameters_of_effects(own, load=load)
+            own |= properties.parameters_of_effects(own, load=load)
         return found, outside
 
     def _relative(
@@ -113,7 +107,9 @@ class TyreTable:
     def _factor(self, *wheels: tuple[str, str, float, float]) -> list[tuple[NDArray[np.intp], BoundedDraws]]:
         """Draws of C and K of both wheels, rear then front, relative to their values, with the places they take."""
         maps = [self.map(tyre, surface) for tyre, surface, *_ in wheels]
-        joint = wheel_properties(maps, [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels])
+        joint = properties.wheel_properties(
+            maps, [(load, pressure * PASCAL_PER_BAR) for _, _, pressure, load in wheels]
+        )
         mean = np.array([value for p in joint.properties for value in (p.cornering_stiffness, p.lateral_stiffness)])
         relative = joint.covariance[USED] / np.outer(mean, mean)
         relative[~np.isfinite(relative)] = 0.0  # of a tyre that holds no lateral stiffness
@@ -162,7 +158,10 @@ def _check_corners(tyre: TyreSource, load: Array, pressure: Array) -> None:
 
 def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
     """``warnings`` of a model file with what a sweep assumes of C_Fy in place of the default."""
-    plain, assumed = stiffness_note(CORNERING_STIFFNESS), stiffness_note(relative_cornering_stiffness_sd)
+    plain, assumed = (
+        properties.stiffness_note(CORNERING_STIFFNESS),
+        properties.stiffness_note(relative_cornering_stiffness_sd),
+    )
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 
 
@@ -322,8 +321,10 @@ class Sampler:
         """Fill in what the tyres give, except ``given``; True where an item's tyre is extrapolated."""
         values, count = points.values, len(refused.mask)
         table = self.sweep.model["effects"][str(self.contact)]
-        loads = static_loads(bodies(values), values["w"], values["g"])
-        unvaried: Sequence[Any] = self.model.bicycle.static_loads if names is None else self._bicycles.loads(names)
+        loads, effects = tyre_loads(self.model.effects, values), self.model.effects
+        unvaried: Sequence[Any] = (
+            tyre_loads(effects, self.model.parameters) if names is None else self._bicycles.loads(names, self.model)
+        )
         choices, nominal_loads, wanted = [], [], []
         taken = {key: name for key, name in self.taken.items() if key not in given}
         for wheel, nominal, load in zip(WHEELS, unvaried, loads, strict=True):
@@ -337,7 +338,7 @@ class Sampler:
             choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
             nominal_loads.append(conditions.get(f"load_N.{wheel}", conditions.get("load_N", nominal)))
             own = [name for key, name in taken.items() if ParameterKey.parse(key).wheel == wheel]
-            wanted.append([*own, *(field for name, field in FOLLOWS_FROM.items() if name in own)])
+            wanted.append([*own, *(field for name, field in properties.FOLLOWS_FROM.items() if name in own)])
         found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
         for key, name in taken.items():
             values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
@@ -408,9 +409,9 @@ class _Bicycles:
                     found[key][here] = mean + share * (drawn[0] - mean)
         return found
 
-    def loads(self, names: NDArray[np.str_]) -> tuple[Array, Array]:
+    def loads(self, names: NDArray[np.str_], model: Model) -> tuple[Array, Array]:
         """Static wheel loads (N) before anything is drawn, rear and front."""
-        loads = {one: static_loads(bodies(v), v["w"], v["g"]) for one, v in self.values.items()}
+        loads = {one: tyre_loads(model.effects, {**model.parameters, **v}) for one, v in self.values.items()}
         rear, front = ({one: float(both[wheel]) for one, both in loads.items()} for wheel in (0, 1))
         return _each(names, rear), _each(names, front)
 

@@ -25,8 +25,9 @@ from tyre.files import data_root
 from tyre.find_tyre import is_file_name, read_tyre
 
 SOURCES = (
-    "bicycle", "tyre", "studies.axes", "studies.outputs", "studies.sampling", "studies.sweep.reduction",
-    "studies.sweep.result", "studies.sweep.sampler", "studies.sweep.specification", "studies.sweep.worker",
+    "bicycle", "tyre", "studies.axes", "studies.lasting_motions", "studies.outputs", "studies.sampling",
+    "studies.sweep.reduction", "studies.sweep.result", "studies.sweep.sampler", "studies.sweep.specification",
+    "studies.sweep.worker",
 )  # fmt: skip
 """Packages and modules whose source makes the numbers of a sweep."""
 

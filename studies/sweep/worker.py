@@ -127,14 +127,13 @@ class Worker:
                     self.sampler.refuse(first + item, start, why)
                 found.append(own)
             return np.concatenate(found)
-        return np.array([self._of_model(output, points, k, start) for k in range(count)])
-
-    def _of_model(self, output: Output, points: Points, item: int, start: int) -> Any:
-        speeds = points.speeds[item if len(points.speeds) > 1 else 0]
-        try:
-            return output.function(self.sampler.variant(points, item), speeds, self.sweep.max_speed)
-        except InputError as error:
-            self.sampler.refuse(item, start, str(error))
+        found = []
+        for item, speeds in enumerate(np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))):
+            try:
+                found.append(output.function(self.sampler.variant(points, item), speeds, self.sweep.max_speed))
+            except InputError as error:
+                self.sampler.refuse(item, start, str(error))
+        return np.array(found)
 
 
 def named_pair(values: Complex, own: NDArray[np.bool_]) -> Complex:

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tyre.errors import InputError
-from tyre.files import left_by_a_killed_run, own_ends, read_toml, slugs, write_bytes, write_text
+from tyre.files import left_by_a_killed_run, named_folder, own_ends, read_toml, slugs, write_bytes, write_text
 
 OLD, NEW = "the old one\n", "a new one\n" * 1000
 
@@ -66,8 +66,9 @@ def test_a_device_is_written_and_not_replaced():
 
 
 def test_a_folder_and_a_missing_folder_are_named(tmp_path):
-    with pytest.raises(IsADirectoryError, match="is a folder; give a file"):
-        write_text(tmp_path, NEW)
+    for folder in (tmp_path, "/", "."):
+        with pytest.raises(IsADirectoryError, match="is a folder; give a file"):
+            write_text(folder, NEW)
     with pytest.raises(FileNotFoundError, match="no_folder/t.csv"):
         write_text(tmp_path / "no_folder" / "t.csv", NEW)
 
@@ -123,3 +124,80 @@ def test_no_two_are_alike_and_each_is_the_end_of_its_path(files):
     assert set(ends) == set(files)
     assert len(set(ends.values())) == len(ends)
     assert all(file.as_posix().endswith(end) for file, end in ends.items())
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    """A project of three folders beside something that is none of its business, and the working folder elsewhere."""
+    for folder in ("project/measurements/runs", "project/fit", "elsewhere", "other"):
+        (tmp_path / folder).mkdir(parents=True)
+    for file in ("project/measurements/runs/a.csv", "project/fit/b.csv", "elsewhere/secret.csv"):
+        (tmp_path / file).write_text("x\n1\n")
+    monkeypatch.chdir(tmp_path / "other")
+    (tmp_path / "project/measurements/link.csv").symlink_to(tmp_path / "elsewhere/secret.csv")
+    (tmp_path / "project/measurements/way").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "project/measurements/near.csv").symlink_to(tmp_path / "project/fit/b.csv")
+    return tmp_path / "project/measurements/m.toml"
+
+
+def name_in(file, text):
+    file.write_text(f"[a]\nb = [{{file = '{text}'}}]\n")
+    return read_toml(file, "measurement file")
+
+
+OUTSIDE = [
+    "../../elsewhere/secret.csv", "/etc/passwd", "/etc", "/etc/*", "link.csv", "way/secret.csv", "way/*.csv",
+    "runs/../../../elsewhere/secret.csv", "*/../../../elsewhere/*.csv", "../../none.csv", "runs/../../..",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", OUTSIDE)
+def test_a_file_names_nothing_outside(project, text):
+    with pytest.raises(InputError, match=r"m\.toml: names '.*', which lies outside its folder and the one above; copy"):
+        name_in(project, text)
+
+
+@pytest.mark.parametrize("text", [
+    "runs/a.csv", "runs", "../fit/b.csv", "near.csv", "runs/*.csv", "none.csv", "/", "..", ".", "1/s", "", "a" * 5000,
+    "/no/such/file", "a / b", "../fit/../fit/b.csv",
+])  # fmt: skip
+def test_what_belongs_to_a_project_and_what_is_no_file_may_be_named(project, text):
+    assert name_in(project, text) == {"a": {"b": [{"file": text}]}}
+
+
+@pytest.mark.parametrize("how", ["working folder", "environment"])
+def test_a_folder_that_the_user_names_is_open(project, monkeypatch, how):
+    if how == "working folder":
+        monkeypatch.chdir(project.parents[2])
+    else:
+        monkeypatch.setenv("VELOTYRE_FOLDER", str(project.parents[2] / "elsewhere"))
+    for text in ("../../elsewhere/secret.csv", "link.csv", str(project.parents[2] / "elsewhere")):
+        assert name_in(project, text)
+    with pytest.raises(InputError, match="names '/etc/passwd'"):
+        name_in(project, "/etc/passwd")
+
+
+@pytest.mark.parametrize("wide", ["home", "root"])
+def test_neither_home_nor_root_become_open_by_lying_above(project, monkeypatch, wide):
+    above = project.parent.parent
+    monkeypatch.setenv("HOME", str(above))
+    monkeypatch.chdir(above if wide == "home" else "/")
+    with pytest.raises(InputError, match=r"names '\.\./fit/b\.csv'"):
+        name_in(project, "../fit/b.csv")
+
+
+def test_words_on_a_file_itself_may_hold_any_path(project):
+    project.write_text('source = "/etc/passwd"\n[x]\nnote = ["/etc/passwd"]\n')
+    assert read_toml(project, "sidecar")["source"] == "/etc/passwd"
+
+
+def test_a_variable_names_a_folder_that_is_not_left(project, monkeypatch):
+    monkeypatch.setenv("RUNS", str(project.parent))
+    assert named_folder("$RUNS/runs", project.parent) == project.parent / "runs"
+    monkeypatch.setenv("HOME", str(project.parent))
+    for text in ("$HOME/runs", "$RUNS/runs"):  # its own folder is a home now
+        with pytest.raises(InputError, match="the variable must name a folder, not a home or a disk"):
+            named_folder(text, project.parent)
+    monkeypatch.setenv("RUNS", str(project.parent / "runs"))
+    with pytest.raises(InputError, match="the variable must name a folder"):
+        named_folder("$RUNS/../../../elsewhere", project.parent)

@@ -5,10 +5,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tyre.channel_map import ChannelMap, Reading
 from tyre.errors import InputError
+from tyre.formats import child
 from tyre.signals import Contents, Signals, find_column
 
 T = TypeVar("T")
@@ -20,6 +21,9 @@ FORMATS: dict[str, str] = {
 }  # fmt: skip
 """Ending of a file -> the module of this room whose ``MODULE_contents`` lists its columns."""
 
+OWN = ("csv", "tydex")
+"""Modules that parse files themselves; what others' libraries parse is read apart, see :mod:`tyre.formats.child`."""
+
 
 def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
     """List the columns of a recording, without their values; ``reading`` is what the file does not say of itself."""
@@ -30,14 +34,30 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder; give a file' if path.is_dir() else 'no such recording'}")
 
-    def listed() -> Contents:
-        found: Contents = getattr(import_module(f"tyre.formats.{form}"), f"{form}_contents")(path, reading or Reading())
-        return found
-
-    found = _guarded(path, listed)
+    if form not in OWN and child.apart():
+        return child.contents_apart(path, reading or Reading(), temporary=form == "mdf")
+    module = import_module(f"tyre.formats.{form}")
+    found: Contents = _guarded(path, lambda: getattr(module, f"{form}_contents")(path, reading or Reading()))
     if not found.columns:
         raise InputError(f"{path}: holds no channels")
-    return found
+    return replace(found, load=lambda names, most: _guarded(path, lambda: list(found.load(names, most))))
+
+
+def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
+    """Read the rows of a workbook (``.xlsx``: the sheet ``kind`` of several) or a Parquet file, each with its place."""
+    if child.apart():
+        return child.rows_apart(path, kind)
+    excel = path.suffix.casefold() == ".xlsx"
+    module = import_module(f"tyre.formats.{'excel' if excel else 'parquet'}")
+    try:
+        return module.workbook_rows(path, kind) if excel else module.parquet_rows(path)
+    except InputError:
+        raise
+    except ImportError as error:
+        raise InputError(f"{path}: {error}") from error
+    except Exception as error:  # whatever the package meets in a file that is none of its own
+        form = "an Excel workbook" if excel else "a Parquet file"
+        raise InputError(f"{path}: not {form} ({' '.join(str(error).split())[:80]})") from error
 
 
 def read_signals(
@@ -57,7 +77,7 @@ def read_signals(
         clock = map.clock and (map.clock.column or map.clock.index)
         wanted = [entry.column for entry in map.channels.values()] + ([clock] if clock else [])
         names = list(dict.fromkeys(find_column(name, found.columns, where=str(path)) for name in wanted))
-    signals = _guarded(path, lambda: {signal.name: signal for signal in found.load(names, most)})
+    signals = {signal.name: signal for signal in found.load(names, most)}
     return Signals(str(path), signals, tuple(found.notes))
 
 
@@ -71,6 +91,8 @@ def _guarded(path: Path, action: Callable[[], T]) -> T:
         raise
     except ImportError as error:
         raise InputError(f"{path}: {error}") from error
+    except MemoryError as error:
+        raise InputError(f"{path}: takes more memory than is allowed; map fewer channels or cut the file") from error
     except Exception as error:
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
         raise InputError(

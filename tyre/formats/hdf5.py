@@ -11,6 +11,7 @@ from tyre.errors import InputError
 from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal, check_budget, columns_of
 
+DEEPEST = 50  # groups in groups
 _UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
 
@@ -45,6 +46,8 @@ def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
     """Refuse datasets whose values lie in other files, which the one at ``path`` may name as it likes."""
 
     def check(name: str, item: Any) -> None:
+        if name.count("/") > DEEPEST:  # to go through them takes the square of their number
+            raise InputError(f"{path}: groups lie in groups, more than {DEEPEST} deep; copy what is measured higher")
         if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
             raise InputError(f"{path}: {name} has its values in other files, which are not read; copy them into one")
 
@@ -66,7 +69,7 @@ def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
     found: list[tuple[str, Any]] = []
 
     def note(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
             found.append((f"{root}/{name}" if root and name else name or root, item))
 
     start = file[root] if root else file

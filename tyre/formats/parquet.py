@@ -10,10 +10,8 @@ import numpy as np
 from tyre.arrays import Array
 from tyre.channel_map import Reading
 from tyre.formats.csv import names_and_units
-from tyre.progress import optional_module, progress_bar
+from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal, check_budget
-
-LARGE = 1 << 23  # samples; more show how far they are read
 
 
 def parquet_contents(path: Path, reading: Reading) -> Contents:
@@ -68,18 +66,16 @@ def _read(path: Path, names: list[str], most: int | None) -> list[Array]:
         found = [np.empty(rows) for _ in names]
         starts: list[int | None] = [None] * len(names)
         done = 0
-        with progress_bar(total=rows, desc=path.name, unit="row", show=rows * len(names) > LARGE) as bar:
-            for batch in file.iter_batches(1 << 16, columns=names, use_threads=False):
-                count = min(batch.num_rows, rows - done)
-                for place, name in enumerate(names):
-                    values = batch.column(name)
-                    if starts[place] is None and "timestamp" in str(values.type):
-                        starts[place] = _ticks(values)[0]
-                    found[place][done : done + count] = _numbers(values, starts[place])[:count]
-                done += count
-                bar.update(count)
-                if done == rows:
-                    break
+        for batch in file.iter_batches(1 << 16, columns=names, use_threads=False):
+            count = min(batch.num_rows, rows - done)
+            for place, name in enumerate(names):
+                values = batch.column(name)
+                if starts[place] is None and "timestamp" in str(values.type):
+                    starts[place] = _ticks(values)[0]
+                found[place][done : done + count] = _numbers(values, starts[place])[:count]
+            done += count
+            if done == rows:
+                break
     if done != rows:
         raise ValueError(f"{done} rows where {rows} are announced")
     return found

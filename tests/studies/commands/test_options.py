@@ -1,5 +1,8 @@
 """Options of all commands: numbers are finite and within ends, and what memory cannot hold is refused in words."""
 
+import subprocess
+import sys
+
 import click
 import pytest
 
@@ -34,6 +37,14 @@ def test_what_is_no_number_between_open_ends(text):
 def test_numbers():
     assert Number(0, 1).convert("1", None, None) == 1.0
     assert Number(0, 5, whole=True).convert("5", None, None) == 5
+    assert str(Number(-1, 1).convert("-0", None, None)) == "0.0"  # no sign that a result could show
+    assert Number(-1, 1).convert("1e-320", None, None) == 0.0
+    for text in ("1e-320", "-0"):
+        with pytest.raises(click.BadParameter, match="give a number above 0 up to 1"):
+            Number(0, 1, above=True).convert(text, None, None)
+    for text in ("٣", "1_0"):  # Python alone reads these
+        with pytest.raises(click.BadParameter, match="give a number from 0 up to 20"):
+            Number(0, 20).convert(text, None, None)
     with pytest.raises(click.BadParameter, match="2.5: give a whole number from 0 up to 5"):
         Number(0, 5, whole=True).convert("2.5", None, None)
 
@@ -74,3 +85,22 @@ def test_the_number_that_would_pass_passes():
     check_memory("x", 1250000, 800)
     with pytest.raises(InputError, match="x = 1250001: the arrays would take 1 GB of memory; up to 1250000 fit"):
         check_memory("x", 1250001, 800)
+
+
+def test_ctrl_c_while_the_command_line_is_imported_is_one_line():
+    code = (
+        "import sys\n"
+        "class Interrupting:\n"
+        "    def find_spec(self, name, *rest):\n"
+        "        if name == 'click':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupting())\n"
+        "import studies.cli\n"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (shown.returncode, shown.stdout, shown.stderr) == (130, "", "velotyre: interrupted\n")
+
+
+def test_a_search_that_finds_no_critical_speed_is_no_error(capsys):
+    main(["sensitivity", "benchmark", "--mode", "weave", "--speed", "5", "--max-speed", "2"])
+    assert "parameters together" in capsys.readouterr().out

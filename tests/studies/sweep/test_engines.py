@@ -1,12 +1,11 @@
 """Engines: which is taken, and those that fail: lost workers, no scheduler, a worker with other software."""
 
 import time
+from concurrent.futures import ThreadPoolExecutor
+from unittest.mock import MagicMock
 
 import pytest
 from sweep_examples import RANDOM
-
-pytest.importorskip("zarr")
-pytest.importorskip("xarray")
 
 from studies.sweep import build_sweep, compute, on_cluster, run_sweep
 from tyre.errors import InputError
@@ -39,26 +38,7 @@ def test_no_scheduler(monkeypatch, tmp_path):
 )
 def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     distributed = pytest.importorskip("distributed")
-    from concurrent.futures import ThreadPoolExecutor
-
-    class Client:
-        def __init__(self, *arguments, **settings):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *details):
-            return None
-
-        def nthreads(self):
-            return workers
-
-        def run(self, function):
-            pass
-
-        def get_executor(self, **settings):
-            return ThreadPoolExecutor(1)
+    client = MagicMock(nthreads=lambda: workers, get_executor=lambda **settings: ThreadPoolExecutor(1))
 
     def failing(sweep, start, stop):
         if error == "lost":
@@ -67,7 +47,7 @@ def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
         raise distributed.KilledWorker("compute", None, 3) if error == "killed" else OSError("closed")
 
     monkeypatch.setattr("studies.sweep.engines.PATIENCE", 0.1)
-    monkeypatch.setattr(distributed, "Client", Client)
+    monkeypatch.setattr(distributed, "Client", lambda *arguments, **settings: client)
     monkeypatch.setattr("studies.sweep.run.compute", failing)
     with pytest.raises(InputError, match=f"{words}.*; 0 of 1400 bicycles are finished"):
         run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://x:1"))

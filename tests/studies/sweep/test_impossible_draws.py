@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 from sweep_results import load
 
-pytest.importorskip("zarr")
-pytest.importorskip("xarray")
-
 from studies.cli import main
 from studies.sampling import Refused, left_out
 from studies.sweep import build_sweep, run_sweep

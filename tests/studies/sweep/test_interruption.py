@@ -4,14 +4,12 @@ import os
 import signal
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
 from sweep_examples import RANDOM, write_file
 from sweep_results import tree
-
-pytest.importorskip("zarr")
-pytest.importorskip("xarray")
 
 from studies.sweep import build_sweep, in_loop, in_processes, in_threads, open_parts, pieces, read_sweep, run_sweep
 from tyre.errors import InputError
@@ -37,17 +35,21 @@ def pieces_of(content):
     return list(pieces(build_sweep(content)))
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9")
-def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
-    content = RANDOM | {"points_per_part": 300}
-    file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
-    process = subprocess.Popen(
-        [sys.executable, "-c", KILLED, str(file), str(out), "1"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    with process:
+def kill(program, *arguments):
+    """Start a program with ``kill -9`` at the first line that it writes."""
+    if not hasattr(signal, "SIGKILL"):
+        pytest.skip("needs kill -9")
+    command = [sys.executable, "-c", program, *map(str, arguments)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdout.readline()
         process.send_signal(signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
+
+
+def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
+    content = RANDOM | {"points_per_part": 300}
+    file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
+    kill(KILLED, file, out, 1)
     parts = tmp_path / "result.zarr.parts"
     finished = {part: part.stat().st_mtime_ns for part in parts.glob("*.part")}
     assert len(finished) == 1
@@ -75,19 +77,12 @@ def test_a_damaged_part_is_not_taken(tmp_path, damage):
         parts.read((0, 3))
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9")
 @pytest.mark.parametrize("ending", ["zarr", "nc"])
 def test_killed_in_the_middle_of_putting_together(tmp_path, ending):
     """The kill comes after the second part is written into the store, and after the first array of a netCDF file."""
     pytest.importorskip("netCDF4")
     file, out = write_file(tmp_path, RANDOM | {"points_per_part": 300}), tmp_path / f"result.{ending}"
-    process = subprocess.Popen(
-        [sys.executable, "-c", KILLED_LATER, str(file), str(out), ending], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    with process:
-        process.stdout.readline()
-        process.send_signal(signal.SIGKILL)
-    assert process.returncode == -signal.SIGKILL
+    kill(KILLED_LATER, file, out, ending)
     assert not out.exists()
     assert (tmp_path / f"result.{ending}.partial").exists()
     run_sweep(read_sweep(file), out, engine=in_threads(2))
@@ -134,17 +129,22 @@ main(["sweep", sys.argv[1], "--out", sys.argv[2], "--workers", "1"])
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs limits of the operating system")
+def refused_on_a_full_disk(file, out, size):
+    """What is said last where the operating system lets no file have more than ``size`` bytes."""
+    if not hasattr(os, "fork"):
+        pytest.skip("needs limits of the operating system")
+    command = [sys.executable, "-c", FULL, str(file), str(out), str(size)]
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert process.returncode == 2, process.stderr
+    return process.stderr.strip().splitlines()[-1]
+
+
 def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
     content = RANDOM | {"points_per_part": 4000}
     file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
     last = pieces_of(content)[-1]
     assert last[1] - last[0] < pieces_of(content)[0][1]  # the last part is small and fits
-    process = subprocess.run(
-        [sys.executable, "-c", FULL, str(file), str(out), "300000"], capture_output=True, text=True, check=False
-    )
-    assert process.returncode == 2, process.stderr
-    line = process.stderr.strip().splitlines()[-1]
+    line = refused_on_a_full_disk(file, out, 300_000)
     assert "File too large: cannot write to" in line
     done, _, rest = line.partition("; ")[2].partition(" of ")
     assert int(done) in (0, last[1] - last[0])  # the last part may be written before the first one fails, or not
@@ -154,16 +154,11 @@ def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
     assert tree(run_sweep(read_sweep(file), out)) == tree(reference)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs limits of the operating system")
 def test_a_disk_too_full_for_netcdf_is_reported_and_loses_nothing(tmp_path):
     pytest.importorskip("netCDF4")
     content = RANDOM | {"points_per_part": 300, "outputs": ["eigenvalues"]}
     file, out = write_file(tmp_path, content), tmp_path / "result.nc"
-    process = subprocess.run(
-        [sys.executable, "-c", FULL, str(file), str(out), "450000"], capture_output=True, text=True, check=False
-    )
-    assert process.returncode == 2, process.stderr
-    line = process.stderr.strip().splitlines()[-1]
+    line = refused_on_a_full_disk(file, out, 450_000)
     assert "as it does when the disk is full: cannot write to" in line
     assert "1400 of 1400 bicycles are finished and kept in" in line
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.nc.parts", "sweep.toml"]
@@ -187,3 +182,28 @@ def test_a_lost_worker_is_reported_and_loses_nothing(reference, tmp_path):
 
 def die(start, stop):
     os._exit(1)
+
+
+def test_a_second_sweep_into_the_same_result_is_refused_while_the_first_runs(reference, tmp_path):
+    import xarray as xr
+
+    pytest.importorskip("fcntl")
+    file, out = write_file(tmp_path, RANDOM), tmp_path / "result.zarr"
+    refused = []
+
+    def interrupting(work, todo):
+        for found in in_loop()(work, todo):
+            with pytest.raises(InputError, match=rf"parts: process {os.getpid()} of .* is computing this result; wait"):
+                run_sweep(read_sweep(file), out)
+            other = build_sweep(RANDOM | {"seed": 99})  # nor may another sweep take its folder
+            with pytest.raises(InputError, match="is computing this result"):
+                run_sweep(other, out)
+            refused.append(found)
+            yield found
+
+    assert tree(run_sweep(read_sweep(file), out, engine=interrupting)) == tree(reference)
+    assert refused
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        xr.open_zarr(out).close()  # as a user opens it
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["result.zarr", "sweep.toml"]

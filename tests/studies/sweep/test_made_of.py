@@ -7,17 +7,7 @@ from pathlib import Path
 import pytest
 from sweep_examples import MEASURED, MODEL, write_file
 
-pytest.importorskip("zarr")
-pytest.importorskip("xarray")
-
-from studies.sweep import (
-    build_sweep,
-    compute,
-    open_parts,
-    read_sweep,
-    run_sweep,
-    source_digests,
-)
+from studies.sweep import build_sweep, compute, open_parts, read_sweep, run_sweep, source_digests
 from tyre.errors import InputError
 from tyre.tyre_map import TyreMap
 

@@ -5,18 +5,7 @@ import pytest
 from sweep_examples import MEASURED, RANDOM
 from sweep_results import load, tree
 
-pytest.importorskip("zarr")
-xr = pytest.importorskip("xarray")
-
-from studies.sweep import (  # noqa: E402
-    build_sweep,
-    compute,
-    in_loop,
-    in_processes,
-    in_threads,
-    on_cluster,
-    run_sweep,
-)
+from studies.sweep import build_sweep, compute, in_loop, in_processes, in_threads, on_cluster, run_sweep
 
 
 @pytest.mark.parametrize(("points", "engine"), [(300, in_threads(3)), (4096, in_threads(2)), (10**6, in_loop())])
@@ -83,6 +72,8 @@ def test_reductions_are_those_of_the_kept_samples(reference, tmp_path):
 
 
 def test_netcdf_holds_the_same_numbers(reference, tmp_path):
+    import xarray as xr
+
     pytest.importorskip("netCDF4")
     pytest.importorskip("dask")
     out = run_sweep(build_sweep(RANDOM), tmp_path / "result.nc")
@@ -98,6 +89,8 @@ def test_netcdf_holds_the_same_numbers(reference, tmp_path):
 
 
 def test_netcdf_holds_names_as_text(tmp_path):
+    import xarray as xr
+
     pytest.importorskip("netCDF4")
     content = {"model": MEASURED, "outputs": ["critical_speeds"], "grid": {"tyre": ["Tyre1", "Tyre2"]}}
     stored = load(run_sweep(build_sweep(content), tmp_path / "result.zarr"))

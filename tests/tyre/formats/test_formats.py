@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.validation.recording_writers import quiet_matio
 from tyre.channel_map import ChannelMap, Reading
 from tyre.channels import read_records
 from tyre.errors import InputError
@@ -216,9 +217,9 @@ def test_matlab_structures_and_matrices(tmp_path):
 @pytest.mark.parametrize("version", ["v7", "v7.3"])
 @pytest.mark.filterwarnings("ignore:duration_to_mat")  # of the writer
 def test_matlab_timetables_have_their_own_times(tmp_path, version):
-    import matio
     import pandas as pd
 
+    matio = quiet_matio()
     dates = pd.date_range("2026-03-01", periods=100, freq="10ms")
     durations = pd.Index((TIME * 1e3).round().astype("timedelta64[ms]"), name="Time")
     frames = {name: pd.DataFrame({"gyro": WAVE, "note": "x"}, index=i) for name, i in (("a", dates), ("b", durations))}
@@ -414,9 +415,43 @@ def test_a_library_that_is_not_installed_is_named_with_the_way_to_install_it(
         return original(name, *rest, **settings)
 
     original = builtins.__import__
+    monkeypatch.setattr("tyre.formats.child.apart", lambda: False)
     monkeypatch.setattr("tyre.progress.import_module", lambda name: lacking(name))
     with pytest.raises(InputError, match=rf"{package}.* is not installed; install it with: pip install .*\[{extra}\]"):
         contents(path)
+
+
+def test_groups_too_deep_and_empty_data_in_hdf5(tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"], file["none"] = np.arange(5.0), h5py.Empty("f8")
+        file.create_dataset("zero", (0, 5), "f8")
+        file["way/round"] = h5py.SoftLink("/")
+        file["way/hard"] = file["/"]
+    assert list(read_signals(tmp_path / "a.h5").signals) == ["x"]
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["/".join("g" * 200)] = np.arange(5.0)
+    with pytest.raises(InputError, match=r"a\.h5: groups lie in groups, more than 50 deep"):
+        contents(tmp_path / "a.h5")
+
+
+def test_two_cells_far_apart_in_a_sheet_are_no_table(tmp_path):
+    """The library would fill all 17,179,869,184 cells between them: its process ends, not this one."""
+    import zipfile
+
+    write_sheets(tmp_path / "near.xlsx", A=[["t", "f"], [0, 1], [1, 2]])
+    with zipfile.ZipFile(tmp_path / "near.xlsx") as near, zipfile.ZipFile(tmp_path / "far.xlsx", "w") as far:
+        for name in near.namelist():
+            text = near.read(name)
+            if name.endswith("sheet1.xml"):
+                text = text.replace(
+                    b"</sheetData>", b'<row r="1048576"><c r="XFD1048576"><v>2</v></c></row></sheetData>'
+                )
+            far.writestr(name, text)
+    with pytest.raises(InputError, match=r"far\.xlsx: (cannot be read: its library failed|takes more memory)"):
+        contents(tmp_path / "far.xlsx")
+    assert [column.name for column in contents(tmp_path / "near.xlsx").columns] == ["t", "f"]
 
 
 def test_damage_becomes_one_error(tmp_path):
