@@ -10,7 +10,7 @@ import numpy as np
 from bicycle.effect_registry import effect_class
 from bicycle.model import Model
 from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
-from bicycle.parameters import ALIASES, BOUNDS, TYPICAL, UNITS, UNUSED, canonical
+from bicycle.parameters import ALIASES, BOUNDS, UNITS, UNUSED, canonical, of_kind
 from bicycle.wheel_tyres import MOST_BAR
 from tyre.errors import InputError, unknown
 
@@ -107,11 +107,11 @@ def typical_range(model: Model, axis: Axis) -> tuple[float, float]:
     """Usual values of an axis of the bicycle or of an effect, in its unit, as far as they are possible."""
     if axis.key in UNITS:
         base = model.parameters[axis.key]
-        low, high = TYPICAL[axis.key]
+        low, high = of_kind(model.bicycle.kind)[0][axis.key]
         span = 0.5 * abs(base) or 0.25 * (high - low)
         typical = base - span, base + span
     else:
-        typical = effect_parameter(axis.key).typical
+        typical = effect_parameter(axis.key).usual(of_kind(model.bicycle.kind)[1])
     return max(typical[0], axis.bounds[0]), min(typical[1], axis.bounds[1])
 
 

@@ -1,4 +1,4 @@
-"""Argument MODEL of every command: a packaged bicycle, its file or a model file, and tyres to put on it."""
+"""Argument MODEL of every command: a packaged bicycle or model, or its file, and tyres to put on it."""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -108,14 +108,14 @@ def choose(
 def _bare(text: str) -> ChosenModel:
     """Read MODEL without its options; the files it names become absolute."""
     from bicycle.bicycle_files import bicycle_place
+    from bicycle.model_file import model_content
     from bicycle.wheel_tyres import located
-    from tyre.files import read_toml
 
     alone = bicycle_alone(text)
     if alone is not None:
         remark = "wheels that roll without slip (Whipple model); --tyre NAME --pressure BAR puts it on tyres that were"
         return ChosenModel({"bicycle": alone}, "", f"{text}: {remark} measured at its wheel loads (velotyre tyres)")
-    content, folder = dict(read_toml(Path(text), "model file")), Path(text).parent
+    content, folder = model_content(text), Path(text).parent
     if isinstance(content.get("bicycle"), str):
         content["bicycle"] = bicycle_place(content["bicycle"], folder)
     if isinstance(content.get("effects"), Mapping):
@@ -129,7 +129,7 @@ def _bare(text: str) -> ChosenModel:
 def bicycle_alone(text: str) -> str | None:
     """Name or file for :func:`bicycle.load_bicycle` if ``text``, an argument MODEL, is a bicycle; else None."""
     from bicycle.bicycle_files import available_bicycles, bicycle_place, is_bicycle_table
-    from tyre.files import read_toml
+    from bicycle.model_file import available_models, model_content
 
     path = Path(text)
     if text in available_bicycles() and not path.is_file():
@@ -138,10 +138,10 @@ def bicycle_alone(text: str) -> str | None:
         return bicycle_place(text, Path())
     if path.suffix.lower() in (".txt", ".yml", ".yaml", ".json", ".m"):
         return path.resolve().as_posix()
-    if not path.is_file() and path.suffix.lower() != ".toml":
-        there = unknown("bicycle", text, available_bicycles())
+    if not path.is_file() and path.suffix.lower() != ".toml" and text not in available_models():
+        there = unknown("bicycle or model", text, [*available_bicycles(), *available_models()])
         raise InputError(f"{there}; or give a file: velotyre new model.toml writes an example")
-    content = read_toml(path, "model file")
+    content = model_content(text)
     flat = {"values", "mB", "xB", "w"} & set(content)  # parameters below [values], or at the top
     return path.resolve().as_posix() if flat and "bicycle" not in content else None
 
@@ -173,10 +173,12 @@ def _pressure(tyre: str, surface: str | None, text: str | None) -> float | dict[
 
 
 def _complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[Any]:
-    """Complete MODEL in a shell: packaged bicycles first, then files."""
+    """Complete MODEL in a shell: packaged bicycles and models first, then files."""
     from click.shell_completion import CompletionItem
 
     from bicycle.bicycle_files import available_bicycles
+    from bicycle.model_file import available_models
 
-    names = [CompletionItem(name) for name in available_bicycles() if name.startswith(incomplete)]
+    known = (*available_bicycles(), *available_models())
+    names = [CompletionItem(name) for name in known if name.startswith(incomplete)]
     return names or [CompletionItem(incomplete, type="file")]

@@ -23,8 +23,8 @@ from bicycle.model import Model, impossible_bicycles
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.parameter_covariance import WHEELS, ParameterKey
-from bicycle.parameters import UNITS, bodies, static_loads
-from bicycle.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, values_of_tyres, wheel_sources
+from bicycle.parameters import UNITS
+from bicycle.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, tyre_loads, values_of_tyres, wheel_sources
 from studies.axes import SPEED, Axis, axis_of, base_value, effect_parameter
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -62,7 +62,7 @@ class TyreConditions:
             {wheel: value[wheel] if isinstance(value, Mapping) else value for wheel in WHEELS}
             for value in map(law.get, TYRE_KEYS)
         )
-        loads = dict(zip(WHEELS, model.bicycle.static_loads, strict=True))
+        loads = dict(zip(WHEELS, map(float, tyre_loads(model.effects, model.parameters)), strict=True))
         pressures = {wheel: float(value) for wheel, value in bar.items()}
         extrapolate = bool(law.get(EXTRAPOLATE, False))
         return cls(wheel_sources(tyre, surface), pressures, loads, values_of_tyres(tables), extrapolate)
@@ -160,9 +160,15 @@ class ModelSpace:
         return self.model.linear_model()
 
     @cached_property
+    def _moving(self) -> frozenset[str]:
+        """Parameters that move load between the wheels."""
+        own = [key for e in self.model.effects if e.moves_load for key in e.values(self.model.bicycle.values)]
+        return frozenset((*UNITS, *own)) if own else MOVE_LOADS
+
+    @cached_property
     def tyre_moves(self) -> tuple[bool, ...]:
         """Axes along which what the tyres give moves."""
-        return tuple(self.tyres is not None and (bool(axis.wheels) or axis.key in MOVE_LOADS) for axis in self.axes)
+        return tuple(self.tyres is not None and (bool(axis.wheels) or axis.key in self._moving) for axis in self.axes)
 
     def values(self, x: ArrayLike, changed: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter of the model, numbers or (m,) each."""
@@ -172,7 +178,7 @@ class ModelSpace:
             if axis.key != SPEED and not axis.wheels:
                 given |= dict.fromkeys(entries, column)
         values = self.family.values(given)
-        if self.tyres is not None and (any(self.tyre_moves) or MOVE_LOADS & given.keys()):
+        if self.tyres is not None and (any(self.tyre_moves) or self._moving & given.keys()):
             loads, bars = self.conditions(x, values)
             values |= {key: value for key, value in self.tyres.values(loads, bars).items() if key not in given}
         return values
@@ -180,7 +186,7 @@ class ModelSpace:
     def conditions(self, x: ArrayLike, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Load (N) and pressure (bar) of the tyres by wheel; the model has tyres."""
         assert self.tyres is not None
-        loads: dict[str, Any] = dict(zip(WHEELS, static_loads(bodies(values), values["w"], values["g"]), strict=True))
+        loads: dict[str, Any] = dict(zip(WHEELS, tyre_loads(self.model.effects, values), strict=True))
         bars: dict[str, Any] = dict(self.tyres.pressure_bar)
         for axis, column in zip(self.axes, np.atleast_2d(np.asarray(x, float)).T, strict=True):
             if axis.wheels:

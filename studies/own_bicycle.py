@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bicycle import scaled_bicycle as scaled
 from bicycle.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.default_sd import DEFAULTS
 from bicycle.effect import WHEELS
@@ -16,17 +17,6 @@ from bicycle.model import Model
 from bicycle.parameters import UNITS, Bicycle, doubts_about
 from bicycle.propagation import critical_speed_gradients, model_covariance, standard_deviation
 from bicycle.rider_body import RigidBody
-from bicycle.scaled_bicycle import (
-    FEATURES,
-    MAKES,
-    SCALED,
-    Geometry,
-    Guess,
-    feature,
-    guessed,
-    measured_bicycles,
-    with_rider,
-)
 from bicycle.wheel_tyres import joint_wheel_tyres
 from studies.main_study.settings import assumed_front
 from studies.reporting.markdown_text import render_file
@@ -73,7 +63,7 @@ class Asked:
     front_wheel_inertia: float | None = None
 
     @property
-    def geometry(self) -> Geometry:
+    def geometry(self) -> scaled.Geometry:
         """Checked geometry."""
         match = re.fullmatch(r"(\d{3})x(\d{2,3})", self.wheel.strip())
         if match is None:
@@ -87,7 +77,7 @@ class Asked:
             raise InputError(f"--{options[one.key]}: {one.text}")
         if not 4 <= self.mass <= 60:
             raise InputError(f"--mass {self.mass:g} is the bicycle's without rider, 4 to 60 kg")
-        return Geometry(self.wheelbase, self.trail, lam, radius, radius, self.mass)
+        return scaled.Geometry(self.wheelbase, self.trail, lam, radius, radius, self.mass)
 
     @property
     def weighed(self) -> dict[str, tuple[float, float]]:
@@ -98,7 +88,7 @@ class Asked:
             if value is not None and not 0.02 * self.mass < value < 0.5 * self.mass:
                 raise InputError(f"--{option} {value:g} kg is no such part of a bicycle of {self.mass:g} kg")
             if value is not None:
-                known[key] = (feature(key, value, q), DEFAULTS[key][0])
+                known[key] = (scaled.feature(key, value, q), DEFAULTS[key][0])
         if self.front_wheel_inertia is not None:
             if self.front_wheel_mass is None:
                 raise InputError("--front-wheel-inertia goes with --front-wheel-mass; weigh the wheel too")
@@ -108,7 +98,7 @@ class Asked:
                     f"--front-wheel-inertia {self.front_wheel_inertia:g} kg m^2 is {share:.2g} of m r^2; a wheel has "
                     "0.3 to 0.9 of it about its axle"
                 )
-            inertia = feature("IFyy", self.front_wheel_inertia, q, self.front_wheel_mass)
+            inertia = scaled.feature("IFyy", self.front_wheel_inertia, q, self.front_wheel_mass)
             known["IFyy"] = (inertia, DEFAULTS["IFyy"][0])
         return known
 
@@ -147,11 +137,11 @@ class OwnBicycle:
 
 def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
     """Guess what was not measured, and tell what follows."""
-    guess = guessed(asked.geometry).knowing(asked.weighed)
+    guess = scaled.guessed(asked.geometry).knowing(asked.weighed)
     rider, causes = _rider(asked, guess)
     bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
     nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
-    plausible = [_shaken(with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
+    plausible = [_shaken(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
     found = [critical_speeds(Model(_plain(values)), LIMITS.fastest) for values in plausible]
     weave, capsize = (_band(nominal, found, mode) for mode in ("weave", "capsize"))
     wobble = None
@@ -166,15 +156,15 @@ def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
     )
 
 
-def _beyond(own: Geometry) -> dict[str, tuple[float, float, float]]:
+def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
     """Value, and the least and largest of the measured bicycles, of what lies outside of them by more than a tenth."""
-    others = [asdict(Geometry.of(one.values)) for one in measured_bicycles().values()]
+    others = [asdict(scaled.Geometry.of(one.values)) for one in scaled.measured_bicycles().values()]
     ends = {key: (min(one[key] for one in others), max(one[key] for one in others)) for key in asdict(own)}
     found = {key: (value, *ends[key]) for key, value in asdict(own).items()}
     return {key: ends for key, ends in found.items() if not 0.9 * ends[1] <= ends[0] <= 1.1 * ends[2]}
 
 
-def _rider(asked: Asked, guess: Guess) -> tuple[RigidBody | None, dict[str, Array]]:
+def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
     """The rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
     if asked.rider_height is None and asked.rider_mass is None:
         return None, {}
@@ -238,7 +228,7 @@ def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
     return next((one.speed for one in found if one.mode == "wobble" and one.direction == DESTABILISING), math.nan)
 
 
-def _helps(asked: Asked, guess: Guess, rider: RigidBody | None, causes: Mapping[str, Array]) -> tuple[Help, ...]:
+def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: Mapping[str, Array]) -> tuple[Help, ...]:
     """Measurements that are not made yet, from the easiest on."""
     options = {"mF": "--front-wheel-mass KG", "mH": "--fork-mass KG", "IFyy": "--front-wheel-inertia KG_M2"}
     bicycle = guess.bicycle("nominal", "", "", rider=rider, causes=causes)
@@ -247,7 +237,7 @@ def _helps(asked: Asked, guess: Guess, rider: RigidBody | None, causes: Mapping[
         new = [key for key in keys if key not in asked.weighed]
         words = " ".join(options[key] for key in new)
         if new and words not in found:
-            known = {key: (float(guess.mean[FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
+            known = {key: (float(guess.mean[scaled.FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
             better = guess.knowing(known).bicycle("known", "", "", rider=rider, causes=causes)
             after = _sds(bicycle, better)
             found[words] = Help(words, (before[0], after[0]), (before[1], after[1]))
@@ -273,8 +263,7 @@ def file_text(own: OwnBicycle, asked: Asked, command: str) -> str:
     factor = (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))[:, kept]
     exact = {key: DEFAULTS[key][0] for key in ("w", "c", "lam")} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
     content: dict[str, Any] = {
-        "own": own, "asked": asked, "command": command, "makes": len(set(MAKES.values())), "frames": len(MAKES),
-        "limits": LIMITS, "scaled": SCALED, "factor": factor, "sd": exact,
-        "units": UNITS,
+        "own": own, "asked": asked, "command": command, "makes": len(set(scaled.MAKES.values())), "units": UNITS,
+        "frames": len(scaled.MAKES), "limits": LIMITS, "scaled": scaled.SCALED, "factor": factor, "sd": exact,
     }  # fmt: skip
     return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)

@@ -12,6 +12,7 @@ from bicycle.parameters import Bicycle
 from bicycle.rider_body import Segment, yeadon_version
 from bicycle.rider_frame import KEYS, RiderOnBicycle
 from bicycle.rider_posture import LEG_SHARE, POSTURES
+from studies.reporting.markdown_text import render_file
 from studies.reporting.plotting import GREY, drawing
 from tyre.arrays import Array
 
@@ -24,11 +25,6 @@ WORDS = {
     "the vertical; rear frame and rider joined as one rigid body",
     "source": "derived: bicycle {frame} ({frame_source}); rider {rider}, {rider_source}; body model yeadon {yeadon} "
     "(Yeadon 1990), segments turned and joined by velotyre; {angles}; seat and bar: {seat_source}{assumed}",
-    "bar": "bar where the arms end in this posture ({source})",
-    "own_lean": "torso {lean:.0f} deg forward of the vertical as given, elbows {elbows:.0f} deg, arms as of this "
-    "posture",
-    "saddle": "saddle height: {share} of the length from hip to heel, as on three measured bicycles",
-    "assumed": "assumed, not measured on this bicycle: {keys}",
 }
 
 
@@ -150,19 +146,10 @@ def file_text(found: RiderOnBicycle, bicycle: Bicycle, command: str) -> str:
 
 def notes(found: RiderOnBicycle) -> list[str]:
     """Notes on what is assumed or odd, one sentence each."""
-    lines = [f"rider {found.rider.name} {note}" for note in found.rider.notes]
     assumed = [key.rpartition("_")[0].replace("_", " ") for key in found.geometry.assumed]
-    if assumed:
-        lines.append(WORDS["assumed"].format(keys=", ".join(assumed)))
-    if "saddle_distance_m" in found.geometry.assumed:
-        lines.append(WORDS["saddle"].format(share=LEG_SHARE))
-    if "reach_m" in found.geometry.assumed:
-        way = POSTURES[found.posture]
-        elbows = math.degrees(way.elbow_flexion)
-        own = found.angles.torso_lean != way.torso_lean
-        source = WORDS["own_lean"].format(**_names(found), elbows=elbows) if own else way.source
-        lines.append(WORDS["bar"].format(source=source))
-    return lines + [f"odd: {remark}" for remark in found.seated.remarks]
+    content = {"found": found, "assumed": assumed, "leg_share": LEG_SHARE, "usual": POSTURES[found.posture]}
+    content["lean"], content["elbows"] = np.degrees([found.angles.torso_lean, POSTURES[found.posture].elbow_flexion])
+    return render_file("studies.reporting", "rider_notes.txt.j2", content, escaped=False).splitlines()
 
 
 def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:

@@ -141,6 +141,8 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
     anchor = modes(path.space.linear, values[-1:]).anchor if along_speed else base
     anchor = (values[0] + values[-1]) / 2 if np.isnan(anchor) else anchor
     anchor = float(np.clip(anchor, values[0], values[-1]))
+    model, speed = path.at(anchor)
+    modes(model.linear_model(), [speed])  # refuses a model too stiff to be followed
     grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
     names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
     crossings = []
@@ -234,12 +236,8 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
     from matplotlib.ticker import MaxNLocator
 
     left, right, bottom, top = limits
-    axes.set(
-        xlim=(left, right),
-        ylim=(bottom, top),
-        xlabel="Real part, 1/s (shaded: unstable)",
-        ylabel="Imaginary part, rad/s",
-    )
+    words = {"xlabel": "Real part, 1/s (shaded: unstable)", "ylabel": "Imaginary part, rad/s"}
+    axes.set(xlim=(left, right), ylim=(bottom, top), **words)
     axes.grid(False)
     axes.axvspan(0, right, color=UNSTABLE, zorder=0)
     axes.axvline(0, color="0.2", linewidth=1)

@@ -236,24 +236,19 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
 
 
 def _condition_json(condition: ConditionResult) -> dict[str, Any]:
-    def plain(estimate: Estimate | None) -> dict[str, object] | None:
-        return None if estimate is None else estimate.as_json()
-
+    estimates = {
+        "cornering_stiffness_N_per_rad": condition.cornering_stiffness,
+        "lateral_stiffness_N_per_m": condition.lateral_stiffness, "relaxation_length_m": condition.relaxation_length,
+        "camber_stiffness_N_per_rad": condition.camber_stiffness,
+        "twisting_stiffness_N_m_per_rad": condition.twisting_stiffness,
+    }  # fmt: skip
     return {
-        "tyre": condition.tyre,
-        "surface": condition.surface,
-        "load_N": condition.load,
+        "tyre": condition.tyre, "surface": condition.surface, "load_N": condition.load,
         "pressure_bar": round(condition.pressure / PASCAL_PER_BAR, 6),
         "camber_deg": round(float(np.rad2deg(condition.camber)), 6),
-        "cornering_stiffness_N_per_rad": plain(condition.cornering_stiffness),
-        "lateral_stiffness_N_per_m": plain(condition.lateral_stiffness),
-        "relaxation_length_m": plain(condition.relaxation_length),
-        "camber_stiffness_N_per_rad": plain(condition.camber_stiffness),
-        "twisting_stiffness_N_m_per_rad": plain(condition.twisting_stiffness),
-        "r_squared": condition.r_squared,
-        "files": list(condition.files),
-        "warnings": list(condition.warnings),
-    }
+        **{name: None if estimate is None else estimate.as_json() for name, estimate in estimates.items()},
+        "r_squared": condition.r_squared, "files": list(condition.files), "warnings": list(condition.warnings),
+    }  # fmt: skip
 
 
 def write_tables(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[list[Path], list[str]]:

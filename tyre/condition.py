@@ -291,7 +291,9 @@ def combine(
         length, covariance = relaxation_from_stiffness(
             cornering_stiffness=c, lateral_stiffness=k, calibration=calibration
         )
-    direct = _direct_routes(sweeps, steps, calibration)
+    stepped = mean_of_steps(steps, sweeps, repeatability=calibration.repeatability)
+    ways = {"two sweep rates": relaxation_from_two_rates(sweeps), "slip step": stepped}
+    direct = {way: length for way, length in ways.items() if length is not None}
     routes = agreement(({"C/K": length} if length is not None else {}) | direct)
     scatter = {
         items[0].kind: float(np.std([one.value for one in items], ddof=1) / np.mean([one.value for one in items]))
@@ -358,19 +360,6 @@ def _trail(sweeps: Sequence[RecordingSummary]) -> Estimate | None:
     if count == 1:
         return Estimate(mean, own[0])
     return Estimate(mean, float(np.std(values, ddof=1)) / np.sqrt(count), float(count - 1))
-
-
-def _direct_routes(
-    sweeps: Sequence[RecordingSummary], steps: Sequence[RecordingSummary], calibration: Calibration
-) -> dict[str, Estimate]:
-    routes = {}
-    rates = relaxation_from_two_rates(sweeps)
-    if rates is not None:
-        routes["two sweep rates"] = rates
-    mean = mean_of_steps(steps, sweeps, repeatability=calibration.repeatability)
-    if mean is not None:
-        routes["slip step"] = mean
-    return routes
 
 
 def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:

@@ -212,6 +212,7 @@ COUNT = {SIDE: 14, MOMENT: 18}
 KEYS = {"fy": SIDE, "fy_coef": SIDE, "optparametermf_fy": SIDE, "sets": "set",
         "mz": MOMENT, "mz_coef": MOMENT, "optparametermf_mz": MOMENT,
         "load_max_n": "load_max_N", "lateral_stiffness_n_per_mm": "lateral_stiffness_N_per_mm"}  # fmt: skip
+EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 PRESSURES = {"pressure_kpa": 1.0, "pressure_bar": 100.0, "pressure_psi": 4.4482216152605 / 25.4**2 * 1e3}  # in kPa
 
 
@@ -266,23 +267,19 @@ def check_coefficients(fit: Pacejka89) -> None:
             held = fit.linear(load=load)
             forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
         stiffness, friction = float(held["cornering_stiffness"]) * DEGREE, float(np.abs(forces).max()) / load
-        low, high = (limit * load for limit in LIMITS["stiffness per load"])
-        trail = float(held.get("pneumatic_trail", np.nan)) * 1e3
-        wrong = ""
-        if not low <= stiffness <= high:
-            wrong = f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has {low:g} to {high:g} N/deg"
-            wrong += "; the fit is not usable"
-        elif not (forces[1] < 0.0 < forces[2]):
-            wrong = f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N at +4 deg; "
-            wrong += "its sign must follow the slip"
-        elif not friction <= LIMITS["friction"][1]:
-            wrong = (
-                f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {LIMITS['friction'][1]:g}"
-            )
-        elif not 0.0 < trail < LIMITS["trail"][1] * 1e3 and "pneumatic_trail" in held:
-            wrong = f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {LIMITS['trail'][1] * 1e3:g} mm"
-        if wrong:
-            raise InputError(f"{fit.label}: {wrong}")
+        (low, high), most = (limit * load for limit in LIMITS["stiffness per load"]), LIMITS["friction"][1]
+        trail, longest = float(held.get("pneumatic_trail", np.nan)) * 1e3, LIMITS["trail"][1] * 1e3
+        for sound, words in (
+            (low <= stiffness <= high, f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has "
+             f"{low:g} to {high:g} N/deg; the fit is not usable"),
+            (forces[1] < 0.0 < forces[2], f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N "
+             "at +4 deg; its sign must follow the slip"),
+            (friction <= most, f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"),
+            (0.0 < trail < longest or "pneumatic_trail" not in held,
+             f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {longest:g} mm"),
+        ):  # fmt: skip
+            if not sound:
+                raise InputError(f"{fit.label}: {words}")
 
 
 def doubts_about(fit: Pacejka89) -> list[str]:
@@ -363,7 +360,7 @@ def _one_mapping(content: Any, stem: str) -> Any:
         return content
     top = _spelled(content)
     inner = [key for key, value in top.items() if isinstance(value, Mapping) and SIDE in _spelled(value)]
-    if "set" not in top and inner:
+    if "set" not in top and SIDE not in top and inner:  # beside coefficients a struct with Fy is the measured data
         common = {key: top.pop(key) for key in list(top) if key.lower() in PRESSURES}
         top["set"] = [{"label": key, **common, **_spelled(top.pop(key))} for key in inner]
     if "set" not in top and SIDE in top:
@@ -393,7 +390,16 @@ def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
             found[role] = [named.pop(n) for n in range(COUNT[role])]
         if named:
             raise InputError(f"unknown key '{letter}{min(named)}'; known: {letter}0 to {letter}{COUNT[role] - 1}")
+        if role in found:
+            found[role] = _flat(found[role])
     return found
+
+
+def _flat(value: Any) -> Any:
+    """Coefficients that MATLAB's writers of YAML nest in rows or columns, with exponents that YAML takes for text."""
+    if isinstance(value, list):
+        return [one for part in value for one in (_flat(part) if isinstance(part, list) else [_flat(part)])]
+    return float(value) if isinstance(value, str) and EXPONENT.fullmatch(value.strip()) else value
 
 
 def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:

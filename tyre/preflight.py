@@ -339,21 +339,15 @@ def _check_dropouts(found: Preflight, name: str, channel: Channel, *, needed: bo
 
 def _check_stuck(found: Preflight, force: Channel, mover: Channel, *, travel: float) -> None:
     """Forbid stretches where the side force repeats one value while ``mover`` travels: saturated, else frozen."""
-    starts, lengths = runs(np.diff(force) == 0.0)
-    saturated, frozen = 0, 0
-    lowest, highest = np.nanmin(force), np.nanmax(force)
-    for start, length in zip(starts, lengths, strict=True):
+    ends, stuck = (np.nanmin(force), np.nanmax(force)), {True: 0, False: 0}
+    for start, length in zip(*runs(np.diff(force) == 0.0), strict=True):
         stretch = mover[start : start + length + 1]
-        if length < 4 or np.isnan(stretch).all() or np.nanmax(stretch) - np.nanmin(stretch) < travel:
-            continue
-        if force[start] in (lowest, highest):
-            saturated += int(length) + 1
-        else:
-            frozen += int(length) + 1
-    if saturated:
-        found.forbids(f"side_force is saturated: {saturated} samples stay at its extreme values")
-    if frozen:
-        found.forbids(f"side_force is frozen: {frozen} samples repeat one value while the rig moves")
+        if length >= 4 and np.isfinite(stretch).any() and np.nanmax(stretch) - np.nanmin(stretch) >= travel:
+            stuck[force[start] in ends] += int(length) + 1
+    if stuck[True]:
+        found.forbids(f"side_force is saturated: {stuck[True]} samples stay at its extreme values")
+    if stuck[False]:
+        found.forbids(f"side_force is frozen: {stuck[False]} samples repeat one value while the rig moves")
 
 
 def _count_branches(channel: Channel) -> int:
@@ -371,10 +365,7 @@ def _count_branches(channel: Channel) -> int:
 def _slope(x: Channel, y: Channel) -> tuple[float, float]:
     """Least-squares slope of ``y`` over ``x`` (n,) and their correlation where both are there; NaN if x is constant."""
     both = np.isfinite(x) & np.isfinite(y)
-    if both.sum() < 2:
+    if both.sum() < 2 or not np.ptp(x[both]):
         return float("nan"), float("nan")
-    dx, dy = x[both] - x[both].mean(), y[both] - y[both].mean()
-    if not dx.any():
-        return float("nan"), float("nan")
-    spread = float(np.sqrt((dx @ dx) * (dy @ dy)))
-    return float(dx @ dy / (dx @ dx)), float(dx @ dy / spread) if spread else 0.0
+    (xx, xy), (_, yy) = np.cov(x[both], y[both])
+    return float(xy / xx), float(xy / np.sqrt(xx * yy)) if yy else 0.0

@@ -102,7 +102,7 @@ def parse(text: str, *, source: str) -> TirText:
             continue
         assignment = re.match(r"^\s*([A-Za-z_]\w*)\s*=\s*(.*)$", line)
         if assignment is None:
-            if stripped[0] == "{" or re.fullmatch(r"[-+.\deE\s]+", re.split(r"[$!]", stripped)[0]):
+            if stripped[0] == "{" or re.fullmatch(r"[-+.\deEdD\s]+", re.split(r"[$!]", stripped)[0]):
                 continue  # a table such as [SHAPE], of no use here and kept in the text
             if "=" in stripped:
                 raise InputError(f"{where}: {stripped[:60]!r} is no section, assignment, table row or comment")
@@ -125,6 +125,7 @@ def _value(text: str) -> float | str:
     if text[:1] in ("'", '"'):
         return text[1:].partition(text[0])[0].strip()
     text = re.split(r"[$!]", text)[0].strip()
+    text = re.sub(r"^([-+]?\d*\.\d*)[dD]([-+]?\d+)$", r"\1e\2", text)  # as Fortran writes it
     try:
         return value if plain_digits(text) and isfinite(value := float(text)) else text
     except ValueError:

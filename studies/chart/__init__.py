@@ -4,7 +4,6 @@ from studies.chart.chart import (
     BAND,
     CELLS,
     NamedBoundary,
-    Names,
     StabilityChart,
     Uncertain,
     along_axes,
@@ -24,7 +23,7 @@ from studies.chart.plane import Look, Plane, Span, marks, split_range, usual_ran
 from studies.chart.search import all_boundaries, completed
 
 __all__ = [
-    "BAND", "CELLS", "CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary", "Look", "NamedBoundary", "Names", "Plane", "Span",
+    "BAND", "CELLS", "CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary", "Look", "NamedBoundary", "Plane", "Span",
     "StabilityChart", "Uncertain", "all_boundaries", "along_axes", "band_of", "checked", "completed", "contour_values",
     "draw_chart", "headers", "marks", "record", "rows", "split_range", "spread", "stability_chart", "title",
     "usual_range",

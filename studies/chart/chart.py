@@ -5,7 +5,7 @@ With Re lambda(u, p) = 0 along a boundary, numbers p with covariance S move it a
 it is sqrt(g' S g) / |dRe/du_i|. The numbers of the two axes themselves are where they stand, without error.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,20 +33,8 @@ WIDE = 0.3  # of the axes: a band whose half width is more along half of a bound
 CELLS = 300  # of a band, along each axis
 
 
-@dataclass(frozen=True)
-class Names:
-    """Name of the mode at each point (m): two joined by a plus if it is in doubt, empty if it is unknown."""
-
-    names: tuple[str, ...]
-
-    @property
-    def distinct(self) -> tuple[str, ...]:
-        """Every name along the boundary, in order."""
-        return tuple(dict.fromkeys(self.names))
-
-
-def named(plane: Plane, boundary: Boundary) -> Names:
-    """Names of the crossing root along a boundary, each point by itself."""
+def named(plane: Plane, boundary: Boundary) -> tuple[str, ...]:
+    """Names of the crossing root at each point: two joined by a plus if it is in doubt, empty if it is unknown."""
     space, x, count = plane.space, plane.x(boundary.shares), len(boundary)
     values, rules = space.values(x), Rules.of(space.linear)
     gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
@@ -57,7 +45,7 @@ def named(plane: Plane, boundary: Boundary) -> Names:
     own = away.argmin(1)
     near = away[row, own] < FAR * boundary.sizes + 1e-6
     pairs = zip(near, found.first[row, own].tolist(), found.second[row, own].tolist(), strict=True)
-    return Names(tuple(rules.name(first, second) if known else "" for known, first, second in pairs))
+    return tuple(rules.name(first, second) if known else "" for known, first, second in pairs)
 
 
 @dataclass(frozen=True)
@@ -120,12 +108,27 @@ def band_of(shares: Array, sd: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class NamedBoundary:
-    """A boundary, the names of its mode, and at each point (m,) the number of unstable roots on its stable side."""
+    """A boundary, and at each point (m) the name of its mode and the number of unstable roots on its stable side."""
 
     curve: Boundary
-    names: Names
+    names: tuple[str, ...]
     beside: NDArray[np.intp]
     growth_sd: Array
+
+    @property
+    def distinct(self) -> tuple[str, ...]:
+        """Every name along the boundary, in order."""
+        return tuple(dict.fromkeys(self.names))
+
+    def pieces(self, plane: Plane) -> Iterator[tuple[str, bool, Array, Array]]:
+        """Stretches of one name: whether each limits what is stable, its points (m, 2) and frequencies (m,) in Hz."""
+        order, start = [*range(len(self.names)), *[0] * self.curve.closed], 0
+        points, hertz = plane.x(self.curve.shares)[order], self.frequency[order]
+        kinds = [(self.names[k], bool(self.beside[k] == 0)) for k in order]
+        for k in range(1, len(order)):
+            if k == len(order) - 1 or kinds[k] != kinds[start]:
+                yield *kinds[start], points[start : k + 1], hertz[start : k + 1]
+                start = k
 
     @property
     def frequency(self) -> Array:
@@ -163,7 +166,7 @@ class StabilityChart:
             curve, points = one.curve, self.plane.x(one.curve.shares)
             columns: dict[str, Any] = {axis.column: points[:, i] for i, axis in enumerate(axes)}
             columns |= {
-                "boundary": number, "closed": curve.closed, "mode": [name or "unknown" for name in one.names.names],
+                "boundary": number, "closed": curve.closed, "mode": [name or "unknown" for name in one.names],
                 "kind": "real" if curve.real else "oscillatory",
                 "frequency_Hz": one.frequency, "residual_real_1_s": curve.roots.real,
                 "largest_root_1_s": curve.sizes, "unstable_roots_on_the_stable_side": one.beside,
@@ -251,7 +254,7 @@ def rows(chart: StabilityChart) -> list[list[Any]]:
     for number, one in enumerate(chart.boundaries, 1):
         points, stable = chart.plane.x(one.curve.shares), float(np.mean(one.beside == 0))
         found.append([
-            number, " / ".join((name or "unknown").replace("+", " or ") for name in one.names.distinct),
+            number, " / ".join((name or "unknown").replace("+", " or ") for name in one.distinct),
             *(_range(values) for values in (*points.T, one.frequency)), *_deviations(chart, one),
             "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
             "closed" if one.curve.closed else "ends where its frequency becomes zero" * (DOUBLE_ZERO in one.curve.ends),
@@ -293,7 +296,7 @@ def record(chart: StabilityChart) -> dict[str, Any]:
         "speed_m_s": plane.speed,
         "boundaries": [
             {
-                "modes": list(one.names.distinct), "kind": "real" if one.curve.real else "oscillatory",
+                "modes": list(one.distinct), "kind": "real" if one.curve.real else "oscillatory",
                 "closed": one.curve.closed, "ends": list(one.curve.ends),
                 "points": plane.x(one.curve.shares).tolist(), "frequency_Hz": one.frequency.tolist(),
                 "unstable_roots_on_the_stable_side": one.beside.tolist(),

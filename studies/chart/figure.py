@@ -7,7 +7,7 @@ import numpy as np
 
 from bicycle.mode_figure import mode_look, mode_words
 from studies.chart.chart import NamedBoundary, StabilityChart, band_of, contour_values
-from studies.chart.plane import LOAD, MODEL, PRESSURE, TYRE, Mark, lattice
+from studies.chart.plane import LOAD, MODEL, PRESSURE, TYRE, lattice
 from studies.outputs import Output
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import EXTRAPOLATED, GREY, drawing, legend_columns
@@ -98,7 +98,7 @@ def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
     if not one.band_is_told:
         return
     share, inside = band_of(one.curve.shares, one.spread[:, 2])
-    spans, colour = chart.plane.spans, mode_look(one.names.names[0] or "other").colour
+    spans, colour = chart.plane.spans, mode_look(one.names[0] or "other").colour
     axes.contourf(
         spans[0].at(share), spans[1].at(share), inside.T, levels=[0, 1], colors=[colour], alpha=0.25,
         zorder=1, antialiased=True,
@@ -106,59 +106,33 @@ def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
 
 
 def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, below: bool) -> None:  # noqa: FBT001
-    points, hertz = chart.plane.x(one.curve.shares), one.frequency
-    names, limit = list(one.names.names), one.beside == 0
-    if one.curve.closed:
-        points, hertz = np.vstack([points, points[:1]]), np.r_[hertz, hertz[:1]]
-        names, limit = [*names, names[0]], np.r_[limit, limit[:1]]
-    start = 0
-    for k in range(1, len(points)):
-        if k == len(points) - 1 or (names[k], limit[k]) != (names[start], limit[start]):
-            part = slice(start, k + 1)
-            style = mode_look(names[start] or "other")
-            line = {
-                "color": style.colour, "linestyle": style.bare or style.line,
-                "linewidth": 2.2 if limit[start] else 1.2, "solid_capstyle": "round",
-            }  # fmt: skip
-            axes.plot(*points[part].T, zorder=3, **line)
-            if not one.curve.real and beside is not None:
-                along = points[part, 0 if below else 1]
-                beside.plot(*((along, hertz[part]) if below else (hertz[part], along)), **line)
-            start = k
+    for name, limit, points, hertz in one.pieces(chart.plane):
+        style = mode_look(name or "other")
+        line = {"color": style.colour, "linestyle": style.bare or style.line, "linewidth": 2.2 if limit else 1.2}
+        axes.plot(*points.T, zorder=3, solid_capstyle="round", **line)
+        if not one.curve.real and beside is not None:
+            along = points[:, 0 if below else 1]
+            beside.plot(*((along, hertz) if below else (hertz, along)), solid_capstyle="round", **line)
 
 
 def _marks(axes: Any, chart: StabilityChart) -> None:
-    points = [mark for mark in chart.marks if not np.isnan(mark.x + mark.y)]
+    small: dict[str, Any] = {"fontsize": 7.5, "color": "0.25", "zorder": 7}
+    small["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.75}
     for mark in chart.marks:
-        style = {"color": "black" if mark.kind == MODEL else GREY, "zorder": 8 if mark.kind == MODEL else 6}
-        if np.isnan(mark.x) and np.isnan(mark.y):
-            continue
-        if np.isnan(mark.y):
-            axes.axvline(mark.x, linewidth=1.0, linestyle=":", **style)
-        elif np.isnan(mark.x):
-            axes.axhline(mark.y, linewidth=1.0, linestyle=":", **style)
-        else:
-            size = 11 if mark.kind == MODEL else 8
-            axes.plot(mark.x, mark.y, _marker(mark.kind), markersize=size, markeredgecolor="white",
-                      markerfacecolor=style["color"], zorder=style["zorder"])  # fmt: skip
-    _words(axes, chart, [mark for mark in chart.marks if mark.kind != MODEL and mark not in points], points)
-
-
-def _marker(kind: str) -> str:
-    return next(marker for name, marker in MARKERS.items() if kind.startswith(name))
-
-
-def _words(axes: Any, chart: StabilityChart, lines: list[Mark], points: list[Mark]) -> None:
-    small = {"fontsize": 7.5, "color": "0.25", "zorder": 7}
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.75}
-    for mark in lines:
-        if np.isnan(mark.y):
-            axes.text(mark.x, 0.985, mark.label, rotation=90, ha="right", va="top", bbox=box,
-                      transform=axes.get_xaxis_transform(), **small)  # fmt: skip
-        else:
-            axes.text(0.985, mark.y, mark.label, ha="right", va="bottom", bbox=box,
-                      transform=axes.get_yaxis_transform(), **small)  # fmt: skip
-    named = [mark for mark in points if mark.kind != MODEL]
+        own, upright, level = mark.kind == MODEL, np.isnan(mark.y), np.isnan(mark.x)
+        style: dict[str, Any] = {"color": "black" if own else GREY, "zorder": 8 if own else 6}
+        style |= {"linewidth": 1.0, "linestyle": ":"} if upright or level else {"markeredgecolor": "white"}
+        words = "" if own else mark.label
+        if upright and not level:
+            axes.axvline(mark.x, **style)
+            axes.text(mark.x, 0.985, words, rotation=90, ha="right", va="top", transform=axes.get_xaxis_transform(),
+                      **small)  # fmt: skip
+        elif level and not upright:
+            axes.axhline(mark.y, **style)
+            axes.text(0.985, mark.y, words, ha="right", va="bottom", transform=axes.get_yaxis_transform(), **small)
+        elif not level:
+            axes.plot(mark.x, mark.y, _marker(mark.kind), markersize=11 if own else 8, **style)
+    named = [mark for mark in chart.marks if mark.kind != MODEL and not np.isnan(mark.x + mark.y)]
     taken: list[Array] = []
     for mark in named if len(named) <= 14 else []:  # beyond them marked points have no words beside them
         place = np.array([span.share(x) for span, x in zip(chart.plane.spans, (mark.x, mark.y), strict=True)])
@@ -166,8 +140,12 @@ def _words(axes: Any, chart: StabilityChart, lines: list[Mark], points: list[Mar
         taken.append(place)
         axes.annotate(
             mark.label, (mark.x, mark.y), (-6 if left else 6, -12 if crowded else 5), textcoords="offset points",
-            ha="right" if left else "left", bbox=box, **small,
+            ha="right" if left else "left", **small,
         )  # fmt: skip
+
+
+def _marker(kind: str) -> str:
+    return next(marker for name, marker in MARKERS.items() if kind.startswith(name))
 
 
 def _axes(axes: Any, beside: Any, chart: StabilityChart, below: bool) -> None:  # noqa: FBT001
@@ -191,7 +169,7 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
     from matplotlib.patches import Patch
 
     handles: list[Any] = list(axes.get_legend_handles_labels()[0])
-    for name in dict.fromkeys(name for one in chart.boundaries for name in one.names.distinct):
+    for name in dict.fromkeys(name for one in chart.boundaries for name in one.distinct):
         style = mode_look(name or "other")
         handles.append(Line2D([], [], color=style.colour, linestyle=style.bare or style.line, linewidth=2.0,
                               label=mode_words(name) if name else "mode unknown"))  # fmt: skip

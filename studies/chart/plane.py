@@ -12,6 +12,7 @@ from bicycle.eigen import eigensystem, eigenvalues
 from bicycle.naming import check_trackable, speed_unit
 from bicycle.parameter_covariance import WHEELS, ParameterKey
 from bicycle.parameters import canonical
+from bicycle.wheel_tyres import tyre_loads
 from studies.axes import SPEED, Axis, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
@@ -225,7 +226,7 @@ def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
     if not any(own) or (all(own) and keys[0].wheel != keys[1].wheel):
         return []
     wheel = next(key.wheel for key, name in zip(keys, own, strict=True) if name) or WHEELS[1]
-    load = dict(zip(WHEELS, space.model.bicycle.static_loads, strict=True))[wheel]
+    load = dict(zip(WHEELS, tyre_loads(space.model.effects, space.model.parameters), strict=True))[wheel]
     sources, found = [] if space.tyres is None else list(space.tyres.sources.values()), []
     for name in available_tyres():
         with suppress(InputError):  # not measured on a flat surface

@@ -7,12 +7,12 @@ HOME = {
     "chart": ("BAND_NAME", "bands", "hidden"),
     "exports": ("as_command", "as_python", "eigenvalues_csv", "model_toml", "saved_page"),
     "figures": (
-        "DARK", "LIGHT", "colour_on", "damping_figure", "figure_or_words", "halving", "modes_figure",
-        "sensitivity_figure", "slow_hertz",
+        "DARK", "LIGHT", "amplitude_figure", "colour_on", "damping_figure", "figure_or_words", "halving",
+        "modes_figure", "sensitivity_figure", "slow_hertz",
     ),
     "forms": ("controls", "controls_html", "law_options", "starts"),
     "models": (
-        "AtSpeed", "at_speed", "bicycle_or_none", "build", "computed", "model_content", "ranking",
+        "AtSpeed", "amplitudes", "at_speed", "bicycle_or_none", "build", "computed", "model_content", "ranking",
     ),
     "geometry": ("SLIDERS", "Misfit", "moved", "side_view", "slider_fields"),
     "motion": ("FRAMES", "mode_motion"),

@@ -14,25 +14,11 @@ from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html, no_u
 from markupsafe import Markup
 
 from bicycle.mode_figure import mode_words
-from studies.explorer import exports
+from studies.explorer import exports, figures
 from studies.explorer.chart import chart_csv, chart_figure, chart_notes, chart_of
-from studies.explorer.figures import (
-    FAILED,
-    HEIGHTS,
-    LIGHT,
-    PALETTES,
-    Palette,
-    critical_strip,
-    critical_words,
-    damping_figure,
-    figure_or_words,
-    modes_figure,
-    root_locus,
-    sensitivity_figure,
-)
 from studies.explorer.forms import controls_html
 from studies.explorer.geometry import Misfit
-from studies.explorer.models import Computed, at_speed, bicycle_name, computed, ranking, view_from_the_side
+from studies.explorer.models import Computed, amplitudes, at_speed, bicycle_name, computed, ranking, view_from_the_side
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
@@ -42,7 +28,8 @@ from tyre.errors import InputError
 from tyre.find_tyre import FILE_ENDINGS
 
 ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
-AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"))
+AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"),
+      ("amplitude", "Amplitude over speed"))  # fmt: skip
 CHART = ("chart", "Stability chart")
 """Figures: id and what they are called. A further view is a row here and one in :data:`ANSWERS`.
 
@@ -58,49 +45,58 @@ def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     pins = {f"pin {k + 1}": parse_state(pin) for k, pin in enumerate(state.pins)}
     pinned = {f"{label}: {bicycle_name(pin)}": computed(pin) for label, pin in pins.items()}
     shown = {
-        "asked": asked,
-        "address": state.address,
+        "asked": asked, "address": state.address,
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
-        "critical": [critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
+        "critical": [figures.critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
         "sides": side_views(state, now, pinned),
         "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events, *kept_here(state))],
-    }
-    locus = root_locus(now, palette)
+    }  # fmt: skip
+    locus = figures.root_locus(now, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
-    modes = modes_figure(now, pinned, palette)
-    return {"figures": {"modes": modes, "critical": critical_strip(now, palette), "locus": locus}, "shown": shown}
+    modes, critical = figures.modes_figure(now, pinned, palette), figures.critical_strip(now, palette)
+    return {"figures": {"modes": modes, "critical": critical, "locus": locus}, "shown": shown}
 
 
 def side_views(state: Shown, now: Computed, pinned: Mapping[str, Computed]) -> str:
     """Drawings to scale of the bicycle and of the one pinned last, side by side, with their critical speeds."""
-    shown = [(state, now), *zip(map(parse_state, state.pins), pinned.values(), strict=True)]
-    views = []
-    for one, found in (shown[0], *shown[1:][-1:]):
-        views.append(
-            view_from_the_side(one) | {"critical": list(map(critical_words, found.critical)), "fast": one.fast}
-        )
+    last = list(zip(map(parse_state, state.pins), pinned.values(), strict=True))[-1:]
+    views = [
+        view_from_the_side(one) | {"critical": list(map(figures.critical_words, found.critical)), "fast": one.fast}
+        for one, found in ((state, now), *last)
+    ]
     low, top, wide, high = zip(*(view["box"] for view in views), strict=True)
     return str(exports.template("side_view").render(views=views, box=(min(low), min(top), max(wide), max(high))))
 
 
-def _damping(state: Shown, palette: Palette) -> dict[str, Any]:
-    figure = figure_or_words("damping", lambda: damping_figure(at_speed(state), palette), palette)
+def _damping(state: Shown, palette: figures.Palette) -> dict[str, Any]:
+    figure = figures.figure_or_words("damping", lambda: figures.damping_figure(at_speed(state), palette), palette)
     return {"figure": figure, "command": exports.as_command(state), "python": exports.as_python(state)}
 
 
-def _sensitivity(state: Shown, palette: Palette) -> dict[str, Any]:
-    return {"figure": figure_or_words("sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette)}
+def _sensitivity(state: Shown, palette: figures.Palette) -> dict[str, Any]:
+    def made() -> figures.Figure:
+        return figures.sensitivity_figure(ranking(state), palette)
+
+    return {"figure": figures.figure_or_words("sensitivity", made, palette)}
 
 
-def _chart(state: Shown, palette: Palette) -> dict[str, Any]:
+def _amplitude(state: Shown, palette: figures.Palette) -> dict[str, Any]:
+    def made() -> figures.Figure:
+        return figures.amplitude_figure(amplitudes(state), state.fast, palette)
+
+    return {"figure": figures.figure_or_words("amplitude", made, palette)}
+
+
+def _chart(state: Shown, palette: figures.Palette) -> dict[str, Any]:
     found = chart_of(state)
     return {"figure": chart_figure(found, palette), "address": state.address, "notes": chart_notes(found)}
 
 
-ANSWERS: dict[str, tuple[str, Callable[[Shown, Palette], dict[str, Any]]]] = {
+ANSWERS: dict[str, tuple[str, Callable[[Shown, figures.Palette], dict[str, Any]]]] = {
     "damping": ("ask-at", _damping),
     "sensitivity": ("ask-at", _sensitivity),
+    "amplitude": ("ask-at", _amplitude),
     "motion": ("ask-motion", lambda state, _: mode_motion(state, at_speed(state))),
     "chart": ("ask-chart", _chart),
 }
@@ -109,7 +105,7 @@ ANSWERS: dict[str, tuple[str, Callable[[Shown, Palette], dict[str, Any]]]] = {
 DIRECT = ("ask-along", "along", "ask-form", "form")
 """Stores that stay empty: the page asks these questions itself (``assets/server.js``), as Dash would."""
 
-FILES: dict[Any, tuple[str, Callable[[Shown, Palette], str]]] = {
+FILES: dict[Any, tuple[str, Callable[[Shown, figures.Palette], str]]] = {
     "model": (".toml", lambda state, _: exports.model_toml(state)),
     "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
     "chart": ("_stability_chart.csv", lambda state, _: chart_csv(state)),
@@ -135,7 +131,7 @@ def build_app(initial: str = "") -> Dash:
     places = ("metas", "title", "favicon", "css", "app_entry", "config", "scripts", "renderer")
     page = exports.template("explorer").render(
         initial=initial, style=Markup(exports.packaged("assets/explorer.css")), program=Markup(program()),
-        along=ALONG, at=AT, chart=CHART, heights=HEIGHTS, largest=LARGEST, largest_body=LARGEST_BODY,
+        along=ALONG, at=AT, chart=CHART, heights=figures.HEIGHTS, largest=LARGEST, largest_body=LARGEST_BODY,
         dash=SimpleNamespace(**{name: Markup(f"{{%{name}%}}") for name in places}),
     )  # fmt: skip
     app = Dash(
@@ -143,14 +139,8 @@ def build_app(initial: str = "") -> Dash:
         title="velotyre explorer", update_title="", serve_locally=True, assets_ignore=r"\.(js|css)$",
         suppress_callback_exceptions=False,
     )  # fmt: skip
-    stores = (
-        "state",
-        *dict.fromkeys(question for question, _ in ANSWERS.values()),
-        *ANSWERS,
-        "save",
-        "dropped",
-        *DIRECT,
-    )
+    questions = dict.fromkeys(question for question, _ in ANSWERS.values())
+    stores = ("state", *questions, *ANSWERS, "save", "dropped", *DIRECT)
     words = "Load a bicycle, model or tyre, or drop it here (a model together with its tyre files)"
     drop = dcc.Upload(
         html.Div(words, className="drop"), id="upload", accept=",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS))),
@@ -166,7 +156,7 @@ def build_app(initial: str = "") -> Dash:
     return app
 
 
-def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, Palette], dict[str, Any]]) -> None:
+def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figures.Palette], dict[str, Any]]) -> None:
     @app.callback(Output(name, "data"), Input(question, "data"), prevent_initial_call=True)
     def answered(asked: Any) -> Any:
         text, theme = _asked(asked)
@@ -241,7 +231,7 @@ def _or_message(made: Callable[[], Any], refused: Callable[[dict[str, str]], Any
         return refused({"message": str(error)})
     except Exception:
         logging.getLogger(__name__).exception("no answer")
-        return refused({"message": FAILED})
+        return refused({"message": figures.FAILED})
 
 
 def _listed(given: Any) -> list[str]:
@@ -255,5 +245,5 @@ def _asked(asked: Any) -> tuple[Any, Any]:
     return (asked.get("text"), asked.get("theme")) if isinstance(asked, dict) else (None, None)
 
 
-def _palette(theme: Any) -> Palette:
-    return PALETTES.get(theme, LIGHT) if isinstance(theme, str) else LIGHT
+def _palette(theme: Any) -> figures.Palette:
+    return figures.PALETTES.get(theme, figures.LIGHT) if isinstance(theme, str) else figures.LIGHT

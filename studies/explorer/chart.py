@@ -13,7 +13,7 @@ from bicycle.mode_figure import mode_look, mode_words
 from studies.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
 from studies.chart.chart import BAND, NamedBoundary, StabilityChart, checked, stability_chart, title
 from studies.chart.plane import Plane, Span, split_range
-from studies.explorer.figures import HEIGHTS, Figure, Palette, colour_on, layout, series
+from studies.explorer.figures import HEIGHTS, Figure, Palette, colour_on, layout, plain, series
 from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
 from studies.explorer.tyre_files import TYRES
@@ -71,8 +71,10 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     for one in chart.boundaries if chart.uncertain else ():
         if not one.band_is_told or _widest(one) < HAIR:
             continue
-        x, y = _joined(_ribbon(chart, one))
-        colour = colour_on(mode_look(one.names.names[0] or "other").colour, palette)
+        # closed rims one after the other, None between them
+        rims = [point for rim in _ribbon(chart, one) for point in ([None, None], *rim.tolist(), rim[0].tolist())][1:]
+        x, y = ([None if at is None else float(f"{at:.6g}") for at in along] for along in zip(*rims, strict=True))
+        colour = colour_on(mode_look(one.names[0] or "other").colour, palette)
         red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
         found.append({
             "type": "scatter", "mode": "lines", "name": BAND_NAME, "legendgroup": "band", "showlegend": not found,
@@ -104,16 +106,6 @@ def _ribbon(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
     return [chart.plane.x(np.clip(np.vstack([ahead, behind[::-1]]), 0, 1))]
 
 
-def _joined(rims: list[Array]) -> tuple[list[float | None], list[float | None]]:
-    """Closed rims one after the other, None between them."""
-    across: list[float | None] = []
-    upwards: list[float | None] = []
-    for rim in rims:
-        for place, values in ((across, rim[:, 0]), (upwards, rim[:, 1])):
-            place += [*([None] if place else []), *(float(f"{value:.6g}") for value in (*values, values[0]))]
-    return across, upwards
-
-
 FINE = 260  # cells of the shading along each axis
 SHADES = {False: (246, 222, 219), True: (92, 46, 40)}  # of what is unstable, on light and on dark ground
 HATCH = {False: (206, 206, 206), True: (80, 88, 98)}
@@ -135,19 +127,14 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
     first, second = chart.plane.spans
     data, named = [], set()
     for number, one in enumerate(chart.boundaries, 1):
-        points, hertz = chart.plane.x(one.curve.shares), one.frequency
-        names, limit = list(one.names.names), one.beside == 0
-        if one.curve.closed:
-            points, hertz = np.vstack([points, points[:1]]), np.r_[hertz, hertz[:1]]
-            names, limit = [*names, names[0]], np.r_[limit, limit[:1]]
-        for name, inside, part in _pieces(names, limit):
+        for name, limit, points, hertz in one.pieces(chart.plane):
             words = mode_words(name) if name else "mode unknown"
             style = series(name or "other", palette)
             data.append({
                 "type": "scatter", "mode": "lines", "name": escape(words), "legendgroup": words,
-                "showlegend": words not in named, "x": points[part, 0].tolist(), "y": points[part, 1].tolist(),
-                "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz[part].tolist()],
-                "line": style["line"] | {"width": 2.4 if inside else 1.0},
+                "showlegend": words not in named, "x": points[:, 0].tolist(), "y": points[:, 1].tolist(),
+                "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz.tolist()],
+                "line": style["line"] | {"width": 2.4 if limit else 1.0},
                 "hovertemplate": f"<b>{escape(words)}</b>, boundary {number}<br>{escape(first.axis.key)} %{{x:.4g}}, "
                                  f"{escape(second.axis.key)} %{{y:.4g}}<br>frequency %{{customdata[0]:.4g}} Hz "
                                  "(%{customdata[1]})<extra></extra>",
@@ -168,11 +155,7 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
     axes = [span.axis.column for span in chart.plane.spans]
     columns = ["boundary", "mode", *axes, "frequency_Hz", "unstable_roots_on_the_stable_side"]
     columns += [f"sd_{axis}" for axis in axes if f"sd_{axis}" in frame]
-    shown = frame.reindex(columns=columns)
-    rows = [
-        [None if isinstance(cell, float) and not np.isfinite(cell) else cell for cell in row]
-        for row in shown.astype(object).to_numpy().tolist()
-    ]
+    rows = [plain(row) for row in frame.reindex(columns=columns).astype(object).to_numpy().tolist()]
     return {"columns": [name.replace("_", " ") for name in columns], "rows": rows}
 
 
@@ -194,16 +177,6 @@ def _chart(address: str, at: float | None) -> StabilityChart:
     state = parse_state(address)
     with TYRES.by_name():
         return stability_chart(Plane.of(model_content(state), state.x, state.y, speed=at))
-
-
-def _pieces(names: list[str], limit: Any) -> list[tuple[str, bool, slice]]:
-    """Stretches of one mode that are the limit of what is stable, or are not."""
-    found, start = [], 0
-    for k in range(1, len(names)):
-        if k == len(names) - 1 or (names[k], limit[k]) != (names[start], limit[start]):
-            found.append((names[start], bool(limit[start]), slice(start, k + 1)))
-            start = k
-    return found
 
 
 def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:

@@ -12,16 +12,8 @@ from pprint import pformat
 from typing import Any
 
 from bicycle.effect_registry import outside_origins
+from studies.explorer import figures as drawn
 from studies.explorer.chart import chart_figure, chart_notes, chart_of
-from studies.explorer.figures import (
-    Palette,
-    critical_strip,
-    damping_figure,
-    figure_or_words,
-    modes_figure,
-    root_locus,
-    sensitivity_figure,
-)
 from studies.explorer.models import POINTS, at_speed, bicycle_name, computed, model_content, ranking
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State, parse_state, written
@@ -96,17 +88,17 @@ def as_python(state: State) -> str:
     return PYTHON.format(own=own + _needed(state), model=model, slow=state.slow, fast=state.fast, points=POINTS)
 
 
-def saved_page(state: State, palette: Palette, *, chart: bool = False) -> str:
+def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> str:
     """Present view as one HTML file: figures, tables, data and the model file inside."""
     now, at = computed(state), at_speed(state)
     pins = {f"pin {k + 1}: {bicycle_name(pin)}": computed(pin) for k, pin in enumerate(map(parse_state, state.pins))}
     figures = {
-        "Modes along speed": modes_figure(now, pins, palette),
-        "Critical speeds": critical_strip(now, palette),
-        "Root locus": root_locus(now, palette),
-        "Damping at the chosen speed": damping_figure(at, palette),
-        "Sensitivities at the chosen speed": figure_or_words(
-            "sensitivity", lambda: sensitivity_figure(ranking(state), palette), palette
+        "Modes along speed": drawn.modes_figure(now, pins, palette),
+        "Critical speeds": drawn.critical_strip(now, palette),
+        "Root locus": drawn.root_locus(now, palette),
+        "Damping at the chosen speed": drawn.damping_figure(at, palette),
+        "Sensitivities at the chosen speed": drawn.figure_or_words(
+            "sensitivity", lambda: drawn.sensitivity_figure(ranking(state), palette), palette
         ),
     }
     notes = [*now.notes, *kept_here(state)]

@@ -3,7 +3,7 @@
 import colorsys
 import logging
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
@@ -18,6 +18,7 @@ from bicycle.eigen import angular_frequency, frequency_hz, oscillating
 from bicycle.mode_figure import mode_look, mode_words
 from bicycle.named_modes import UNITS, Modes
 from studies.explorer.models import AtSpeed, Computed
+from studies.lasting_motions import Trace
 from studies.ranking import Ranking
 from tyre.errors import InputError, extrapolated
 
@@ -27,7 +28,9 @@ MARKERS = {
     "p": "pentagon", "d": "diamond-tall",
 }  # fmt: skip
 LINE_WIDTH = 2.0  # pixels; the house's lines are counted in widths
-HEIGHTS = {"modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "chart": 520}
+HEIGHTS = {
+    "modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "amplitude": 400, "chart": 520,
+}  # fmt: skip
 """Height of each figure, pixels."""
 
 FAILED = "this could not be computed; the terminal of velotyre explore says why"
@@ -223,11 +226,13 @@ def modes_table(named: Modes) -> dict[str, Any]:
     shown = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
     shown |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
     columns = [f"{shown.get(name, name)} {'' if unit == '1' else unit}".strip() for name, unit in UNITS.items()]
-    rows = [
-        [None if isinstance(cell, float) and math.isnan(cell) else cell for cell in row] + [halving(row[2])]
-        for row in frame.itertuples(index=False, name=None)
-    ]
+    rows = [[*plain(row), halving(row[2])] for row in frame.itertuples(index=False, name=None)]
     return {"columns": [*columns, "time"], "rows": rows}
+
+
+def plain(cells: Iterable[Any]) -> list[Any]:
+    """Values as JSON has them: None in place of what is no finite number."""
+    return [None if isinstance(cell, float) and not math.isfinite(cell) else cell for cell in cells]
 
 
 def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, Any]]:
@@ -247,9 +252,10 @@ def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, An
                 "text": hover, "hovertemplate": "%{text}<extra></extra>", "legendgroup": called, "line": style["line"],
                 "opacity": style["opacity"], "marker": style["marker"] | {"maxdisplayed": marks},
             }  # fmt: skip
-            yield shared | {"y": _listed(values.real), "showlegend": column == 0, "meta": {"mode": name, "pin": label}}
+            meta = {"mode": name, "pin": label}
+            yield shared | {"y": plain(values.real.tolist()), "showlegend": column == 0, "meta": meta}
             if not np.isnan(hertz).all():
-                yield shared | {"y": _listed(hertz), "yaxis": "y2", "showlegend": False}
+                yield shared | {"y": plain(hertz.tolist()), "yaxis": "y2", "showlegend": False}
 
 
 def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) -> str:
@@ -258,10 +264,6 @@ def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) 
     how = f"{hertz:.4g} Hz" if not math.isnan(hertz) else "no oscillation"
     damping = f", damping ratio {ratio:.4g}" if not math.isnan(ratio) else ""
     return f"<b>{escape(words)}</b> at {speed:.3g} m/s<br>{how}{damping}<br>{halving(root.real)}"
-
-
-def _listed(values: Any) -> list[float | None]:
-    return [None if math.isnan(value) else value for value in values.tolist()]
 
 
 def _real_range(every: Sequence[Computed]) -> tuple[float, float]:
@@ -302,32 +304,23 @@ def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> 
 
 def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     """Damping ratio of each oscillation with one sd as band; what does not oscillate is in the table."""
-    speed, rows, bars = float(at.named.speeds[0]), [], []
+    speed, rows, data = float(at.named.speeds[0]), list[list[Any]](), list[dict[str, Any]]()
     for name, values in at.named.branches.items():
-        ratio, hertz = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0])
+        ratio, hertz, sd = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0]), at.sd[name]
         for root in values[0][~np.isnan(values[0])].tolist():
-            sd = at.sd[name] if at.uncertain else math.nan
-            cells = [name, root.real, root.imag, abs(hertz), ratio, sd]
-            rows.append([None if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells])
-            rows[-1].append(halving(root.real))
+            rows.append([*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)])
         if values[0, 0].imag > 0:
-            bars.append((name, ratio, at.sd[name] if at.uncertain else math.nan))
+            words, banded = mode_words(name), not math.isnan(sd)
+            band = {"type": "data", "array": plain([sd]), "color": palette.text, "thickness": 2, "visible": banded}
+            data.append({
+                "type": "bar", "x": [words], "y": [ratio], "showlegend": False, "name": escape(words), "width": [0.5],
+                "marker": {"color": series(name, palette)["line"]["color"]}, "error_y": band,
+                "text": [f"{ratio:.3g}" + f" ± {sd:.1g}" * banded], "textposition": "inside",
+                "insidetextanchor": "middle", "textangle": 0,
+                "hovertemplate": f"{escape(words)}: damping ratio %{{y:.5g}}<extra></extra>",
+            })  # fmt: skip
     columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
     said = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
-    data = [
-        {
-            "type": "bar", "x": [mode_words(name)], "y": [ratio], "showlegend": False, "name": escape(mode_words(name)),
-            "marker": {"color": series(name, palette)["line"]["color"]}, "width": [0.5],
-            "error_y": {
-                "type": "data", "array": [0.0 if math.isnan(sd) else sd], "color": palette.text, "thickness": 2,
-                "visible": not math.isnan(sd),
-            },
-            "text": [f"{ratio:.3g}" + ("" if math.isnan(sd) else f" ± {sd:.1g}")], "textposition": "inside",
-            "insidetextanchor": "middle", "textangle": 0,
-            "hovertemplate": f"{escape(mode_words(name))}: damping ratio %{{y:.5g}}<extra></extra>",
-        }
-        for name, ratio, sd in bars
-    ]  # fmt: skip
     return {
         "data": data,
         "layout": layout(
@@ -363,6 +356,31 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
             below="change for +1 sd of each; hatched: towards unstable", height=HEIGHTS["sensitivity"],
             xaxis={"title": {"text": "Real part, 1/s"}}, yaxis={"type": "category"},
             meta={"columns": columns, "rows": rows},
+        ),
+    }  # fmt: skip
+
+
+def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> Figure:
+    """Amplitude at the bar over speed on tyres that saturate, thin where the motion does not last."""
+    columns = ["mode", "speed m/s", "amplitude at the bar, deg", "frequency Hz", "stable"]
+    data, rows = list[dict[str, Any]](), list[list[Any]]()
+    for one in found:
+        lasting = np.where(one.lasting | (one.amplitude == 0), one.amplitude, np.nan)
+        rows += map(list, zip([one.mode] * len(one.stable), *one[1:4], one.stable, strict=True))
+        for y, dash, shown in ((one.amplitude, "dot", False), (lasting, "solid", True)):
+            look = series(one.mode, palette)["line"] | {"dash": dash} | ({} if shown else {"width": 1})
+            data.append({
+                "type": "scatter", "mode": "lines", "x": one.speed.tolist(), "line": look, "showlegend": shown,
+                "y": [None if np.isnan(at) else at for at in y.tolist()], "name": mode_words(one.mode),
+                "hovertemplate": "%{y:.3g}° at %{x:.3g} m/s",
+            })  # fmt: skip
+    below = "D = 0.8, or the curves of the tyre's file; dotted: does not last"
+    return {
+        "data": data,
+        "layout": layout(
+            palette, title="Amplitude at the bar" if found else f"No motion begins up to {fast:g} m/s", below=below,
+            height=HEIGHTS["amplitude"], xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
+            yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"}, meta={"columns": columns, "rows": rows},
         ),
     }  # fmt: skip
 

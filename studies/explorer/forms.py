@@ -42,12 +42,10 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
         low, high = (0.0, 0.0) if source is None else source.pressure_range
         bars = None if source is None else (low / PASCAL_PER_BAR, high / PASCAL_PER_BAR)
         rows.append({
-            "wheel": wheel,
-            "address": keys,
+            "wheel": wheel, "address": keys,
             "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
-            "surfaces": [
-                {"value": one, "words": one or "as measured", "chosen": one == surface} for one in ("", "flat", "drum")
-            ],
+            "surfaces": [{"value": one, "words": one or "as measured", "chosen": one == surface}
+                         for one in ("", "flat", "drum")],
             "pressure": written(pressure) if isinstance(pressure, float) else "",
             "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
             "load": None if loads is None else f"{loads[number]:.1f}",
@@ -125,7 +123,7 @@ def controls(state: State) -> dict[str, Any]:
     laws = [effect.identifier for effect in every if effect.slot == CONTACT]
     law = next((name for name in laws if any(key.startswith(f"effects.{name}") for key in model)), "no_slip")
     measured = f"effects.{law}.tyre.rear" in model or f"effects.{law}.tyre.front" in model
-    bicycle = bicycle_or_none(state)
+    bicycle, beyond = bicycle_or_none(state), f"effects.{law}.extrapolate"
     free = [effect for effect in every if effect.slot != CONTACT]
     return {
         "bicycles": [
@@ -143,12 +141,12 @@ def controls(state: State) -> dict[str, Any]:
         "law": [] if measured else _fields(registry()[law], model, mounted=False),
         "law_words": _first(registry()[law].description),
         "wheels": tyre_rows(state, law) if measured else [],
-        "extrapolate": _switch(
-            f"effects.{law}.extrapolate", "true", on=f"effects.{law}.extrapolate" in model
-        ) if measured else None,
+        "extrapolate": _switch(beyond, {beyond: "true"}, {}, on=beyond in model) if measured else None,
         "rider_effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if e.needs_rider],
         "effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if not e.needs_rider],
-        "unusual": _switch("allow_unusual", "true", on=model.get("allow_unusual") is True),
+        "unusual": _switch(
+            "allow_unusual", {"allow_unusual": "true"}, {}, on=model.get("allow_unusual") is True
+        ),
     }  # fmt: skip
 
 
@@ -192,17 +190,11 @@ def effect_panel(
     on = any(key == prefix or key.startswith(f"{prefix}.") for key in model)
     words = effect.identifier.replace("_", " ")
     hands = effect.acts_through == "steer_torque" and effect.needs_rider
-    return {
-        "id": effect.identifier,
-        "words": f"hands on the bar ({words})" if hands else words,
-        "on": on,
-        "switch_on": Edit((prefix,), starts(effect, bicycle)),
-        "switch_off": Edit((prefix,)),
-        "about": _first(effect.description),
-        "needs": ", ".join(effect.requires),
-        "source": effect.source,
+    return _switch(prefix, starts(effect, bicycle), {}, on=on) | {
+        "id": effect.identifier, "words": f"hands on the bar ({words})" if hands else words,
+        "about": _first(effect.description), "needs": ", ".join(effect.requires), "source": effect.source,
         "fields": _fields(effect, model, mounted=mounted) if on else [],
-    }
+    }  # fmt: skip
 
 
 def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict[str, Any]:
@@ -226,11 +218,9 @@ def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) ->
         whole = f"effects.{effect.identifier}.{p.name}"
         from_tyre = model.get(whole) == FROM_TYRE
         usual = {key: text for key, text in starts(effect, None).items() if key == whole or key.startswith(f"{whole}.")}
-        offer = {
-            "on": from_tyre, "switch_on": Edit((whole,), {whole: FROM_TYRE}), "switch_off": Edit((whole,), usual),
-        } if p.tyre and (mounted or from_tyre) else None  # fmt: skip
-        words = p.name.replace("_", " ")
-        numbers = []
+        offered = p.tyre and (mounted or from_tyre)
+        offer = _switch(whole, {whole: FROM_TYRE}, usual, on=from_tyre) if offered else None
+        words, numbers = p.name.replace("_", " "), []
         for entry in p.entries():
             key, wheel = f"effects.{effect.identifier}.{entry}", entry.rpartition(".")[2]
             value = model.get(key, p.default if isinstance(p.default, float) else None)
@@ -242,19 +232,15 @@ def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) ->
 def _options(key: str, choices: Mapping[str, str], chosen: str) -> list[dict[str, Any]]:
     if chosen not in choices:
         raise InputError(f"{key} = {chosen!r} is not known; known: {', '.join(filter(None, choices))}")
+    edits = {value: Edit((key, GEOMETRY), {key: value} if value else {}) for value in choices}
     return [
-        {
-            "value": value,
-            "words": words,
-            "chosen": value == chosen,
-            "edit": Edit((key, GEOMETRY), {key: value} if value else {}),
-        }
+        {"value": value, "words": words, "chosen": value == chosen, "edit": edits[value]}
         for value, words in choices.items()
     ]
 
 
-def _switch(key: str, value: str, *, on: bool) -> dict[str, Any]:
-    return {"on": on, "switch_on": Edit((key,), {key: value}), "switch_off": Edit((key,))}
+def _switch(key: str, put: Mapping[str, str], back: Mapping[str, str], *, on: bool) -> dict[str, Any]:
+    return {"on": on, "switch_on": Edit((key,), put), "switch_off": Edit((key,), back)}
 
 
 def _first(text: str) -> str:

@@ -65,7 +65,8 @@ def moved(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
         values[SLIDERS[key].parameter] = turned
     for key in geometry:  # the slider that was moved is named if it is in doubt
         _refuse(key, values)
-    return Bicycle(bicycle.name, values, bicycle.sd, bicycle.description, bicycle.source, bicycle.notes)
+    words = bicycle.description, bicycle.source, bicycle.notes
+    return Bicycle(bicycle.name, values, bicycle.sd, *words, kind=bicycle.kind)
 
 
 def _refuse(key: str, p: Mapping[str, float]) -> None:

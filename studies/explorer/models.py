@@ -1,6 +1,6 @@
 """Make the model of a state and compute its modes; nothing but packaged and loaded data is read."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, wraps
 from threading import RLock
@@ -10,6 +10,7 @@ import numpy as np
 
 from bicycle.bicycle_files import available_bicycles, given_numbers, load_bicycle
 from bicycle.critical import CriticalSpeed, critical_speeds
+from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.model_file import build_model
@@ -19,6 +20,7 @@ from bicycle.propagation import mode_sd, model_covariance
 from studies.explorer.geometry import GEOMETRY, kept_on_the_axis, moved, side_view
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
+from studies.lasting_motions import Trace, curves_of, traces_of
 from studies.ranking import Ranking, rank
 from tyre import available_tyres
 from tyre.errors import InputError, unknown
@@ -97,6 +99,17 @@ def ranking(state: State) -> Ranking:
     return rank(model_of(state), mode=at_speed(state).first(state.mode), speed=state.at, max_speed=state.fast)
 
 
+@_kept("fast")
+def amplitudes(state: State) -> tuple[Trace, ...]:
+    """Follow the motions of a state on tyres that saturate, from its critical speeds up to the fastest speed on."""
+    curves = curves_of(model_content(state))
+    return tuple(
+        traces_of(
+            find_limit_cycles(model_of(state), rear=curves.get("rear"), front=curves.get("front"), max_speed=state.fast)
+        )
+    )
+
+
 def model_of(state: State) -> Model:
     """Give the model of a state."""
     return _built(state)[0]
@@ -171,16 +184,11 @@ def _packaged_tyres() -> tuple[str, ...]:
     return (*available_tyres(), *packaged_formulas())
 
 
-def tyres_of(content: Mapping[str, Any]) -> Iterable[tuple[str, Mapping[str, Any]]]:
-    """List the contact laws that take a tyre: name and table."""
-    return [(name, table) for name, table in content.get("effects", {}).items() if "tyre" in table]
-
-
 def as_table(bicycle: Bicycle) -> dict[str, Any]:
     """Write a bicycle as the table of a model file, each value with its sd if one is stated."""
     return {
         key: f"{value!r} +/- {bicycle.sd[key]!r}" if key in bicycle.sd else value
-        for key, value in bicycle.values.items()
+        for key, value in bicycle.table.items()
     }
 
 

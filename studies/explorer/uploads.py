@@ -11,9 +11,9 @@ from typing import Any
 from bicycle.bicycle_files import WRITERS, load_bicycle
 from bicycle.model_file import MODEL
 from bicycle.parameters import UNITS
-from studies.explorer.models import as_table, refuse_other_files, tyres_of
+from studies.explorer.models import as_table, refuse_other_files
 from studies.explorer.state import State, flattened, parse_state
-from studies.explorer.tyre_files import TYRES, plain_name, shown_name, with_tyres
+from studies.explorer.tyre_files import TYRES, plain_name, shown_name, tyre_names, with_tyres
 from studies.model_argument import choose
 from tyre import schema
 from tyre.errors import InputError
@@ -60,11 +60,8 @@ def start_state(model: str | None) -> State:
         return parse_state(START)
     content = dict(choose(model).content)
     name = ""
-    for _, table in tyres_of(content):
-        tyres = table["tyre"]
-        for one in tyres.values() if isinstance(tyres, Mapping) else [tyres]:
-            if isinstance(one, str) and is_file_name(one):
-                TYRES.know(one)
+    for one in filter(is_file_name, tyre_names(content)):
+        TYRES.know(one)
     bicycle = content.get("bicycle")
     if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
         found = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))

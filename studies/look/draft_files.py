@@ -6,62 +6,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
-
-import numpy as np
+from typing import Any
 
 from studies.look.motion_uses import DECAY, Motion
 from studies.look.opened import MOTION, QUANTITIES, TORQUES, Roles
 from studies.look.overview import Look
 from studies.look.rig_uses import ALL_PULL, ALL_ROLLING, Supposed
+from studies.reporting.markdown_text import render_file
 from tyre.channel_map import Reading, Window
 from tyre.draft import UNKNOWN
 from tyre.errors import InputError
 from tyre.files import own_ends, slug, slugs, write_text
 from tyre.preflight import TOLERANCES
-from tyre.units import PASCAL_PER_BAR, SI, quantity_of
+from tyre.units import SI, quantity_of
 
-FILL, CHECK = "FILL IN", "CHECK"
-SIDECAR = {
-    "head": "# Draft of a sidecar by `velotyre look`. Fill in what is marked {FILL}, check what is marked {CHECK}.",
-    "recording": "recording = {recording}",
-    "tyre": 'tyre = ""  # {FILL}: name of the tyre',
-    "known tyre": "tyre = {tyre}  # {CHECK}: of the constants of the file",
-    "no load": 'load_N = ""  # {FILL}: vertical load in N',
-    "load": "load_N = {load:g}  # {CHECK}: the declared vertical load in N; the median of the file is {measured:.4g}",
-    "levels": "# {levels}: by the channels",
-    "pressure": 'pressure_bar = ""  # {FILL}: inflation pressure in bar',
-    "known pressure": "pressure_bar = {pressure:.6g}  # {CHECK}: of the constants of the file",
-    "surface": 'surface = ""  # {FILL}: "flat", or "drum" and a line drum_radius_m = ...',
-    "known surface": "surface = {surface}  # {CHECK}: of the constants of the file{drum}",
-    "no axes": 'axes = ""  # {FILL}: "ISO", "SAE" or "adapted SAE" (conventions: docs/conventions.md)',
-    "axes": "axes = {axes}  # {CHECK}: guessed, as the side force would have the wrong sign in {other} axes; ISO, SAE "
-    "or adapted SAE",
-    "step": 'kind = "slip_step"',
-    "rigid rim": "rigid_rim = true  # {CHECK}: no rim displacement was found; true only if the rim cannot move",
-    "step speed": 'speed_km_h = ""  # {FILL}: not recorded, and a step needs it',
-    "sweep speed": "# speed_km_h = ...  (not recorded; a sweep tells more with it)",
-    "more": "# temperature_C, camber_deg, rim = name of the rim, note = words: where known\n",
-}
-"""Lines of a sidecar, in their order."""
-
-MOTION_MAP = """\
-# Draft of a channel map by `velotyre look`. Fill in what is marked {FILL}; check signs above all:
-# x forward, y right, z down: lean, roll rate and steer > 0 to the right (docs/conventions.md)
-{channels}
-"""
-MEASUREMENT = """\
-# Draft of a measurement file by `velotyre look`. Fill in what is marked {FILL}.
-kind = "histories"
-bicycle = ""  # {FILL}: a packaged bicycle (velotyre bicycles) or a file of yours
-
-[histories]
-channels = {channels}
-drop_first_s = 0.0  # raise it where a kick lasts into the record
-
-[[histories.runs]]  # one for every run; several, or nothing can be held out
-file = {file}
-speed_m_s = {speed}
-"""
+FILL = "FILL IN"
 
 
 @dataclass(frozen=True)
@@ -98,10 +57,10 @@ def drafts(found: Look, folder: Path, stem: str = "") -> list[Draft]:
         for given in found.rig:
             made += _sidecars(roles, given, folder, stem)
     if motion is not None and roles.map is None:
-        text = _motion_map(found, motion.part, ())
+        text = _motion_map(found, motion.part)
         made.append(Draft(f"{stem}.channels.toml", text, "channel map of the bicycle's motion"))
-        if motion.windows or motion.kept:
-            text = _motion_map(found, motion.windows, motion.kept)
+        if motion.windows:
+            text = _motion_map(found, motion.windows)
             made.append(Draft(f"{stem}.decays.toml", text, "channel map of the free decays, with their windows"))
     if motion is not None and motion.replayed:
         made.append(Draft(f"{stem}.measurement.toml", _measurement(found, motion, folder, stem), "file for diagnose"))
@@ -144,41 +103,18 @@ def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Dr
 
 
 def _sidecar(roles: Roles, given: Supposed, folder: Path) -> str:
-    """Fill the lines of a sidecar."""
     conditions = [found.condition for found in given.windows] or ([given.condition] if given.condition else [])
     levels = {
         name: sorted({round(getattr(c, name) / TOLERANCES[name].size, 6) for c in conditions})
-        for name in TOLERANCES if not given.pull and (name == "load" or name in given.recorded)
+        for name in TOLERANCES if conditions and not given.pull and (name == "load" or name in given.recorded)
     }  # fmt: skip
-    known, axes = given.known.condition if given.known else None, bool(given.axes) and not given.pull
-    speed = not given.pull and "speed" not in given.recorded
-    one_load = not given.pull and len(levels.get("load", ())) == 1
-    told = {name: values for name, values in levels.items() if values and not (name == "load" and one_load)}
-    used = {
-        "tyre": "tyre" in given.unsaid, "known tyre": "tyre" not in given.unsaid,
-        "no load": given.pull or not conditions, "load": one_load, "levels": bool(told),
-        "pressure": "pressure" in given.unsaid,
-        "known pressure": known is not None and not np.isnan(known.pressure) and "pressure" not in told,
-        "surface": "surface" in given.unsaid, "known surface": "surface" not in given.unsaid,
-        "no axes": not axes, "axes": axes, "step": given.step, "rigid rim": given.rigid_rim,
-        "step speed": speed and given.step, "sweep speed": speed and not given.step,
-    }  # fmt: skip
-    content = {
-        "FILL": FILL, "CHECK": CHECK, "recording": _quoted(_relative(roles.opened.path, folder)),
-        "load": levels["load"][0] if one_load else np.nan, "axes": _quoted(given.axes),
-        "measured": given.load,
-        "levels": "; ".join(f"{n} {', '.join(f'{x:g}' for x in v)} {TOLERANCES[n].unit}" for n, v in told.items()),
-        "other": "ISO" if given.axes == "adapted SAE" else "adapted SAE", "tyre": _quoted(known.tyre if known else ""),
-        "pressure": known.pressure / PASCAL_PER_BAR if known else np.nan,
-        "surface": _quoted(known.surface if known else ""),
-        "drum": f"\ndrum_radius_m = {known.drum_radius:g}" if known and known.drum_radius else "",
-    }  # fmt: skip
-    lines = [line.format(**content) for name, line in SIDECAR.items() if used.get(name, True)]
-    lines += _channels(roles, ALL_PULL if given.pull else ALL_ROLLING)
-    for window, condition, _ in given.windows:
-        levels_here = (f"{getattr(condition, n) / TOLERANCES[n].size:.6g} {TOLERANCES[n].unit}" for n in told)
-        lines += _windows([window], "  # " + ", ".join(levels_here) if told else "")
-    return "\n".join([*lines, *_reading(roles.opened.reading, folder), ""])
+    one_load = len(levels.get("load", ())) == 1
+    return _filled(
+        "sidecar", recording=_relative(roles.opened.path, folder), given=given, levels=levels, one_load=one_load,
+        known=given.known.condition if given.known else None, tolerances=TOLERANCES,
+        told={name: values for name, values in levels.items() if not (name == "load" and one_load)},
+        lines=_channels(roles, ALL_PULL if given.pull else ALL_ROLLING), reading=_reading(roles.opened.reading, folder),
+    )  # fmt: skip
 
 
 def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
@@ -193,25 +129,16 @@ def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
     return [*lines, *roles.resampling(wanted)]
 
 
-def _windows(windows: Iterable[Window], comment: str = "") -> list[str]:
-    lines = []
-    for window in windows:
-        lines += ["", "[[windows]]", f"name = {_quoted(window.name)}{comment}", f"from_s = {window.first:.10g}"]
-        lines.append(f"to_s = {window.last:.10g}")
-    return lines
-
-
-def _reading(reading: Reading, folder: Path) -> list[str]:
+def _reading(reading: Reading, folder: Path) -> str:
     given = {key: value for key, value in vars(reading).items() if value}
     given |= {"dbc": [_relative(path, folder) for path in given["dbc"]]} if "dbc" in given else {}
-    lines = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in given.items()]
-    return ["", "[reading]", *lines] if lines else []
+    return "\n".join(["[reading]", *(f"{key} = {_quoted(value)}" for key, value in given.items())]) if given else ""
 
 
-def _motion_map(found: Look, windows: Iterable[Window], kept: Sequence[str]) -> str:
-    lines = [*_channels(found.roles, tuple(kept) or (*MOTION, *TORQUES)), *_windows(windows)]
-    lines += _reading(found.opened.reading, found.opened.path.parent)
-    return MOTION_MAP.format(FILL=FILL, channels="\n".join(lines))
+def _motion_map(found: Look, windows: Iterable[Window]) -> str:
+    reading = _reading(found.opened.reading, found.opened.path.parent)
+    lines = _channels(found.roles, (*MOTION, *TORQUES))
+    return _filled("motion_map", lines=lines, windows=windows, reading=reading)
 
 
 def _candidates(found: Look) -> str:
@@ -225,16 +152,13 @@ def _candidates(found: Look) -> str:
             entry = {"column": column.name} | ({} if quantity else {"unit": UNKNOWN})
             keys = ", ".join(f"{key} = {_quoted(value)}" for key, value in entry.items())
             lines.append(f"# {' or '.join(fitting) if quantity and fitting else 'NAME'} = {{{keys}}}")
-    return MOTION_MAP.format(FILL=FILL, channels="\n".join([*lines, *_reading(found.opened.reading, Path())]))
+    return _filled("motion_map", lines=lines, windows=(), reading=_reading(found.opened.reading, Path()))
 
 
 def _measurement(found: Look, motion: Motion, folder: Path, stem: str) -> str:
-    speed = f"{motion.speed:.4g}  # {CHECK}: median of the file" if motion.speed else f'""  # {FILL}: mean speed in m/s'
-    channels = f"{stem}.channels.toml"
-    if found.roles.given is not None:
-        channels = _relative(Path(found.roles.given.source), folder)
-    file = _quoted(_relative(found.opened.path, folder))
-    return MEASUREMENT.format(FILL=FILL, channels=_quoted(channels), file=file, speed=speed)
+    given, file = found.roles.given, _relative(found.opened.path, folder)
+    channels = _relative(Path(given.source), folder) if given else f"{stem}.channels.toml"
+    return _filled("measurement", channels=channels, file=file, speed=motion.speed)
 
 
 def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, str]:
@@ -264,5 +188,11 @@ def _relative(path: Path, folder: Path) -> str:
     return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
 
 
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+def _quoted(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)  # a string of JSON is one of TOML
+
+
+def _filled(template: str, **content: Any) -> str:
+    filters = {"quoted": _quoted}
+    text = render_file("studies.look", f"{template}.toml.j2", content, escaped=False, filters=filters)
+    return text.rstrip() + "\n"

@@ -1,5 +1,6 @@
 """Say what ``velotyre modal``, ``frequency-response`` and ``diagnose`` would do with a recording."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,6 +8,8 @@ from shlex import quote
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
@@ -24,15 +27,18 @@ from bicycle.identification.recording import (
 )
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
 from studies.look.rig_uses import Event, Use, short
-from studies.look.stretches import MOST_SAMPLES, decays, telling
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import records
 from tyre.errors import InputError
+from tyre.quality import noise_level
 from tyre.quality import runs as stretches_of
 from tyre.units import find_unit, quantity_of
 
 DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
+STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s
+ORDER = ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s", "lean_rad", "steer_rad")  # in which kicks are sought
+MOST_SAMPLES = 100_000  # of a run that is fitted as a whole
 USUAL_SEGMENT, SHORTEST_SEGMENT, SEGMENTS = 10.0, 2.0, 4  # s, s; end to end: overlapping by half they are seven
 
 
@@ -76,7 +82,6 @@ class Motion:
     speed: float | None = None  # m/s, if it was recorded
     windows: tuple[Window, ...] = ()  # of decays
     part: tuple[Window, ...] = ()  # the longest stretch without missing samples; empty if none are missing
-    kept: tuple[str, ...] = ()  # channels that show a decay if others do not
     replayed: bool = False  # the torque is there
 
 
@@ -106,7 +111,7 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         runs, whole = _runs(roles, channel_map, speed or 5.0)
     except InputError as error:
         return unusable([short(error, path)], ["mend that in the file or in the map"]), Motion(speed)
-    decay, windows, kept = _decay(roles, runs, whole, speed)
+    decay, windows = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
     if part:  # windows are counted from the first sample of the file
         begin = part[0].first
@@ -115,7 +120,7 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     command = f"velotyre frequency-response {at}{_with_map(roles)}"
-    return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, kept, replay.usable)
+    return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, replay.usable)
 
 
 def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[Window, ...]]:
@@ -197,18 +202,14 @@ def _identified(run: Run) -> tuple[Decay | None, str]:
     return found, found.rejected
 
 
-def _decay(
-    roles: Roles, runs: list[Run], whole: Run, speed: float | None
-) -> tuple[Use, tuple[Window, ...], tuple[str, ...]]:
-    """Judge a free decay; the windows that were found, and the channels to be kept if not all of them show it."""
+def _decay(roles: Roles, runs: list[Run], whole: Run, speed: float | None) -> tuple[Use, tuple[Window, ...]]:
+    """Judge a free decay; also the windows that were found."""
     path = roles.opened.path
     says = "" if speed else "the forward speed in m/s, after @"
     at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
     file = _file_time(roles)
-    free = roles.map is None and not _is_native(path, roles.opened.signals.columns)
     events, reasons, fits = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
-    kept: tuple[str, ...] = ()
     poorest = min((fit.r_squared for fit in fits), default=0.0)
     if poorest < 0.95 and (roles.map is None or not roles.map.windows):
         within, found, better = _kicks(whole, file)
@@ -216,28 +217,18 @@ def _decay(
             if events:
                 reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
             windows, events = within, found
-        if not events:
-            kept = telling(whole)
-            alone = replace(whole, channels={name: whole.channels[name] for name in kept}) if kept else None
-            if alone is not None and free:
-                events, _, _ = _as_they_are([alone], file)
-                windows, events = ((), events) if events else _kicks(alone, file)[:2]
-                out = [name for name in whole.channels if name not in kept]
-                reasons.append(f"left out of the draft, as they show no decay: {', '.join(out)}")
-        reasons += [] if events or kept else ["no stretch after a peak is one decaying oscillation either"]
+        reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
         how = "record free motion after a kick, hands off, two cycles or more; or look near a frequency of yours: "
         how += f"velotyre modal {at}{_with_map(roles)} --from S --to S --start-hz HZ"
-        if kept:
-            how = f"{', '.join(kept)} alone would show a decay: leave the other motions out of the map or file"
-        return Use(DECAY, (), tuple(reasons), (how,)), (), ()
+        more = ("or leave motions that show no decay out of the map",) * (len(whole.channels) > 1)
+        return Use(DECAY, (), tuple(reasons), (how, *more)), ()
     step = f"velotyre modal {at}{_with_map(roles)} --out modal.csv"
-    if len(windows) == 1 and not free and roles.map is None:
+    if len(windows) == 1 and roles.map is None and _is_native(path, roles.opened.signals.columns):
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
-    names = tuple(next(name for name in MOTION if column.startswith(f"{name}_")) for column in kept)
     grows = any("GROWS" in note for event in events for note in event.notes)
     doubt = ("an oscillation that does not die away may be driven: was it free motion, hands off?",) if grows else ()
-    return Use(DECAY, tuple(events), tuple(reasons), doubt, step, says, windows=bool(windows)), windows, names
+    return Use(DECAY, tuple(events), tuple(reasons), doubt, step, says, windows=bool(windows)), windows
 
 
 def _doubt(fit: Decay) -> float:
@@ -267,6 +258,61 @@ def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], li
         for window, (_, _, found) in zip(windows, kicks, strict=True)
     ]
     return windows, events, [found for _, _, found in kicks]
+
+
+def decays(run: Run) -> list[tuple[float, float, Decay]]:
+    """Windows of a ``run`` in which one oscillation dies away: start and end, s after its first sample, and its fit."""
+    name = next((name for name in ORDER if name in run.channels), next(iter(run.channels)))
+    x = np.abs(run.channels[name] - np.median(run.channels[name]))
+    distance = max(int(1.5 / run.step), 1)  # s
+    height = max(0.35 * float(x.max()), 5 * noise_level(run.channels[name]))
+    peaks = find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
+    peaks = _after_rest(x, peaks, max(int(run.time.size and 1.0 / run.step), 1))
+    peaks = np.sort(peaks[np.argsort(-x[peaks])][:12])
+    found: list[tuple[float, float, Decay]] = []
+    free = 0.0
+    for number, peak in enumerate(peaks):
+        begin = float(run.time[peak] - run.time[0])
+        ends = run.time[peaks[number + 1]] - 0.2 if number + 1 < len(peaks) else run.time[-1]
+        best = _best(run, begin, float(ends - run.time[0])) if begin >= free else None
+        if best is not None:
+            found.append(best)
+            free = best[1]
+    return found
+
+
+def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.intp]:
+    """Keep the ``peaks`` of ``x`` that do not belong to the motion after another one: kicks."""
+    kicks: list[int] = []
+    for peak in peaks:
+        if kicks:
+            between = x[kicks[-1] : peak]
+            quiet = min(float(between[first : first + second].max()) for first in range(0, between.size, second))
+            if quiet > 0.5 * x[peak] and x[peak] < 1.5 * x[kicks[-1]]:
+                continue
+        kicks.append(int(peak))
+    return np.array(kicks, int)
+
+
+def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
+    """The window after a kick that tells most of one decaying oscillation."""
+    trials: list[tuple[float, float, Decay]] = []
+    for start in STARTS:
+        for length in dict.fromkeys(min(length, end - begin - start) for length in LENGTHS):
+            first = round(begin + start, 3)
+            last = min(round(first + length, 3), math.floor(1e3 * (run.time[-1] - run.time[0])) / 1e3)
+            try:
+                decay = identify(run, first_s=first, last_s=last, drift="parabola", thorough=False)
+            except (InputError, ArithmeticError, ValueError):  # too short, or numbers that no fit goes through
+                continue
+            if not decay.rejected and decay.eigenvalue.real < 0:
+                trials.append((first, last, decay))
+    trials.sort(key=lambda trial: max(trial[2].sd) / abs(trial[2].eigenvalue))
+    for first, last, _ in trials[:3]:  # windows of a kick whose start is checked as `modal` does
+        decay = identify(run, first_s=first, last_s=last)
+        if not decay.rejected and decay.eigenvalue.real < 0:
+            return first, last, decay
+    return None
 
 
 def _with_map(roles: Roles) -> str:

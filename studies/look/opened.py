@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
+from studies.reporting.markdown_text import one_line, render_file
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Clock, MappedColumn, Reading
 from tyre.clock import GAP, check_clock, usual_rate
@@ -164,13 +165,6 @@ ORIGINS = {
     "sidecar": "of a rig by the names of the columns, with the sidecar {sidecar}",
     "guess": "guessed from names and units",
 }
-LACKING = "map {entries} ({which})"
-ENTRY = '{name} = {{column = "...", unit = "{unit}"}}{more}'
-CANDIDATES = {
-    "in it": "in a unit of {quantity}: {columns}",
-    "none": "no free column has a unit of {quantity}",
-    "silent": "without a known unit: {columns}",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,19 +244,10 @@ class Roles:
     def lacking(self, *names: str) -> str:
         """Remedy for the channels ``names`` that no column could be."""
         units = {name: QUANTITIES.get(name, "time") for name in names}
-        entries = [
-            ENTRY.format(name=name, unit=SI[units[name]], more=" or time = {rate_hz = ...}" * (name == "time"))
-            for name in names
-        ]
-        fitting = {quantity: self._free(quantity) for quantity in units.values()}
-        which = [
-            CANDIDATES["in it"].format(quantity=quantity, columns=listed(columns, most=4))
-            for quantity, columns in fitting.items() if columns
-        ]  # fmt: skip
-        none, silent = " or ".join(q for q, columns in fitting.items() if not columns), self._free("")
-        which += [CANDIDATES["none"].format(quantity=none)] if none else []
-        which += [CANDIDATES["silent"].format(columns=listed(silent, most=4))] if none and silent else []
-        return LACKING.format(entries=", ".join(entries), which="; ".join(which))
+        fitting = {quantity: self._free(quantity) for quantity in (*units.values(), "")}
+        content = {"units": units, "fitting": fitting, "silent": fitting.pop(""), "si": SI}
+        filters = {"listed": lambda columns: listed(columns, most=4)}
+        return one_line(render_file("studies.look", "lacking.txt.j2", content, escaped=False, filters=filters))
 
     def _free(self, quantity: str) -> list[str]:
         """Columns that are no channel yet and measure a ``quantity`` (empty: in no unit that is known)."""

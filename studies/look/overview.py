@@ -1,21 +1,23 @@
 """Look at one recording: channels, uses, lines for the terminal, and a picture."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from studies.look.motion_uses import Motion, motion_uses
 from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, roles
-from studies.look.rig_uses import USES, Supposed, Use, rig_uses
-from studies.reporting.markdown_text import make_environment
-from studies.reporting.output import print_table
+from studies.reporting.markdown_text import render_file
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap
 from tyre.clock import usual_rate
+
+if TYPE_CHECKING:
+    from studies.look.motion_uses import Motion
+    from studies.look.rig_uses import Supposed, Use
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +26,9 @@ class Look:
 
     opened: Opened
     roles: Roles
-    uses: tuple[Use, ...]  # in the order of :data:`USES`
-    rig: list[Supposed]  # of the drafts of a sidecar
-    motion: Motion | None  # of the drafts for a bicycle's recording
+    uses: "tuple[Use, ...]"  # in the order of :data:`USES`
+    rig: "list[Supposed]"  # of the drafts of a sidecar
+    motion: "Motion | None"  # of the drafts for a bicycle's recording
 
     @property
     def channels(self) -> dict[str, str]:
@@ -68,6 +70,9 @@ def _finite(value: Any) -> Any:
 def look(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] = ()) -> Look:
     """Look at a recording."""
     opened = open_recording(path, channel_map, dbc)
+    from studies.look.motion_uses import motion_uses  # after the file was opened: what is refused is refused at once
+    from studies.look.rig_uses import USES, rig_uses
+
     found = roles(opened, channel_map)
     if found.given is None and found.map is not None:
         opened = open_recording(path, found.map, dbc)
@@ -80,49 +85,19 @@ def look(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] 
 
 WIDTH, MOST_EVENTS = 34, 8  # letters of a channel's name, events of a use that are told
 HEADS = ("channel", "unit", "samples", "lowest", "median", "highest", "step", "noise", "taken as")
-TOLD = """\
-{% macro samples(size, hz, length) %}{{ size }} sample{{ "s" if size != 1 }}\
-{% if hz %} at {{ "%.4g" % hz }} Hz, {{ "%.4g" % length }} s{% endif %}{% endmacro %}\
-{{ opened.path }}: {{ opened.columns | length }} channel{{ "s" if opened.columns | length != 1 }}, \
-{% for kind, count in kinds[:4] %}{{ "%d of " % count if kinds | length > 1 }}{{ samples(*kind) }}\
-{{ "; " if not loop.last }}{% endfor %}\
-{% if kinds | length > 4 %}; and {{ kinds | length - 4 }} other rates or lengths{% endif %}
-{% for note in opened.signals.notes %}  note: {{ note }}
-{% endfor %}{% for note in opened.clock_notes %}  time: {{ note }}
-{% endfor %}"""
-USED = """\
-{% for name, reason in unread.items() %}  {{ name }}: not numbers, left out ({{ reason[:120] }})
-{% endfor %}{% if remarks %}
-remarks
-{% for name, remark in remarks %}  {{ name }}: {{ remark }}
-{% endfor %}{% endif %}
-what it can be used for (channels {{ origin }})
-{% for names, use in uses %}
-{{ names }}: {{ "usable" if use.usable else "no" }}\
-{% if use.usable and use.provided %}, once you give {{ use.provided }}{% endif %}\
-{% if use.windows %}{{ "; " if use.provided else ", " }}in windows that the draft holds{% endif %}
-{% for event in use.events[:most] %}  {{ event.words }}
-{% for note in event.notes[:most] %}    note: {{ note }}
-{% endfor %}{% endfor %}{% if use.events | length > most %}  and {{ use.events | length - most }} more
-{% endif %}{% for reason in use.reasons %}  {{ "not used" if use.usable else "why" }}: {{ reason }}
-{% endfor %}{% for remedy in use.remedies %}  what to do: {{ remedy }}
-{% endfor %}{% if steps.get(use.name) %}  next: {{ steps[use.name] }}
-{% endif %}{% endfor %}"""
 
 
 def tell(found: Look, steps: Mapping[str, str]) -> None:
     """Print what was ``found``, with the next command of each use (``steps``)."""
+    from tabulate import tabulate
+
     opened = found.opened
-    kinds: dict[tuple[int, float, float], int] = {}
+    kinds: Counter[tuple[int, float, float]] = Counter()
     for column in opened.signals.columns:
         size = opened.signals.signals[column.name].values.size
         time = opened.time_of(column.name) if found.is_timed(column.name) else np.zeros(0)
         hz = usual_rate(time) if time.size > 1 else np.nan
-        kind = (size, hz, float(np.nanmax(time) - np.nanmin(time))) if np.isfinite(hz) else (size, 0.0, 0.0)
-        kinds[kind] = kinds.get(kind, 0) + 1
-    common = sorted(kinds.items(), key=lambda item: -item[1])
-    click.echo(_filled(TOLD, opened=opened, kinds=common))
-    print_table(list(_rows(found)), list(HEADS))
+        kinds[(size, hz, float(np.nanmax(time) - np.nanmin(time))) if np.isfinite(hz) else (size, 0.0, 0.0)] += 1
     remarks = [
         (column.name, remark) for column in opened.signals.columns
         for remark in (*opened.quality[column.name].remarks, *oddities(found.roles, column.name))
@@ -134,12 +109,12 @@ def tell(found: Look, steps: Mapping[str, str]) -> None:
             told.append((use.name, use))
         else:
             told[same] = (f"{told[same][0]}, {use.name}", told[same][1])
-    more = {"origin": found.roles.origin, "uses": told, "steps": steps, "most": MOST_EVENTS}
-    click.echo(_filled(USED, unread=opened.unread, remarks=remarks, **more), nl=False)
-
-
-def _filled(template: str, **content: Any) -> str:
-    return make_environment(escaped=False, keep_trailing_newline=True).from_string(template).render(**content)
+    content = {
+        "opened": opened, "kinds": kinds.most_common(), "remarks": remarks, "uses": told,
+        "table": tabulate(list(_rows(found)), headers=HEADS, missingval="-", disable_numparse=True), "steps": steps,
+        "origin": found.roles.origin, "most": MOST_EVENTS,
+    }  # fmt: skip
+    click.echo(render_file("studies.look", "look.txt.j2", content, escaped=False), nl=False)
 
 
 def _rows(found: Look) -> Iterator[Sequence[object]]:
@@ -185,26 +160,22 @@ def draw(found: Look, target: Path) -> Path:
     ]  # fmt: skip
     width, height = (9.0, 13.0, 16.0)[columns - 1], 1.2 + rows * (1.5 if rows <= 8 else 1.15)
     with drawing(target, width=width, height=height) as figure:
-        axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
-        taken = found.channels
-        for place, name in enumerate(names):
-            panel = axes[place % rows][place // rows]
+        panels = figure.subplots(rows, columns, squeeze=False, sharex=True).T.ravel()
+        taken, timed = found.channels, any(found.is_timed(name) for name in names)
+        for panel, name in zip(panels, names, strict=False):
             _panel(panel, found, name, taken.get(name, ""))
-            for use, start, end, event in marked:
+            for use, start, end, _ in marked:
                 panel.axvspan(start, end, color=COLOURS[use], alpha=0.18, linewidth=0)
-                if place == 0:
-                    panel.annotate(
-                        event, (start, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), fontsize=7, va="top",
-                        textcoords="offset points",
-                    )  # fmt: skip
-        for empty in range(len(names), rows * columns):
-            axes[empty % rows][empty // rows].set_axis_off()
-        timed = any(found.is_timed(name) for name in names)
-        for column in range(columns):
-            last = min(rows, max(len(names) - column * rows, 1)) - 1
-            if last == rows - 1:
-                axes[last][column].set_xlabel("time in s" if timed else "sample")
-            axes[last][column].tick_params(labelbottom=True)
+        for _, start, _, event in marked:
+            panels[0].annotate(
+                event, (start, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), fontsize=7, va="top",
+                textcoords="offset points",
+            )  # fmt: skip
+        for empty in panels[len(names) :]:
+            empty.set_axis_off()
+        for lowest in {min(last, len(names)) - 1 for last in range(rows, rows * columns + 1, rows)}:
+            panels[lowest].set_xlabel("time in s" if timed else "sample")
+            panels[lowest].tick_params(labelbottom=True)
         more = f"; {len(left_out)} more channels are not drawn" if left_out else ""
         figure.suptitle(f"{found.opened.path.name}{more}", x=0.01, ha="left", fontweight="bold")
         uses = dict.fromkeys(use for use, *_ in marked)

@@ -40,18 +40,6 @@ class Event:
     start_s: float = 0.0  # s, by the time of the file
     end_s: float = 0.0  # s, by the time of the file
 
-    @property
-    def words(self) -> str:
-        """Which samples are used and which are not, in one line."""
-        name = f"{self.name}: " if self.name else ""
-        timed = f" ({self.start_s:.4g} to {self.end_s:.4g} s)" if self.end_s > self.start_s else ""
-        name, whole = f"{name}samples {self.first}-{self.last}{timed}, ", self.last - self.first + 1
-        if not self.left_out:
-            how = f"all {whole}" if self.used == whole else f"resampled to {self.used}"
-            return f"{name}{how}"
-        said = ", ".join(f"{count} {why}" for why, count in self.left_out.items())
-        return f"{name}{self.used} of {whole}; left out: {said}"
-
 
 @dataclass(frozen=True)
 class Use:

@@ -1,16 +1,7 @@
 """A fitted campaign as report, figures and files, from recordings in any format."""
 
-from importlib import import_module
-from typing import Any
+from tyre.door import door
 
-PLACES = {
-    "figures": ("save_figures", "stiffness_over_load"),
-    "report": ("campaign_table", "report_text", "write_campaign"),
-}
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in PLACES.items():
-        if name in names:
-            return getattr(import_module(f"{__name__}.{module}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+HOMES = dict.fromkeys(("save_figures", "stiffness_over_load"), "studies.rig_campaign.figures")
+HOMES |= dict.fromkeys(("campaign_table", "report_text", "write_campaign"), "studies.rig_campaign.report")
+__getattr__, __dir__ = door(__name__, HOMES)

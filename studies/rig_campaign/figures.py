@@ -1,6 +1,7 @@
 """Figures of a campaign: carpet plot, stiffnesses over load, flat against drum, single recordings, repeats."""
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,6 +87,10 @@ def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSumma
     return figure
 
 
+def _levels(conditions: Sequence[ConditionResult], name: str) -> list[float]:
+    return sorted({getattr(c, name) for c in conditions})
+
+
 def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = True) -> Channel:
     """Fitted steady side force (N) of one sweep over ``slip`` (rad), with Sh and Sv or through the origin."""
     details = summary.details
@@ -98,8 +103,7 @@ def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = Tr
 
 def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure":
     """Draw side force over slip and load of one tyre on one surface, one panel per pressure."""
-    pressures = sorted({c.pressure for c in conditions})
-    loads = sorted({c.load for c in conditions})
+    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
     figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
     reaches = []
     for item in (item for c in conditions for item in c.sweeps):
@@ -145,16 +149,12 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
         ("lateral_stiffness", "lateral stiffness (N/mm)", 1e-3),
         ("relaxation_length", "relaxation length (mm)", 1e3),
     )
-    pressures = sorted({c.pressure for c in conditions})
-    surfaces = sorted({c.surface for c in conditions}, reverse=True)
-    loads = sorted({c.load for c in conditions})
-    span = loads[-1] - loads[0] or 40.0
-    lines = [(row, surface, k, p) for row, surface in enumerate(surfaces) for k, p in enumerate(pressures)]
+    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
+    surfaces, span = sorted({c.surface for c in conditions}, reverse=True), loads[-1] - loads[0] or 40.0
     for panel, (name, label, factor) in zip(axes, quantities, strict=True):
-        for row, surface, number, pressure in lines:
+        for (row, surface), (number, pressure) in product(enumerate(surfaces), enumerate(pressures)):
             mine = [c for c in conditions if (c.surface, c.pressure) == (surface, pressure) and getattr(c, name)]
-            if name == "lateral_stiffness":
-                mine = [c for c in mine if not c.borrowed_stiffness]
+            mine = [c for c in mine if name != "lateral_stiffness" or not c.borrowed_stiffness]
             mine.sort(key=lambda c: c.load)
             if not mine:
                 continue
@@ -181,9 +181,9 @@ def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
     quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
     there = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
     figure, axes = _empty_figure(1, len(there), width=4.6 * len(there) + 0.4, height=4.4)
-    loads, pressures = (sorted({getattr(c, name) for c in conditions}) for name in ("load", "pressure"))
+    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
     for panel, (name, label) in zip(axes, there, strict=True):
-        for load, pressure in ((load, pressure) for load in loads for pressure in pressures):
+        for load, pressure in product(loads, pressures):
             mine = [c for c in conditions if (c.load, c.pressure) == (load, pressure) and c.camber_stiffness]
             rows = [(c, i.details) for c in mine for i in c.sweeps if name.format("") in i.details]
             if rows:

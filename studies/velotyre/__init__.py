@@ -7,7 +7,8 @@ A model is a bicycle's name, a file, ``vt.Bicycle``, or ``vt.Model`` with effect
 >>> tyre = vt.RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1)
 >>> model = vt.Model("benchmark", tyre)
 
-Bicycles, effects, files: ``Bicycle`` ``Model`` ``load_bicycle`` ``available_bicycles`` ``read_model`` ``build_model``
+Bicycles, effects, files: ``Bicycle`` ``Model`` ``load_bicycle`` ``available_bicycles`` ``available_models``
+``read_model`` ``build_model``
 ``effects`` ``load_effects``
 
 >>> vt.load_bicycle("benchmark").replace(trail=0.07)["c"]
@@ -54,13 +55,13 @@ PLACES = {
     ),
     "bicycle.critical": ("CriticalSpeed",),
     "bicycle.inputs": ("InputHistory", "doublet", "pulse", "step"),
-    "bicycle.model_file": ("build_model", "read_model"),
+    "bicycle.model_file": ("available_models", "build_model", "read_model"),
     "bicycle.named_modes": ("Modes",),
     "bicycle.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
-    "studies.amplitude": ("limit_cycles",),
     "studies.diagnosis": ("diagnose", "read_measurement"),
     "studies.library": (
-        "chart", "critical_speeds", "design", "modes", "root_locus", "sensitivity", "simulate", "sweep", "uncertainty",
+        "chart", "critical_speeds", "design", "limit_cycles", "modes", "root_locus", "sensitivity", "simulate", "sweep",
+        "uncertainty",
     ),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",

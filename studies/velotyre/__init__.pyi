@@ -15,12 +15,22 @@ from bicycle import (
 )
 from bicycle.critical import CriticalSpeed
 from bicycle.inputs import InputHistory, doublet, pulse, step
-from bicycle.model_file import build_model, read_model
+from bicycle.model_file import available_models, build_model, read_model
 from bicycle.named_modes import Modes
 from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
-from studies.amplitude import limit_cycles
 from studies.diagnosis import diagnose, read_measurement
-from studies.library import chart, critical_speeds, design, modes, root_locus, sensitivity, simulate, sweep, uncertainty
+from studies.library import (
+    chart,
+    critical_speeds,
+    design,
+    limit_cycles,
+    modes,
+    root_locus,
+    sensitivity,
+    simulate,
+    sweep,
+    uncertainty,
+)
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
 from tyre.pull_test import fit_pull_test
 from tyre.recording_files import read_recording
@@ -34,7 +44,9 @@ from .effects import (
     CamberThrust,
     ContactLength,
     CrownRadius,
+    ForkBending,
     FrontCompliance,
+    Longitudinal,
     Luggage,
     NoSlip,
     OverturningMoment,
@@ -43,7 +55,12 @@ from .effects import (
     RelaxationLength,
     ResidualTorque,
     RiderArms,
+    RiderControl,
+    RiderDelay,
+    RiderHands,
     RiderLean,
+    RiderPath,
+    RiderSteerMemory,
     RotatingMass,
     SideSlip,
     SteerAssist,
@@ -66,11 +83,13 @@ __all__ = [
     "CriticalSpeed",
     "CrownRadius",
     "Effect",
+    "ForkBending",
     "FrequencyResponse",
     "FrontCompliance",
     "InputError",
     "InputHistory",
     "LinearModel",
+    "Longitudinal",
     "Luggage",
     "MeasuredTable",
     "Mode",
@@ -85,7 +104,12 @@ __all__ = [
     "ResidualTorque",
     "Response",
     "RiderArms",
+    "RiderControl",
+    "RiderDelay",
+    "RiderHands",
     "RiderLean",
+    "RiderPath",
+    "RiderSteerMemory",
     "RotatingMass",
     "SideSlip",
     "SteerAssist",
@@ -98,6 +122,7 @@ __all__ = [
     "TyreSource",
     "WheelCompliance",
     "available_bicycles",
+    "available_models",
     "available_tyres",
     "build_model",
     "chart",

@@ -3,13 +3,14 @@
 from bicycle.effect import Effect, PerWheel, PerWheelValue
 
 class AerodynamicDrag(Effect):
-    """Drag D = density area v^2 / 2 backwards along the rear frame, and the equal drive force at the rear contact.
+    """Drag D = density drag_area v^2 / 2 at a point of the rear frame, and the equal drive force at the rear contact.
 
-    The virtual work of the pair in the heading frame is D (offset d(psi) - dx): a point of the rear frame that leans
-    does not move forward (dx = 0), so nothing acts on lean directly. The lateral offset of the centre of pressure
-    gives the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the
-    rear. The front wheel lifts where that exceeds its load; the linear model does not know. Usual areas are those of
-    riders without a fairing, from a racer's crouch to an upright commuter.
+    Drag follows the relative wind: if the point moves to the right by s and the air by ``side_wind``, an input (m/s),
+    the wind comes at the yaw angle beta = (side_wind - s) / v. With p = density v^2 / 2 the air pushes to the right by
+    p (drag_area + side_area) beta and turns to the right by p yaw_moment_area beta. A side offset of the point gives
+    the yaw moment D offset, the pitching moment shifts D |z| / w of vertical load from the front wheel to the rear. The
+    front wheel lifts where that exceeds its load; the linear model does not know. Usual areas are those of riders
+    without a fairing, from a racer's crouch to an upright commuter.
 
     Parameters
     ----------
@@ -18,24 +19,39 @@ class AerodynamicDrag(Effect):
         negligible below 0.02.
     centre_of_pressure_z : float, m
         Height of the drag on the rear frame, z down; typical -1.3 .. -0.9, allowed -inf .. 0.
+    centre_of_pressure_x : float, m, default xB of the bicycle
+        Place of the side force on the rear frame; typical 0.2 .. 0.7, allowed any.
     air_density : float, kg/m^3, default 1.225
         1.225 at 15 °C and sea level; typical 1 .. 1.3, allowed 0 .. inf; the effect vanishes at 0; negligible below
         0.06.
+    side_area : float, m^2/rad, default 0
+        Slope over the yaw angle of the force across the wind, over the dynamic pressure; typical 0 .. 1.5, allowed
+        any; the effect vanishes at 0.
+    yaw_moment_area : float, m^3/rad, default 0
+        Slope over the yaw angle of the moment about the centre of pressure, over the dynamic pressure; typical -0.5
+        .. 0.5, allowed any; the effect vanishes at 0.
 
     Notes
     -----
-    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas).
+    Source: Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas); Schwab,
+    Dialynas & Happee (2018), Proceedings 2(6), 218 (side wind).
     """
 
     drag_area: float
     centre_of_pressure_z: float
+    centre_of_pressure_x: float
     air_density: float
+    side_area: float
+    yaw_moment_area: float
     def __init__(
         self,
         *,
         centre_of_pressure_z: float,
         drag_area: float = 0.4,
+        centre_of_pressure_x: float = ...,
         air_density: float = 1.225,
+        side_area: float = 0.0,
+        yaw_moment_area: float = 0.0,
     ) -> None: ...
 
 class AligningMoment(Effect):
@@ -185,6 +201,39 @@ class CrownRadius(Effect):
         crown_radius: PerWheelValue = 0.0125,
     ) -> None: ...
 
+class ForkBending(Effect):
+    """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.
+
+    Axis (cos lam, 0, -sin lam) through the steer axis, ``length`` above the point of it next to the wheel centre. A
+    side force F at the hub moves it by F length^2 / stiffness. Beside front_compliance, the twist of the frame, it is
+    the second joint of the front.
+
+    Parameters
+    ----------
+    stiffness : float, N m/rad, default 6000
+        Of the hinge; typical 2000 .. 20000, allowed 0 .. inf; the effect vanishes at inf; negligible above 40000.
+    damping : float, N m s/rad, default 5
+        Of the hinge; typical 1 .. 30, allowed 0 .. inf.
+    length : float, m, default 0.38
+        From the wheel centre up to the hinge, along the steer axis; typical 0.2 .. 0.5, allowed -2 .. 2.
+
+    Notes
+    -----
+    Source: Spierings (1981), Vehicle System Dynamics 10, 21-35; Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle
+    System Dynamics 50.
+    """
+
+    stiffness: float
+    damping: float
+    length: float
+    def __init__(
+        self,
+        *,
+        stiffness: float = 6000.0,
+        damping: float = 5.0,
+        length: float = 0.38,
+    ) -> None: ...
+
 class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
@@ -222,6 +271,47 @@ class FrontCompliance(Effect):
         stiffness: float = 3000.0,
         damping: float = 15.0,
         axis_tilt: float = ...,
+    ) -> None: ...
+
+class Longitudinal(Effect):
+    """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
+
+    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope); the equations hold for
+    the moment (quasi-steady). Where X = m g sin(slope) the gradient keeps the speed. Each mass m_i feels X m_i / m
+    backwards, which with the spin-up of the wheels moves (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel.
+    Tyres that a model file names are taken at these loads, those given by numbers are as given. Left out are slip along
+    the wheel, which takes cornering stiffness, and the turning of the fall line against the heading.
+
+    Parameters
+    ----------
+    drive_force : float, N, default 0
+        At the rear contact, beside that against drag; typical 0 .. 200, allowed 0 .. inf; the effect vanishes at 0;
+        negligible below 10.
+    brake_force : float, N, default 0
+        Backwards at both contacts; typical 0 .. 300, allowed 0 .. inf; the effect vanishes at 0; negligible below
+        10.
+    front_share : float, dimensionless, default 0.7
+        Of the brake force; typical 0 .. 1, allowed 0 .. 1.
+    gradient : float, dimensionless, default 0
+        Rise of the road per length on the level, > 0 uphill; typical -0.2 .. 0.2, allowed any; the effect vanishes
+        at 0; negligible below 0.02.
+
+    Notes
+    -----
+    Source: Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines).
+    """
+
+    drive_force: float
+    brake_force: float
+    front_share: float
+    gradient: float
+    def __init__(
+        self,
+        *,
+        drive_force: float = 0.0,
+        brake_force: float = 0.0,
+        front_share: float = 0.7,
+        gradient: float = 0.0,
     ) -> None: ...
 
 class Luggage(Effect):
@@ -551,6 +641,125 @@ class RiderArms(Effect):
         damping: float = 1.0,
     ) -> None: ...
 
+class RiderControl(Effect):
+    """Steer torque T'' + 2 zeta omega T' + omega^2 T = omega^2 u of a rider, u = gains on roll, steer and their rates.
+
+    A positive gain on roll steers to the side the bicycle leans to. The gains hold at the speed at which they were
+    identified. rider_steer_memory or rider_path adds what holds the heading, rider_delay a time delay.
+
+    Parameters
+    ----------
+    roll : float, N m/rad, default 0
+        Torque per roll angle; typical 0 .. 80, allowed any; the effect vanishes at 0; negligible below 0.5.
+    roll_rate : float, N m s/rad, default 0
+        Torque per roll rate; typical 0 .. 40, allowed any; the effect vanishes at 0; negligible below 0.2.
+    steer : float, N m/rad, default 0
+        Torque per steer angle; typical -120 .. 20, allowed any; the effect vanishes at 0; negligible below 0.5.
+    steer_rate : float, N m s/rad, default 0
+        Torque per steer rate; typical -8 .. 1, allowed any; the effect vanishes at 0; negligible below 0.05.
+    filter_frequency : float, rad/s, default 13.6345
+        Natural frequency omega of the neuromuscular filter; typical 5 .. 40, allowed 0.1 .. inf.
+    filter_damping : float, dimensionless, default 0.707107
+        Damping ratio zeta of the neuromuscular filter; typical 0.3 .. 1.2, allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Schwab, de Lange, Happee & Moore (2013), Multibody System Dynamics; Hess, Moore & Hubbard (2012), IEEE
+    SMC A.
+    """
+
+    roll: float
+    roll_rate: float
+    steer: float
+    steer_rate: float
+    filter_frequency: float
+    filter_damping: float
+    def __init__(
+        self,
+        *,
+        roll: float = 0.0,
+        roll_rate: float = 0.0,
+        steer: float = 0.0,
+        steer_rate: float = 0.0,
+        filter_frequency: float = 13.634512116579701,
+        filter_damping: float = 0.7071067811865476,
+    ) -> None: ...
+
+class RiderDelay(Effect):
+    """Delay of what the rider's muscles are told, as a Pade approximant of order 2.
+
+    D(s) = (1 - s delay/2 + (s delay)^2/12) / (1 + s delay/2 + (s delay)^2/12): the phase is right to 1 degree up to
+    s = 2.2j / delay. Margins of velotyre ride take the delay exactly.
+
+    Parameters
+    ----------
+    delay : float, s
+        From motion to command; typical 0.03 .. 0.3, allowed 0.001 .. inf.
+
+    Notes
+    -----
+    Source: Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems, ch. 5 (Pade approximant).
+    """
+
+    delay: float
+    def __init__(
+        self,
+        *,
+        delay: float,
+    ) -> None: ...
+
+class RiderHands(Effect):
+    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and bar.
+
+    The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
+    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
+    ``grip_damping``, all about the steer axis.
+
+    Parameters
+    ----------
+    mass : float, kg, default 4.5
+        Felt at both hands together; typical 1 .. 14, allowed 0 .. inf.
+    half_width : float, m, default 0.21
+        Half the distance of the hands; typical 0.15 .. 0.4, allowed 0 .. inf.
+    x : float, m, default 0.85
+        Hands, ahead of the rear contact; typical 0.5 .. 1.1, allowed any.
+    z : float, m, default -0.95
+        Hands, z down; typical -1.2 .. -0.7, allowed -3 .. 0.
+    stiffness : float, N m/rad, default 10
+        Of shoulders and elbows; typical 0 .. 60, allowed 0 .. inf.
+    damping : float, N m s/rad, default 1
+        Of shoulders and elbows; typical 0.2 .. 4, allowed 0 .. inf.
+    grip_stiffness : float, N m/rad, default 200
+        Of both grips; typical 20 .. 600, allowed 0 .. inf.
+    grip_damping : float, N m s/rad, default 1
+        Of both grips; typical 0.1 .. 4, allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Klinger, Nusime, Edelmann & Ploechl (2014), Vehicle System Dynamics 52 (hands on the bar); Sharp (1994).
+    """
+
+    mass: float
+    half_width: float
+    x: float
+    z: float
+    stiffness: float
+    damping: float
+    grip_stiffness: float
+    grip_damping: float
+    def __init__(
+        self,
+        *,
+        mass: float = 4.5,
+        half_width: float = 0.21,
+        x: float = 0.85,
+        z: float = -0.95,
+        stiffness: float = 10.0,
+        damping: float = 1.0,
+        grip_stiffness: float = 200.0,
+        grip_damping: float = 1.0,
+    ) -> None: ...
+
 class RiderLean(Effect):
     """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
 
@@ -603,6 +812,54 @@ class RiderLean(Effect):
         Ixz: float = 0.0,
         stiffness: float = 1500.0,
         damping: float = 60.0,
+    ) -> None: ...
+
+class RiderPath(Effect):
+    """Command heading * psi + position * y_front to the muscles of rider_control, both from a straight lane.
+
+    psi is the heading of the rear frame (> 0 to the right), y_front the lateral place of the front contact.
+
+    Parameters
+    ----------
+    heading : float, N m/rad
+        Torque per heading angle; typical 0.5 .. 40, allowed any.
+    position : float, N m/m
+        Torque per lateral place of the front contact; typical 0.1 .. 3, allowed any.
+
+    Notes
+    -----
+    Source: Hess, Moore & Hubbard (2012), Modeling the manually controlled bicycle, IEEE Transactions SMC A 42.
+    """
+
+    heading: float
+    position: float
+    def __init__(
+        self,
+        *,
+        heading: float,
+        position: float,
+    ) -> None: ...
+
+class RiderSteerMemory(Effect):
+    """Command gain * (integral of the steer angle) to the muscles of rider_control.
+
+    Without slip the integral is the heading times w / (v cos lam). For a rider without such a gain leave it out.
+
+    Parameters
+    ----------
+    gain : float, N m/rad s
+        Torque per integral of the steer angle; typical 10 .. 650, allowed any.
+
+    Notes
+    -----
+    Source: Schwab, de Lange, Happee & Moore (2013), Multibody System Dynamics, eq. of the controller (k_delta_i).
+    """
+
+    gain: float
+    def __init__(
+        self,
+        *,
+        gain: float,
     ) -> None: ...
 
 class RotatingMass(Effect):

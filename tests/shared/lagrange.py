@@ -27,15 +27,12 @@ class LagrangeBicycle:
     """Meijaard's parameters ``p`` and per wheel (rear, front) ``stiffness`` (N/rad) and relaxation ``length`` (m).
 
     ``hinge`` holds place (x, z), stiffness (N m/rad) and damping (N m s/rad) of a hinge that carries the front assembly
-    and whose axis is perpendicular to the steer axis; ``rear_hinge`` carries the rear wheel, its axis is raised by
-    ``tilt``. A rotor of the frame has an inertia (kg m^2) and turns a number of times as fast as the rear wheel. Tyres
-    have ``overturning`` moments per camber (N m/rad) and an ``arm`` (m) of side forces about the forward axis.
+    and whose axis is perpendicular to the steer axis.
     """
 
     def __init__(
         self, p: Mapping[str, float], *, stiffness: tuple[float, float], length: tuple[float, float],
-        hinge: Mapping[str, float] | None = None, rear_hinge: Mapping[str, float] | None = None,
-        rotor: tuple[float, float] = (0.0, 1.0), overturning: tuple[float, float] = (0.0, 0.0), arm: float = 0.0,
+        hinge: Mapping[str, float] | None = None,
     ) -> None:  # fmt: skip
         self.p, self.stiffness, self.length = p, np.array(stiffness), np.array(length)
         sine, cosine = math.sin(p["lam"]), math.cos(p["lam"])
@@ -47,26 +44,18 @@ class LagrangeBicycle:
             chain.append((np.array([cosine, 0, -sine]), np.array([hinge["x"], 0, hinge["z"]])))
         chain.append((np.array([sine, 0, cosine]), np.array([p["w"] + p["c"], 0, 0])))
         front = tuple(range(len(chain)))
-        rear = (0, 1, len(chain)) if rear_hinge else (0, 1)
-        if rear_hinge:
-            tilt = rear_hinge["tilt"]
-            place = np.array([rear_hinge["x"], 0, rear_hinge["z"]])
-            chain.append((np.array([math.cos(tilt), 0, -math.sin(tilt)]), place))
-        self.chain, n = chain, 1 + len(chain)  # y, yaw, lean, (hinge,) steer, (rear hinge)
+        self.chain, n = chain, 1 + len(chain)  # y, yaw, lean, (hinge,) steer
         wheels = [np.array([0, 0, -p["rR"]]), np.array([p["w"], 0, -p["rF"]])]
         total = p["mB"] + p["mR"] + p["mH"] + p["mF"]
         front_load = p["g"] * (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"]
         self.loads = np.array([p["g"] * total - front_load, front_load])
-        # mass, centre, inertia, hinges, radius of a wheel that rolls so, perhaps on the ground
+        # mass, centre, inertia, hinges, radius of a wheel, whether it rolls
         self.bodies: list[tuple[float, Vector, Vector, tuple[int, ...], float, bool]] = [
             (p["mB"], np.array([p["xB"], 0, p["zB"]]), _frame(p, "B"), (0, 1), 0.0, False),
-            (p["mR"], wheels[0], np.diag([p["IRxx"], p["IRyy"], p["IRxx"]]), rear, p["rR"], True),
+            (p["mR"], wheels[0], np.diag([p["IRxx"], p["IRyy"], p["IRxx"]]), (0, 1), p["rR"], True),
             (p["mH"], np.array([p["xH"], 0, p["zH"]]), _frame(p, "H"), front, 0.0, False),
             (p["mF"], wheels[1], np.diag([p["IFxx"], p["IFyy"], p["IFxx"]]), front, p["rF"], True),
         ]
-        if rotor[0]:  # a thin ring: what it weighs and resists across is the frame's
-            spinning = np.diag([0.0, rotor[0], 0.0])
-            self.bodies.append((0.0, np.zeros(3), spinning, (0, 1), p["rR"] / rotor[1], False))
         zero, rates = np.zeros(n), np.eye(n)
         single = np.array([self.kinetic(zero, a, 0.0) for a in rates])
         both = np.array([[self.kinetic(zero, a + b, 0.0) for a in rates] for b in rates])
@@ -80,19 +69,14 @@ class LagrangeBicycle:
         if hinge:
             self.potential[3, 3] += hinge["stiffness"]
             self.damping[3, 3] += hinge["damping"]
-        if rear_hinge:
-            self.potential[-1, -1] += rear_hinge["stiffness"]
-            self.damping[-1, -1] += rear_hinge["damping"]
-        contacts = [(np.zeros(3), rear), (np.array([p["w"], 0, 0]), front)]
-        self.ports, self.headings, self.cambers = np.zeros((3, 2, n))
+        contacts = [(np.zeros(3), (0, 1)), (np.array([p["w"], 0, 0]), front)]
+        self.ports, self.headings = np.zeros((2, 2, n))
         for wheel, (contact, hinges) in enumerate(contacts):
             _, axes, places = self.turned(hinges, zero)
             self.ports[wheel, 0] = 1
             for k, axis, at in zip(hinges, axes, places, strict=False):
                 self.ports[wheel, 1 + k] = np.cross(axis, contact - at)[1]
-                self.cambers[wheel, 1 + k], _, self.headings[wheel, 1 + k] = axis
-        self.potential += self.cambers.T @ np.diag(overturning) @ self.cambers
-        self.work = self.ports - arm * self.cambers
+                self.headings[wheel, 1 + k] = axis[2]
 
     def turned(self, hinges: tuple[int, ...], q: Vector) -> tuple[Vector, list[Vector], list[Vector]]:
         """Rotation of a body on some hinges, and their axes and places, at coordinates ``q``."""
@@ -149,7 +133,7 @@ class LagrangeBicycle:
         return np.block(
             [
                 [rest, unit, np.zeros((n, 2))],
-                [-solved @ stiffness, -solved @ damping, solved @ self.work.T],
+                [-solved @ stiffness, -solved @ damping, solved @ self.ports.T],
                 [speed * rate @ self.headings, -rate @ self.ports, -np.diag(speed / self.length)],
             ]
         )

@@ -16,3 +16,18 @@ def unseen(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
         monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda self, figure: None)
 
     return at
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Give the command line these arguments, which it must refuse with exit code 2; what it says of them."""
+
+    def ask(*arguments: object) -> str:
+        from studies.cli import main
+
+        with pytest.raises(SystemExit) as stop:
+            main([str(one) for one in arguments])
+        assert stop.value.code == 2
+        return capsys.readouterr().err
+
+    return ask

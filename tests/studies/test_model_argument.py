@@ -69,7 +69,7 @@ def test_a_tyre_from_the_command_line_is_that_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"text": "psta"}, "unknown bicycle 'psta'; did you mean 'pista'?.*velotyre new model.toml writes an example"),
+        ({"text": "psta"}, "unknown bicycle or model 'psta'; did you mean 'pista'?.*velotyre new model.toml writes"),
         ({"text": "absent.toml"}, "absent.toml: no such model file"),
         ({"text": "absent.txt"}, "absent.txt: no such bicycle file; packaged bicycles: .*benchmark"),
         ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 is of a measured tyre; give --tyre too"),

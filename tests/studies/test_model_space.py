@@ -15,6 +15,7 @@ TYRED = {
         "front_compliance": {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8},
     },
 }
+BRAKED = TYRED | {"effects": TYRED["effects"] | {"longitudinal": {"brake_force": 20.0, "gradient": 0.02}}}
 PLAIN = {
     "bicycle": "benchmark",
     "effects": {"relaxation_length": {"cornering_stiffness": 7000.0, "relaxation_length": 0.12}},
@@ -41,6 +42,8 @@ CASES = [
     (TYRED, {"mB": 88.0}, {"mB": 88.0}),  # wheel loads move, and with them the tyres
     (TYRED, {"lam": 0.3}, {"lam": 0.3}),  # the hinge's tilt follows
     (TYRED, {"xB": 0.5, "front_compliance.stiffness": 4000.0}, {"xB": 0.5, "front_compliance__stiffness": 4000.0}),
+    (BRAKED, {"longitudinal.brake_force": 45.0}, {"longitudinal__brake_force": 45.0}),  # the loads move here, too
+    (BRAKED, {"zB": -0.95, "pressure_bar": 5.6}, {"zB": -0.95, "relaxation_length__pressure_bar": 5.6}),
     (PLAIN, {"relaxation_length.cornering_stiffness.rear": 8000.0},
      {"relaxation_length__cornering_stiffness": {"rear": 8000.0, "front": 7000.0}}),
     (PLAIN, {"relaxation_length.relaxation_length": 0.2, "c": 0.05},

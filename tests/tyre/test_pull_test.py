@@ -140,3 +140,11 @@ def test_a_turn_of_more_than_2_percent_of_the_range_begins_a_stroke():
         still = np.zeros(x.size)
         test = PullTest(condition=FLAT, axes="ISO", side_force=K * x, plate_displacement=x, rim_displacement=still)
         assert fit_pull_test(test).strokes == strokes, back
+
+
+@pytest.mark.parametrize(("both", "strokes"), [(False, 2), (True, 3)])
+def test_drift_is_told_from_three_strokes_on(both, strokes):
+    """A walk of the cell by 5 N is seen from out, back and beyond; out and back is not enough."""
+    fit = fit_pull_test(loop(drift=5.0, presliding=4e-5, cycles=1, both=both, readings=60))
+    assert fit.strokes == strokes
+    assert fit.drift == (pytest.approx(5.0, rel=0.2) if strokes == 3 else 0.0)

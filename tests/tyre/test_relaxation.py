@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -283,3 +284,17 @@ def test_a_lag_solves_its_equation():
     assert first_order_lag(u, step=step, start=4.0)[0] == pytest.approx(4.0)
     later = first_order_lag(u, step=step, start=4.0) - found
     np.testing.assert_allclose(later, (4.0 - u[0]) * np.exp(-x), atol=1e-12)
+
+
+@pytest.mark.parametrize("scatter", [0.1, 4.0])
+def test_scatter_about_the_line_of_rates_widens_its_slope_and_never_narrows_it(scatter):
+    """Against the weighted straight line of numpy, with and without the scale of its residuals."""
+    pace, sd = np.array([0.02, 0.05, 0.08, 0.12]), 2e-4
+    gap = 1e-3 + 0.14 * pace + scatter * sd * np.array([1.0, -1.0, -1.0, 1.0])
+    numbers = zip(gap, pace, strict=True)
+    sweeps = [SimpleNamespace(half_gap=g, half_gap_sd=sd, rate=2.5 * p, speed=2.5) for g, p in numbers]
+    found = relaxation_from_two_rates(sweeps)
+    line, covariance = np.polyfit(pace, gap, 1, w=np.full(4, 1 / sd), cov=True if scatter > 1 else "unscaled")
+    assert found.value == pytest.approx(line[0], rel=1e-9)
+    assert found.sd == pytest.approx(np.sqrt(covariance[0, 0]), rel=1e-9)
+    assert found.dof == 2.0

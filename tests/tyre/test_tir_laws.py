@@ -167,6 +167,12 @@ def test_files_that_others_write():
     wrapped = tyre(SMALL, text=WRAPPED)
     assert wrapped.at(load=500.0, pressure=5e5).cornering_stiffness == pytest.approx(5600.0, rel=1e-12)
     assert any("line 7 'MODIFY THIS PARAMETER'" in note for note in wrapped.notes)
+    rest = {key: value for key, value in SMALL.items() if key not in ("PKY1", "PTY1")}
+    fortran = tyre(
+        rest, text="[LATERAL]\nPKY1 = -1.4D+01\nPTY1 = 4.0d-1 $ of R0\n[SHAPE]\n{radial width}\n 1.D0 0.4D+0\n"
+    )
+    assert fortran.at(load=500.0, pressure=5e5).cornering_stiffness == pytest.approx(5600.0, rel=1e-12)
+    assert not any("passed over" in note for note in fortran.notes)
     free = tyre(SMALL)
     assert (free.pressures.size, math.isnan(free.default_pressure)) == (0, True)
     for pressure in (free.default_pressure, 3e5):

@@ -340,11 +340,7 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
 @pytest.mark.parametrize(
     ("load", "pressure", "words"),
     [
-        (
-            400,
-            5.5,
-            "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True takes it",
-        ),
+        (400, 5.5, "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True"),
         (400, 80.0, r"is the pressure in psi[?] give 551581 Pa"),
         (400, 550.0, r"is the pressure in kPa[?] give 550000 Pa"),
         (40.8, 5.5e5, r"40\.8 N is farther outside .*is the load in kg[?] give 400\.1\d* N"),

@@ -78,7 +78,7 @@
     change(joined(list), {});
   }
   function unpin() { change(joined(pairs(page.text).filter(([key]) => key !== "pin")), {}); }
-  const PARTS = ["along", "damping", "sensitivity", "motion"]; // answers that a change waits for
+  const PARTS = ["along", "damping", "sensitivity", "amplitude", "motion"]; // answers that a change waits for
   function busy(parts) {
     page.waiting = new Set(parts);
     at("busy").textContent = parts.length ? "computing …" : "";
@@ -346,11 +346,12 @@
     else adopt(files.address, { redraw: true, replace: true }); // a tyre to choose, or the one that was lacking
   }
   function sensitivity(answer) { later("sensitivity", answer.figure); }
+  function amplitude(answer) { later("amplitude", answer.figure); }
   function carry() { server.carry(); labelled(); }
   const heard = (read) => function (answer) { if (answer) read(answer); };
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     velotyre: {
-      carry, damping: heard(damping), sensitivity: heard(sensitivity), motion: heard(motion), chart: heard(chart),
+      carry, damping: heard(damping), sensitivity: heard(sensitivity), amplitude: heard(amplitude), motion: heard(motion), chart: heard(chart),
       dropped: heard(dropped),
     },
   });

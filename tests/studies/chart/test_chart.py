@@ -8,18 +8,8 @@ import pytest
 
 from bicycle.critical import critical_speeds
 from bicycle.model_file import build_model
-from studies.chart import (
-    Plane,
-    Uncertain,
-    along_axes,
-    checked,
-    draw_chart,
-    marks,
-    split_range,
-    spread,
-    stability_chart,
-    usual_range,
-)
+from studies import chart as room
+from studies.chart import Plane, Uncertain, stability_chart
 from studies.cli import main
 from tyre.errors import InputError
 from tyre.tyre_map import TyreMap
@@ -32,6 +22,12 @@ SOFT = {
         "front_compliance": {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8},
     },
 }
+
+
+def softer(stiffness, content=SOFT, damping=15.0, **more):
+    """The model file with another front."""
+    front = content["effects"]["front_compliance"] | {"stiffness": stiffness, "damping": damping}
+    return content | {"effects": content["effects"] | {"front_compliance": front}} | more
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +51,7 @@ def test_every_point_lies_on_the_axis(soft):
     assert len(table) > 400
     assert (np.abs(table.residual_real_1_s) < 1e-9 * table.largest_root_1_s).all()
     for row in table.iloc[::25].itertuples():
-        effects = SOFT["effects"] | {
-            "front_compliance": SOFT["effects"]["front_compliance"]
-            | {"stiffness": row.front_compliance_stiffness_N_m_rad}
-        }
-        model = build_model(SOFT | {"effects": effects}).linear_model()
+        model = build_model(softer(row.front_compliance_stiffness_N_m_rad)).linear_model()
         roots = np.linalg.eigvals(model.state_matrix(row.speed_m_s))
         omega = 2 * np.pi * row.frequency_Hz
         assert np.abs(roots - 1j * omega).min() < 1e-9 * np.abs(roots).max()
@@ -68,8 +60,7 @@ def test_every_point_lies_on_the_axis(soft):
 def test_names_and_frequencies_are_those_of_the_critical_speeds(soft):
     table = soft.frame()
     for stiffness in (1500.0, 3000.0, 9500.0):
-        effects = SOFT["effects"] | {"front_compliance": SOFT["effects"]["front_compliance"] | {"stiffness": stiffness}}
-        known = [c for c in critical_speeds(build_model(SOFT | {"effects": effects}), 25.0) if 2 < c.speed < 25]
+        known = [c for c in critical_speeds(build_model(softer(stiffness)), 25.0) if 2 < c.speed < 25]
         found = []
         for _, curve in table.groupby("boundary"):
             y, x, hertz = (
@@ -95,10 +86,7 @@ def test_the_count_agrees_and_regions_are_what_the_roots_are(soft):
     for i, j in np.ndindex(7, 7):
         point = np.array([share[i], share[j]])
         if min(curve.distance(point)[0] for curve in soft.curves) > 0.02:
-            effects = SOFT["effects"] | {
-                "front_compliance": SOFT["effects"]["front_compliance"] | {"stiffness": 1000 + 9000 * share[j]}
-            }
-            roots = build_model(SOFT | {"effects": effects}).linear_model().eigenvalues(2 + 23 * share[i])
+            roots = build_model(softer(1000 + 9000 * share[j])).linear_model().eigenvalues(2 + 23 * share[i])
             assert regions[i, j] == (roots.real > 0).sum()
             far += 1
     assert far > 20
@@ -106,32 +94,22 @@ def test_the_count_agrees_and_regions_are_what_the_roots_are(soft):
 
 def test_the_band_is_what_draws_give():
     """Critical speeds of drawn bicycles, with one damping and one inertia uncertain."""
-    stiffness, sd = 9500.0, {"front_compliance.damping": 0.4, "IHzz": 0.0008}
-    content = SOFT | {
-        "bicycle": dict(build_model(SOFT).bicycle.values),
-        "effects": {
-            "relaxation_length": {"cornering_stiffness": 6500.0, "relaxation_length": 0.11},
-            "front_compliance": SOFT["effects"]["front_compliance"] | {"stiffness": stiffness},
-        },
-    }
+    content = softer(9500.0, bicycle=dict(build_model(SOFT).bicycle.values))
+    content["effects"]["relaxation_length"] = {"cornering_stiffness": 6500.0, "relaxation_length": 0.11}
     plane = Plane.of(content, "speed=2:25", "front_compliance.stiffness=3000:8000")
-    chart = stability_chart(plane, sd=sd)
-    wave = next(b for b in chart.boundaries if "wobble" in b.names.distinct)
+    chart = stability_chart(plane, sd={"front_compliance.damping": 0.4, "IHzz": 0.0008})
+    wave = next(b for b in chart.boundaries if "wobble" in b.distinct)
     points = plane.x(wave.curve.shares)
     k = int(np.abs(points[:, 1] - 5000.0).argmin())
     rng, found = np.random.default_rng(5), []
     for z in rng.normal(size=(150, 2)):
-        changed = {
-            "front_compliance": content["effects"]["front_compliance"]
-            | {"stiffness": points[k, 1], "damping": 15.0 + 0.4 * z[0]}
-        }
         bicycle = content["bicycle"] | {"IHzz": content["bicycle"]["IHzz"] + 0.0008 * z[1]}
-        model = build_model(content | {"bicycle": bicycle, "effects": content["effects"] | changed})
+        model = build_model(softer(points[k, 1], content, 15.0 + 0.4 * z[0], bicycle=bicycle))
         speeds = [c.speed for c in critical_speeds(model, 30.0) if c.mode == "wobble"]
         found.append(min(speeds, key=lambda v: abs(v - points[k, 0])))
     told = wave.spread[k, 0] * plane.spans[0].slope(wave.curve.shares[k, 0])
     assert told == pytest.approx(np.std(found), rel=0.2)  # 150 draws: 6 %, and what is not linear
-    across = along_axes(wave.curve, wave.growth_sd)
+    across = room.along_axes(wave.curve, wave.growth_sd)
     np.testing.assert_allclose(across[:, 2] ** -2, across[:, 0] ** -2 + across[:, 1] ** -2, rtol=1e-9)
 
 
@@ -143,7 +121,9 @@ def test_what_is_uncertain_leaves_the_axes_out():
     assert not Uncertain.of(Plane.of(WHIPPLE, "speed=1:10", "c"))
     curve = stability_chart(Plane.of(WHIPPLE, "speed=1:10", "c"), sd={"w": 0.01}).boundaries[0].curve
     one, two = (
-        spread(Plane.of(WHIPPLE, "speed=1:10", "c"), curve, Uncertain(("w",), np.array([[sd**2]]), np.array([1.02])))
+        room.spread(
+            Plane.of(WHIPPLE, "speed=1:10", "c"), curve, Uncertain(("w",), np.array([[sd**2]]), np.array([1.02]))
+        )
         for sd in (0.01, 0.02)
     )
     np.testing.assert_allclose(two, 2 * one, rtol=1e-9)
@@ -153,7 +133,7 @@ def test_marks_of_tyres_stand_where_the_tyre_is():
     keys = [f"relaxation_length.{name}.front" for name in ("cornering_stiffness", "relaxation_length")]
     found = [
         m
-        for m in marks(Plane.of(SOFT, f"{keys[0]}=3000:9000", f"{keys[1]}=0.05:0.3", speed=9.0))
+        for m in room.marks(Plane.of(SOFT, f"{keys[0]}=3000:9000", f"{keys[1]}=0.05:0.3", speed=9.0))
         if m.kind.startswith("measured tyre")
     ]
     assert {m.label.split(" ")[0] for m in found} >= {"Tyre1", "Tyre2", "Tyre3"}
@@ -166,9 +146,9 @@ def test_marks_of_tyres_stand_where_the_tyre_is():
 def test_stable_or_unstable_everywhere():
     calm = stability_chart(Plane.of(WHIPPLE, "speed=4.9:5.1", "c=0.079:0.081"))
     assert calm.boundaries == ()
-    assert checked(calm)[0] == "no boundary here: stable everywhere"
+    assert room.checked(calm)[0] == "no boundary here: stable everywhere"
     wild = stability_chart(Plane.of(WHIPPLE, "speed=1:2", "c=0.079:0.081"))
-    assert checked(wild)[0] == "no boundary here: 2 unstable roots everywhere"
+    assert room.checked(wild)[0] == "no boundary here: 2 unstable roots everywhere"
     assert list(wild.frame().columns)[:2] == ["speed_m_s", "c_m"]
 
 
@@ -176,17 +156,17 @@ def test_figures_of_odd_charts(tmp_path):
     calm = stability_chart(Plane.of(WHIPPLE, "speed=4.9:5.1", "c=0.079:0.081"))
     hatched = stability_chart(Plane.of(SOFT, "pressure_bar.front=2:9", "c=0.05:0.06:log", speed=9))
     for k, chart in enumerate((calm, hatched)):
-        draw_chart(chart, tmp_path / f"{k}", title="t")
+        room.draw_chart(chart, tmp_path / f"{k}", title="t")
         assert (tmp_path / f"{k}.png").stat().st_size > 10_000
         assert (tmp_path / f"{k}.svg").stat().st_size > 10_000
 
 
 def test_usual_ranges():
     space = Plane.of(SOFT, "pressure_bar.front", "load_N.front", speed=9.0).space
-    assert usual_range(space, space.axes[0]) == (3.5, 7.5)
-    assert usual_range(space, space.axes[1]) == (340.0, 490.0)
-    assert split_range("c") == ("c", None, False)
-    assert split_range("c=0.1:1:log") == ("c", (0.1, 1.0), True)
+    assert room.usual_range(space, space.axes[0]) == (3.5, 7.5)
+    assert room.usual_range(space, space.axes[1]) == (340.0, 490.0)
+    assert room.split_range("c") == ("c", None, False)
+    assert room.split_range("c=0.1:1:log") == ("c", (0.1, 1.0), True)
 
 
 @pytest.mark.parametrize(

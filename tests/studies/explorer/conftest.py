@@ -62,15 +62,14 @@ def opened(browser, address):
     """
     contexts, errors = [], []
 
+    def heard(message):
+        errors.extend([message.text] if message.type in ("error", "warning") else [])
+
     def at(state="", path="", **settings):
-        context = browser.new_context(
-            **({"viewport": {"width": 1300, "height": 900}, "accept_downloads": True} | settings)
-        )
-        contexts.append(context)
-        page = context.new_page()
-        page.on(
-            "console", lambda message: errors.append(message.text) if message.type in ("error", "warning") else None
-        )
+        usual = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True}
+        contexts.append(browser.new_context(**(usual | settings)))
+        page = contexts[-1].new_page()
+        page.on("console", heard)
         page.on("pageerror", lambda error: errors.append(str(error)))
         if path is not None:
             page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")

@@ -26,8 +26,8 @@ def line(sd):
 
 
 def named(curve, sd):
-    names = SimpleNamespace(names=("weave",) * len(curve.shares), distinct=("weave",))
-    return NamedBoundary(curve, names, np.zeros(len(curve.shares), int), np.full(len(curve.shares), SLOPE * sd))
+    count = len(curve.shares)
+    return NamedBoundary(curve, ("weave",) * count, np.zeros(count, int), np.full(count, SLOPE * sd))
 
 
 def chart(*boundaries, uncertain=True):

@@ -10,28 +10,19 @@ import time
 
 import pytest
 
-from studies.cli import main
 
-
-def refused(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(["explore", *arguments])
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
-def test_without_dash_it_says_how_to_install_it(capsys, monkeypatch):
+def test_without_dash_it_says_how_to_install_it(refused, monkeypatch):
     monkeypatch.setitem(sys.modules, "dash", None)
-    said = refused(capsys)
+    said = refused("explore")
     assert said.startswith("velotyre: dash is not installed; install it with: pip install ")
     assert "[explore]" in said
 
 
-def test_a_port_that_is_taken_is_refused(capsys):
+def test_a_port_that_is_taken_is_refused(refused):
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        line = refused(capsys, "--no-browser", "--port", str(port))
+        line = refused("explore", "--no-browser", "--port", port)
     assert line.startswith(f"velotyre: --port {port} cannot be used (")
     assert line.endswith("; give another one, or 0 for a free one\n")
 

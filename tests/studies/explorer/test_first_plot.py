@@ -5,8 +5,6 @@ from collections import Counter
 
 import pytest
 
-pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, settled, until
 
 CURVES = "#modes .scatterlayer .trace"
@@ -114,7 +112,7 @@ def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_
     asked.clear()
     page.evaluate(MOVE_ON, [DAMPER, ["0.6", "0.7", "0.8"]])
     until(page, f"document.getElementById('text-command').textContent.includes('damping = 0.8') && {NOTHING_WAITS}")
-    assert asked == {"along.data": 3, "damping.data": 1, "sensitivity.data": 1, "motion.data": 1}
+    assert asked == {"along.data": 3, "damping.data": 1, "sensitivity.data": 1, "amplitude.data": 1, "motion.data": 1}
 
 
 def test_a_server_that_ended_or_refuses_is_told_in_words(browser, address):

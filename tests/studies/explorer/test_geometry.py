@@ -7,20 +7,7 @@ import pytest
 
 from bicycle import load_bicycle
 from bicycle.model_file import build_model
-from studies.explorer import (
-    LIGHT,
-    SLIDERS,
-    Misfit,
-    build,
-    computed,
-    model_content,
-    modes_figure,
-    moved,
-    parse_state,
-    side_view,
-    slider_fields,
-    start_state,
-)
+from studies import explorer as site
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, until
 from tyre.errors import InputError
 
@@ -36,21 +23,21 @@ def test_a_moved_bicycle_is_the_one_with_these_numbers():
     by_hand = bicycle.replace(c=0.05, lam=np.radians(20.0), w=1.1, xH=bicycle["xH"] + 1.1 - bicycle["w"], zB=-1.0)
     address = "&".join(["bicycle=benchmark", "geometry.trail=0.05", "geometry.head_angle=70", "geometry.wheelbase=1.1",
                         "geometry.rear_height=1"])  # fmt: skip
-    found = build(parse_state(address))
+    found = site.build(site.parse_state(address))
     assert dict(found.bicycle.values) == pytest.approx(dict(by_hand.values))
-    assert parse_state(parse_state(address).address) == parse_state(address)
-    for field, key in zip(slider_fields(found.bicycle), SLIDERS, strict=True):
+    assert site.parse_state(site.parse_state(address).address) == site.parse_state(address)
+    for field, key in zip(site.slider_fields(found.bicycle), site.SLIDERS, strict=True):
         expected = {"trail": 0.05, "head_angle": 70.0, "wheelbase": 1.1, "rear_height": 1.0}.get(key)
         assert float(field["low"]) <= float(field["value"]) <= float(field["high"])
         assert expected is None or float(field["value"]) == pytest.approx(expected, rel=1e-3)
-    saved = model_content(parse_state(address))
+    saved = site.model_content(site.parse_state(address))
     assert build_model(saved).bicycle.values == pytest.approx(dict(by_hand.values))
 
 
 def test_the_hinge_of_the_front_keeps_its_distance_from_the_steer_axis():
-    state = parse_state(f"{HINGED}&geometry.trail=0.1&geometry.head_angle=75")
+    state = site.parse_state(f"{HINGED}&geometry.trail=0.1&geometry.head_angle=75")
     before = load_bicycle("benchmark")
-    joint = build(state).parameters["front_compliance.joint_x"]
+    joint = site.build(state).parameters["front_compliance.joint_x"]
     axis = [before["w"] + trail - 0.6 * np.tan(np.radians(90 - angle)) for trail, angle in ((0.08, 72), (0.1, 75))]
     assert joint - axis[1] == pytest.approx(0.9 - axis[0], abs=1e-9)
 
@@ -65,16 +52,16 @@ def test_the_hinge_of_the_front_keeps_its_distance_from_the_steer_axis():
     ],
 )  # fmt: skip
 def test_geometry_that_cannot_be_names_its_slider(key, value, words):
-    with pytest.raises(Misfit, match=words) as refused:
-        moved(load_bicycle("benchmark"), {key: float(value)})
+    with pytest.raises(site.Misfit, match=words) as refused:
+        site.moved(load_bicycle("benchmark"), {key: float(value)})
     assert refused.value.key == f"geometry.{key}"
     with pytest.raises(InputError, match="geometry: unknown key 'tail'"):
-        moved(load_bicycle("benchmark"), {"tail": 1.0})
+        site.moved(load_bicycle("benchmark"), {"tail": 1.0})
 
 
 def test_the_side_view_is_to_scale():
     bicycle = load_bicycle("benchmark")
-    found = side_view(bicycle, {"front_compliance": {"joint_x": 0.9, "joint_z": -0.6}})
+    found = site.side_view(bicycle, {"front_compliance": {"joint_x": 0.9, "joint_z": -0.6}})
     circles = {(kind, x, z): r for kind, x, z, r in found["circles"]}
     assert circles["wheel", 0.0, -300.0] == 300.0
     assert circles["wheel", 1020.0, -350.0] == 350.0
@@ -86,13 +73,13 @@ def test_the_side_view_is_to_scale():
     assert (start[0] - end[0]) / -end[1] == pytest.approx(np.tan(np.pi / 10), abs=1e-4)  # 18 deg
     assert "rider" in lines
     assert "hinge" in lines
-    assert "rider" not in dict(side_view(load_bicycle("pista"), {})["lines"])
+    assert "rider" not in dict(site.side_view(load_bicycle("pista"), {})["lines"])
 
 
 def test_the_axis_of_frequencies_holds_what_is_slow():
     """The wheels on their tyres oscillate at 45 Hz; wobble at 8 and weave at 2 Hz need the room."""
-    found = computed(start_state(None))
-    top = modes_figure(found, {}, LIGHT)["layout"]["yaxis2"]["range"][1]
+    found = site.computed(site.start_state(None))
+    top = site.modes_figure(found, {}, site.LIGHT)["layout"]["yaxis2"]["range"][1]
     assert max(np.nanmax(found.named.frequency(name)) for name in found.named.names) > 20
     assert np.nanmax(found.named.frequency("wobble")) < top < 20
 

@@ -16,8 +16,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("dash", reason="the page needs dash (extra explore)")
-
 from bicycle import Model, read_model
 from bicycle.model_file import build_model
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, serious, settled, until

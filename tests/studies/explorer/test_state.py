@@ -12,36 +12,8 @@ from hypothesis import strategies as st
 from bicycle import load_bicycle, read_model, registry
 from bicycle.bicycle_files import available_bicycles, to_text, to_toml, to_yaml
 from bicycle.model_file import build_model
+from studies import explorer as site
 from studies.cli import main
-from studies.explorer import (
-    DARK,
-    FRAMES,
-    LIGHT,
-    AtSpeed,
-    State,
-    as_command,
-    as_python,
-    at_speed,
-    bicycle_or_none,
-    build,
-    computed,
-    controls,
-    controls_html,
-    damping_figure,
-    figure_or_words,
-    law_options,
-    mode_motion,
-    model_content,
-    model_toml,
-    modes_figure,
-    parse_state,
-    ranking,
-    saved_page,
-    sensitivity_figure,
-    start_state,
-    starts,
-    with_file,
-)
 from studies.model_example import typical_values
 from tyre.errors import InputError
 
@@ -66,20 +38,21 @@ def test_an_address_says_its_state_exactly(damping, pressure, ends, name, bicycl
         "effects.side_slip.tyre.front": "A & B=c%+é", "effects.side_slip.pressure_bar.rear": pressure,
         "effects.side_slip.pressure_bar.front": 4.0, "allow_unusual": True,
     }  # fmt: skip
-    state = State(tuple(sorted(model.items())), name, "charlie", posture, slow, fast, at, "weave", ("bicycle=pista",))
-    assert parse_state(state.address) == state
-    assert parse_state(f"#{state.address}") == state
+    model = tuple(sorted(model.items()))
+    state = site.State(model, name, "charlie", posture, slow, fast, at, "weave", ("bicycle=pista",))
+    assert site.parse_state(state.address) == state
+    assert site.parse_state(f"#{state.address}") == state
     assert "\n" not in state.address
     assert " " not in state.address
 
 
 def test_the_empty_address_is_the_benchmark():
-    assert parse_state("") == State()
-    assert State().content == {"bicycle": "benchmark"}
+    assert site.parse_state("") == site.State()
+    assert site.State().content == {"bicycle": "benchmark"}
 
 
 def test_one_number_for_both_wheels_becomes_two():
-    state = parse_state("effects.pneumatic_trail.trail=0.02&effects.side_slip.cornering_stiffness=5000")
+    state = site.parse_state("effects.pneumatic_trail.trail=0.02&effects.side_slip.cornering_stiffness=5000")
     assert state.content["effects"] == {
         "pneumatic_trail": {"trail": {"rear": 0.02, "front": 0.02}},
         "side_slip": {"cornering_stiffness": {"rear": 5000.0, "front": 5000.0}},
@@ -90,8 +63,8 @@ def test_one_number_for_both_wheels_becomes_two():
 def test_every_effect_has_a_switch_and_a_field_for_each_parameter(identifier):
     """Switched on by the page, an effect has all its parameters as fields, with unit and typical range."""
     effect, bicycle = registry()[identifier], load_bicycle("benchmark")
-    address = "&".join(f"{key}={value}" for key, value in starts(effect, bicycle).items())
-    html = controls_html(parse_state(address))["model"]
+    address = "&".join(f"{key}={value}" for key, value in site.starts(effect, bicycle).items())
+    html = site.controls_html(site.parse_state(address))["model"]
     for parameter in effect.parameters:
         low, high = parameter.typical
         assert f"typical {low:g} .. {high:g}" in html
@@ -105,14 +78,15 @@ def test_every_effect_that_is_switched_on_makes_a_model():
     """On a bicycle with tyres; what an effect needs besides is said by the library."""
     bicycle = load_bicycle("benchmark")
     fitting = [effect for effect in registry().values() if typical_values(effect, bicycle) is not None]
-    assert len(fitting) >= len(registry()) - 2  # no typical rider who leans leaves a possible frame of the benchmark
+    alone = [one for one in registry().values() if not {"motor command", "rider torque"} & set(one.requires)]
+    assert len(fitting) >= len(alone) - 1  # no typical rider who leans leaves a possible frame of the benchmark
     for effect in fitting:
-        law = {} if effect.slot == "contact law" else law_options("no_slip", None, measured=False)[0]["edit"].put
+        law = {} if effect.slot == "contact law" else site.law_options("no_slip", None, measured=False)[0]["edit"].put
         for name in effect.requires:
             law = dict(law) | {"effects.steer_assist.gain": "5", "effects.steer_assist.fade_speed": "5",
                                "effects.steer_assist.lean_gain": "0"} if name == "motor command" else law  # fmt: skip
-        pairs = dict(law) | starts(effect, bicycle)
-        assert effect.identifier in [e.identifier for e in build(parse_state(_joined(pairs))).effects]
+        pairs = dict(law) | site.starts(effect, bicycle)
+        assert effect.identifier in [e.identifier for e in site.build(site.parse_state(_joined(pairs))).effects]
 
 
 def _joined(pairs):
@@ -120,7 +94,7 @@ def _joined(pairs):
 
 
 def test_hands_and_rider_stand_with_the_rider():
-    shown = controls(parse_state("bicycle=pista&rider=charlie&posture=drops&effects.rider_arms.damping=2"))
+    shown = site.controls(site.parse_state("bicycle=pista&rider=charlie&posture=drops&effects.rider_arms.damping=2"))
     hands = next(panel for panel in shown["rider_effects"] if panel["id"] == "rider_arms")
     assert (hands["words"], hands["on"]) == ("hands on the bar (rider arms)", True)
     assert [one["value"] for one in shown["riders"] if one["chosen"]] == ["charlie"]
@@ -129,15 +103,15 @@ def test_hands_and_rider_stand_with_the_rider():
 
 def test_pressure_and_load_are_marked_outside_what_was_measured():
     """Tyre1 was measured from 340 to 490 N and from 3.5 to 7.5 bar (its table)."""
-    shown = controls(parse_state(TYRES.replace("front=4", "front=9")))
+    shown = site.controls(site.parse_state(TYRES.replace("front=4", "front=9")))
     rear, front = shown["wheels"]
     assert (rear["pressure_bar"]["words"], rear["load_bar"]["words"]) == ("3.5 .. 7.5", "340 .. 490")
     assert (rear["pressure_bar"]["outside"], front["pressure_bar"]["outside"]) == (False, True)
     assert (rear["load_bar"]["outside"], front["load_bar"]["outside"]) == (True, True)
-    html = controls_html(parse_state(TYRES.replace("front=4", "front=9")))["model"]
+    html = site.controls_html(site.parse_state(TYRES.replace("front=4", "front=9")))["model"]
     assert html.count("now outside") == 3
     with pytest.raises(InputError, match="front wheel: 19 bar is farther outside the 3.5-7.5 bar"):
-        build(parse_state(TYRES.replace("front=4", "front=19")))
+        site.build(site.parse_state(TYRES.replace("front=4", "front=19")))
 
 
 def read_model_text(text):
@@ -146,13 +120,13 @@ def read_model_text(text):
 
 def test_a_script_in_a_name_is_text():
     values = load_bicycle("pista").values
-    state = parse_state(
+    state = site.parse_state(
         _joined({f"bicycle.{k}": repr(v) for k, v in values.items()}) + "&name=<script>alert(1)</script>"
     )
-    html = controls_html(state)["model"]
+    html = site.controls_html(state)["model"]
     assert "<script" not in html
     assert "&lt;script&gt;" in html
-    figure = modes_figure(computed(state), {"<b onclick=x>": computed(state)}, LIGHT)
+    figure = site.modes_figure(site.computed(state), {"<b onclick=x>": site.computed(state)}, site.LIGHT)
     assert not any("<b onclick" in trace["name"] for trace in figure["data"])
 
 
@@ -168,9 +142,9 @@ def test_command_and_python_compute_the_same(state, tmp_path, monkeypatch):
 
     What the shell hands to the command, a line each, is run here.
     """
-    state = parse_state(state)
-    linear = build(state).linear_model()
-    text = f"velotyre() {{ printf '%s\\n' \"$@\"; }}\n{as_command(state)} --json found.json"
+    state = site.parse_state(state)
+    linear = site.build(state).linear_model()
+    text = f"velotyre() {{ printf '%s\\n' \"$@\"; }}\n{site.as_command(state)} --json found.json"
     said = subprocess.run(["bash", "-c", text], check=True, cwd=tmp_path, capture_output=True, text=True).stdout
     monkeypatch.chdir(tmp_path)
     main(said.removesuffix("\n").split("\n"))
@@ -181,23 +155,23 @@ def test_command_and_python_compute_the_same(state, tmp_path, monkeypatch):
         np.sort_complex(np.linalg.eigvals(linear.state_matrix(state.fast))), rel=1e-8, abs=1e-8
     )
     said = {}
-    exec(as_python(state).replace("import velotyre as vt", "import studies.velotyre as vt"), said)
+    exec(site.as_python(state).replace("import velotyre as vt", "import studies.velotyre as vt"), said)
     assert said["found"].eigenvalues[-1] == pytest.approx(last, rel=1e-8, abs=1e-8)
-    (tmp_path / "kept.toml").write_text(model_toml(state))
-    assert read_model(tmp_path / "kept.toml") == build_model(model_content(state))
+    (tmp_path / "kept.toml").write_text(site.model_toml(state))
+    assert read_model(tmp_path / "kept.toml") == build_model(site.model_content(state))
 
 
 @pytest.mark.parametrize(("ending", "write"), [(".toml", to_toml), (".yml", to_yaml), (".txt", to_text)])
 def test_a_bicycle_that_is_dropped_keeps_the_effects_and_its_sd(ending, write):
     bicycle = load_bicycle("fisher")
-    state, _ = with_file(parse_state(TYRES), f"C:\\mine\\my bike{ending}", write(bicycle).encode())
+    state, _ = site.with_file(site.parse_state(TYRES), f"C:\\mine\\my bike{ending}", write(bicycle).encode())
     assert state.name == "my_bike"
-    assert build(parse_state("bicycle=fisher")).bicycle.sd == pytest.approx(dict(bicycle.sd))
-    own = bicycle_or_none(state)
+    assert site.build(site.parse_state("bicycle=fisher")).bicycle.sd == pytest.approx(dict(bicycle.sd))
+    own = site.bicycle_or_none(state)
     assert dict(own.values) == pytest.approx(dict(bicycle.values))
     assert dict(own.sd) == pytest.approx(dict(bicycle.sd))
     assert set(state.content["effects"]) == {"relaxation_length"}
-    assert parse_state(state.address) == state
+    assert site.parse_state(state.address) == state
 
 
 @pytest.mark.parametrize(
@@ -220,7 +194,7 @@ def test_a_bicycle_that_is_dropped_keeps_the_effects_and_its_sd(ending, write):
 )
 def test_a_file_that_is_none_is_refused_by_its_own_name(name, text, words):
     with pytest.raises(InputError) as error:
-        with_file(State(), name, text.encode())
+        site.with_file(site.State(), name, text.encode())
     assert str(error.value).startswith(words)
     assert "/tmp" not in str(error.value)
 
@@ -231,59 +205,79 @@ def test_the_model_of_the_command_line(tmp_path):
         'bicycle = "mine.toml"\n[effects.steer_damper]\ndamping = 1\n'
         '[covariance]\nparameters = ["steer_damper.damping"]\nmatrix = [[0.01]]\n'
     )
-    state = start_state(str(tmp_path / "model.toml"))
+    state = site.start_state(str(tmp_path / "model.toml"))
     assert state.name == "mine"
-    assert parse_state(state.address) == state
-    assert build(state).sd == {"steer_damper.damping": pytest.approx(0.1)}
-    assert start_state("pista").content["bicycle"] == "pista"
-    start = start_state(None)  # a rider on a measured tyre, the front flexible, up to 30 m/s
+    assert site.parse_state(state.address) == state
+    assert site.build(state).sd == {"steer_damper.damping": pytest.approx(0.1)}
+    assert site.start_state("pista").content["bicycle"] == "pista"
+    start = site.start_state(None)  # a rider on a measured tyre, the front flexible, up to 30 m/s
     assert (start.content["bicycle"], start.slow, start.fast) == ("pista_charlie_drops", 1.0, 30.0)
     assert {"relaxation_length", "front_compliance"} < set(start.content["effects"])
-    assert "wobble" in [c.mode for c in computed(start).critical]
-    with pytest.raises(InputError, match="unknown bicycle 'pisto'; did you mean 'pista'"):
-        start_state("pisto")
+    assert "wobble" in [c.mode for c in site.computed(start).critical]
+    with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
+        site.start_state("pisto")
 
 
 def test_a_rider_is_part_of_the_model_that_is_saved():
     pytest.importorskip("yeadon", reason="a rider needs yeadon")
-    state = parse_state("bicycle=pista&rider=charlie&posture=drops")
-    saved = tomllib.loads(model_toml(state))
+    state = site.parse_state("bicycle=pista&rider=charlie&posture=drops")
+    saved = tomllib.loads(site.model_toml(state))
     assert build_model(saved).bicycle["mB"] == pytest.approx(4.49 + 78.75, rel=1e-3)  # frame, and rider as measured
     with pytest.raises(InputError, match="it carries a rider already"):
-        build(parse_state("bicycle=benchmark&rider=charlie"))
+        site.build(site.parse_state("bicycle=benchmark&rider=charlie"))
 
 
 def test_figures_at_one_speed():
-    state = parse_state(TYRES)
-    at = at_speed(state)
-    assert isinstance(at, AtSpeed)
-    figure = damping_figure(at, LIGHT)
+    state = site.parse_state(TYRES)
+    at = site.at_speed(state)
+    assert isinstance(at, site.AtSpeed)
+    figure = site.damping_figure(at, site.LIGHT)
     assert figure["data"][0]["error_y"]["visible"]
-    assert not damping_figure(at_speed(State()), LIGHT)["data"][0]["error_y"]["visible"]  # nothing is stated
-    top = sensitivity_figure(ranking(state), DARK)
+    exact = site.damping_figure(site.at_speed(site.State()), site.LIGHT)  # nothing is stated
+    assert not exact["data"][0]["error_y"]["visible"]
+    top = site.sensitivity_figure(site.ranking(state), site.DARK)
     sizes = [abs(x) for x in top["data"][0]["x"]]
     assert sizes == sorted(sizes)
     beside, full = top["data"][0]["y"], top["data"][0]["customdata"]
     assert [line.replace("<br>", "") for line in beside] == full
     assert max(len(part) for line in beside for part in line.split("<br>")) <= 28  # the bars keep their room
     assert "relaxation_length.<br>cornering_stiffness.rear" in beside
-    motion = mode_motion(state, at)
+    motion = site.mode_motion(state, at)
     assert motion["mode"] == "weave"
-    assert all(len(frames) == FRAMES for view in motion["views"] for frames in view["paths"].values())
+    assert all(len(frames) == site.FRAMES for view in motion["views"] for frames in view["paths"].values())
     assert [row[1] for row in motion["table"]["rows"]][:3].count(1.0) == 1  # the largest angle
 
     def refused():
         raise InputError("no <b> here")
 
-    words = figure_or_words("damping", refused, LIGHT)["layout"]
+    words = site.figure_or_words("damping", refused, site.LIGHT)["layout"]
     assert "&lt;b&gt;" in words["annotations"][0]["text"]
     assert words["meta"]["rows"] == [["no <b> here"]]
 
 
+def test_amplitudes_over_speed():
+    front = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
+    text = "&".join([TYRES, *(f"effects.front_compliance.{key}={value}" for key, value in front.items())])
+    found = site.amplitudes(site.parse_state(text.replace("benchmark", "pista_charlie_drops")))
+    assert [one.mode for one in found] == ["wobble"]
+    figure = site.amplitude_figure(found, 20.0, site.LIGHT)
+    names = {curve["name"] for curve in figure["data"]}
+    assert names == {one.mode.replace("_", " ") for one in found} != set()
+    for one, (whole, lasting) in zip(found, zip(*2 * [iter(figure["data"])], strict=True), strict=True):
+        assert whole["y"] == one.amplitude.tolist()
+        assert [y is not None for y in lasting["y"]] == (one.lasting | (one.amplitude == 0)).tolist()
+    assert len(figure["layout"]["meta"]["rows"]) == sum(len(one.speed) for one in found)
+    assert site.amplitude_figure((), 20.0, site.DARK)["layout"]["title"]["text"] == "No motion begins up to 20 m/s"
+    words = site.figure_or_words(
+        "amplitude", lambda: site.amplitude_figure(site.amplitudes(site.State()), 20.0, site.LIGHT), site.LIGHT
+    )["layout"]
+    assert "nonlinear tyres need the effect" in words["annotations"][0]["text"]
+
+
 def test_pointing_at_a_curve_tells_frequency_damping_and_time():
     """Weave of the benchmark at 5 m/s (Meijaard et al. 2007, table 2): -0.77534 + 4.46487i 1/s."""
-    state = parse_state("slow=5&fast=6&at=5")
-    curves = modes_figure(computed(state), {"pin 1: x": computed(state)}, LIGHT)["data"]
+    state = site.parse_state("slow=5&fast=6&at=5")
+    curves = site.modes_figure(site.computed(state), {"pin 1: x": site.computed(state)}, site.LIGHT)["data"]
     weave = next(curve for curve in curves if curve["name"] == "weave")
     assert weave["text"][0] == (
         "<b>weave</b> at 5 m/s<br>0.7106 Hz, damping ratio 0.1711<br>halves in 0.894 s"
@@ -297,6 +291,6 @@ def test_pointing_at_a_curve_tells_frequency_damping_and_time():
 
 def test_a_saved_page_with_all_that_can_be_pinned_stays_below_two_megabytes():
     pins = "&".join(f"pin=bicycle%3D{name}" for name in ("pista", "rigid", "benchmark", "browser"))
-    page = saved_page(parse_state(f"{TYRES}&{pins}"), LIGHT)
+    page = site.saved_page(site.parse_state(f"{TYRES}&{pins}"), site.LIGHT)
     assert 400_000 < len(page.encode()) < 2_000_000
     assert "https://" not in page.split('<script type="text/plain"')[0]

@@ -8,22 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle.model_file import read_model
-from studies.explorer import (
-    LIGHT,
-    TYRES,
-    State,
-    as_command,
-    as_python,
-    build,
-    computed,
-    controls,
-    kept_here,
-    model_toml,
-    parse_state,
-    saved_page,
-    shown_name,
-    with_files,
-)
+from studies import explorer as site
 from tyre.errors import InputError
 
 TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
@@ -35,76 +20,73 @@ TIR = Path(__file__).parents[3] / "docs" / "examples" / "tyres" / "example.tir"
 
 @pytest.fixture(autouse=True)
 def nothing_loaded():
-    TYRES.close()
+    site.TYRES.close()
     yield
-    TYRES.close()
-
-
-def tir():
-    """The .tir file of docs/tyres.md."""
-    return TIR.read_bytes()
+    site.TYRES.close()
 
 
 def test_a_model_and_its_tyre_are_dropped_together(tmp_path):
-    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
-    assert parse_state(state.address) == state
+    state, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert site.parse_state(state.address) == state
     name = dict(state.model)["effects.relaxation_length.tyre.rear"]
-    assert shown_name(name) == "mine.csv"
+    assert site.shown_name(name) == "mine.csv"
     (tmp_path / "fit" / "maps").mkdir(parents=True)
     (tmp_path / "fit" / "maps" / "mine.csv").write_bytes(TABLE)
     (tmp_path / "model.toml").write_bytes(MODEL)
-    model, found = read_model(tmp_path / "model.toml"), build(state)
+    model, found = read_model(tmp_path / "model.toml"), site.build(state)
     assert found.parameters == pytest.approx(dict(model.parameters), rel=1e-12)
-    assert not any("velotyre_tyres" in note for note in computed(state).notes)
+    assert not any("velotyre_tyres" in note for note in site.computed(state).notes)
 
     (tmp_path / "mine.csv").write_bytes(TABLE)  # and taken away
-    (tmp_path / "kept.toml").write_text(model_toml(state))
-    assert "# needs beside it, as they were loaded: mine.csv" in model_toml(state)
-    assert tomllib.loads(model_toml(state))["effects"]["relaxation_length"]["tyre"]["rear"] == "mine.csv"
+    (tmp_path / "kept.toml").write_text(site.model_toml(state))
+    assert "# needs beside it, as they were loaded: mine.csv" in site.model_toml(state)
+    assert tomllib.loads(site.model_toml(state))["effects"]["relaxation_length"]["tyre"]["rear"] == "mine.csv"
     assert read_model(tmp_path / "kept.toml").parameters == pytest.approx(dict(model.parameters), rel=1e-12)
-    for text in (as_command(state), as_python(state)):
+    for text in (site.as_command(state), site.as_python(state)):
         assert "# needs beside it, as they were loaded: mine.csv" in text
         assert "velotyre_tyres" not in text
         assert "@" not in text.replace(state.address, "")
 
 
 def test_a_tyre_alone_can_be_chosen_for_each_wheel_and_put_in_later():
-    start = parse_state("effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar=5")
-    state, remarks = with_files(start, [("mine.csv", TABLE)])
+    start = site.parse_state("effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar=5")
+    state, remarks = site.with_files(start, [("mine.csv", TABLE)])
     assert state == start
     assert remarks == ("mine.csv: it can be chosen under Tyres now, for each wheel",)
-    (name,) = TYRES.names()
-    options = [(one["value"], one["words"]) for one in controls(state)["wheels"][1]["tyres"]]
+    (name,) = site.TYRES.names()
+    options = [(one["value"], one["words"]) for one in site.controls(state)["wheels"][1]["tyres"]]
     assert options[-1] == (name, "mine.csv (loaded)")
-    front = parse_state(start.address.replace("tyre.front=Tyre1", f"tyre.front={name}"))
-    values = build(front).parameters
-    assert values["relaxation_length.cornering_stiffness.rear"] == build(start).parameters[
+    front = site.parse_state(start.address.replace("tyre.front=Tyre1", f"tyre.front={name}"))
+    values = site.build(front).parameters
+    assert values["relaxation_length.cornering_stiffness.rear"] == site.build(start).parameters[
         "relaxation_length.cornering_stiffness.rear"
     ]  # fmt: skip
     assert values["relaxation_length.cornering_stiffness.front"] != values[
         "relaxation_length.cornering_stiffness.rear"
     ]  # fmt: skip
-    later, _ = with_files(start, [("model.toml", MODEL)])
+    later, _ = site.with_files(start, [("model.toml", MODEL)])
     assert dict(later.model)["effects.relaxation_length.tyre.front"] == name
 
 
 def test_a_table_takes_its_sidecar_along():
-    with_files(State(), [("mine.csv", MEASURED), ("mine.toml", SIDECAR), ("plain.csv", TABLE), ("t.tir", tir())])
-    assert [shown_name(name) for name in TYRES.names()] == ["mine.csv", "plain.csv", "t.tir"]
-    assert list(TYRES.content([TYRES.names()[0]])) == ["mine.csv", "mine.toml"]
-    assert TYRES.read(TYRES.names()[0], None).at(load=400, pressure=4e5).tyre == "Mine"
-    assert TYRES.find("somewhere/mine.toml") == TYRES.names()[0]
-    assert TYRES.find("C:\\else\\t.tir") == TYRES.names()[2]
-    assert TYRES.find("t.csv") is None
+    files = [("mine.csv", MEASURED), ("mine.toml", SIDECAR), ("plain.csv", TABLE), ("t.tir", TIR.read_bytes())]
+    site.with_files(site.State(), files)
+    assert [site.shown_name(name) for name in site.TYRES.names()] == ["mine.csv", "plain.csv", "t.tir"]
+    assert list(site.TYRES.content([site.TYRES.names()[0]])) == ["mine.csv", "mine.toml"]
+    assert site.TYRES.read(site.TYRES.names()[0], None).at(load=400, pressure=4e5).tyre == "Mine"
+    assert site.TYRES.find("somewhere/mine.toml") == site.TYRES.names()[0]
+    assert site.TYRES.find("C:\\else\\t.tir") == site.TYRES.names()[2]
+    assert site.TYRES.find("t.csv") is None
 
 
 def test_two_contents_of_one_name_are_two_tyres():
-    first, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
-    second, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE.replace(b"100,60", b"120,60"))])
-    stiff = [build(one).parameters["relaxation_length.cornering_stiffness.front"] for one in (first, second)]
+    first, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    other = TABLE.replace(b"100,60", b"120,60")
+    second, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", other)])
+    stiff = [site.build(one).parameters["relaxation_length.cornering_stiffness.front"] for one in (first, second)]
     assert stiff[0] != stiff[1]
-    assert len({one["words"] for one in controls(second)["wheels"][0]["tyres"][-2:]}) == 2
-    again, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert len({one["words"] for one in site.controls(second)["wheels"][0]["tyres"][-2:]}) == 2
+    again, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
     assert again == first
 
 
@@ -131,43 +113,43 @@ def test_two_contents_of_one_name_are_two_tyres():
 )  # fmt: skip
 def test_what_cannot_be_taken_is_refused_in_words(dropped, words):
     with pytest.raises(InputError) as refused:
-        with_files(State(), list(dropped.items()))
+        site.with_files(site.State(), list(dropped.items()))
     assert words in str(refused.value)
     assert "velotyre_tyres" not in str(refused.value)
-    assert not [name for name in TYRES.names() if shown_name(name).startswith("mine")]
+    assert not [name for name in site.TYRES.names() if site.shown_name(name).startswith("mine")]
 
 
 def test_an_address_with_a_tyre_that_is_not_here_says_what_to_drop():
-    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
-    assert kept_here(state) == [
+    state, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
+    assert site.kept_here(state) == [
         "the address does not hold mine.csv: elsewhere, drop that on the page first; a saved page has it inside"
     ]
-    assert kept_here(State()) == []
-    TYRES.close()
+    assert site.kept_here(site.State()) == []
+    site.TYRES.close()
     with pytest.raises(
         InputError, match=r"the tyre file 'mine\.csv' is not loaded here, or has another content; an ad"
     ):
-        build(state)
-    assert controls(state)["wheels"][0]["tyres"][-1]["words"] == "mine.csv (loaded, not here)"
-    with_files(state, [("mine.csv", TABLE.replace(b"100", b"101"))])
+        site.build(state)
+    assert site.controls(state)["wheels"][0]["tyres"][-1]["words"] == "mine.csv (loaded, not here)"
+    site.with_files(state, [("mine.csv", TABLE.replace(b"100", b"101"))])
     with pytest.raises(InputError, match="or has another content"):
-        build(state)
-    with_files(state, [("mine.csv", TABLE)])
-    build(state)
+        site.build(state)
+    site.with_files(state, [("mine.csv", TABLE)])
+    site.build(state)
 
 
 def test_a_saved_page_holds_the_tyre():
-    state, _ = with_files(State(), [("model.toml", MODEL), ("mine.csv", MEASURED), ("mine.toml", SIDECAR)])
+    state, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", MEASURED), ("mine.toml", SIDECAR)])
     import base64
     import gzip
     import json
 
-    packed = saved_page(state, LIGHT).split('id="content">')[1].split("</script>")[0]
+    packed = site.saved_page(state, site.LIGHT).split('id="content">')[1].split("</script>")[0]
     content = json.loads(gzip.decompress(base64.b85decode(packed)))
     assert content["files"]["mine.csv"].encode() == MEASURED
     assert content["files"]["mine.toml"].encode() == SIDECAR
     assert "velotyre_tyres" not in json.dumps(content)
-    assert kept_here(state)[0] in content["notes"]
+    assert site.kept_here(state)[0] in content["notes"]
 
 
 SECRET = "secret_9d1f.csv"
@@ -183,21 +165,21 @@ SECRET = "secret_9d1f.csv"
 def test_no_name_of_a_tyre_leads_to_a_file_that_was_not_loaded(trick, tmp_path, monkeypatch):
     (tmp_path / SECRET).write_bytes(TABLE)
     monkeypatch.chdir(tmp_path)
-    with_files(State(), [("mine.csv", TABLE)])
-    digest = TYRES.names()[0].partition("@")[2]
+    site.with_files(site.State(), [("mine.csv", TABLE)])
+    digest = site.TYRES.names()[0].partition("@")[2]
     name = trick.format(path=tmp_path / SECRET, name=SECRET, digest=digest)
     text = f'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "{name}"\npressure_bar = 5\n'
     with pytest.raises(InputError):
-        with_files(State(), [("model.toml", text.encode())])
+        site.with_files(site.State(), [("model.toml", text.encode())])
     address = f"effects.relaxation_length.tyre.rear={name}&effects.relaxation_length.tyre.front=Tyre1"
     with pytest.raises(InputError):
-        build(parse_state(f"{address}&effects.relaxation_length.pressure_bar=5"))
+        site.build(site.parse_state(f"{address}&effects.relaxation_length.pressure_bar=5"))
 
 
 def test_a_name_with_a_folder_is_not_written():
     with pytest.raises(InputError, match="cannot be loaded under this name"):
-        TYRES.keep("../mine.csv", {"../mine.csv": TABLE})
-    assert TYRES.names() == []
+        site.TYRES.keep("../mine.csv", {"../mine.csv": TABLE})
+    assert site.TYRES.names() == []
 
 
 @settings(max_examples=60)
@@ -212,10 +194,10 @@ def test_a_name_with_a_folder_is_not_written():
 )  # fmt: skip
 def test_whatever_is_dropped_is_taken_or_refused(dropped):
     try:
-        state, _ = with_files(State(), dropped)
+        state, _ = site.with_files(site.State(), dropped)
     except InputError as error:
         said = str(error)
     else:
         said = state.address
-        assert parse_state(said) == state
+        assert site.parse_state(said) == state
     assert "velotyre_tyres" not in said

@@ -1,6 +1,7 @@
 """What `look` says of files that can be used for nothing, of faults, and of files that cannot be read."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from studies.cli import main
-from studies.look import USES, Event, drafts, look, write_drafts
+from studies.look import USES, Event, drafts, look, tell, write_drafts
 from tyre.errors import InputError
 from tyre.formats import FORMATS
 
@@ -30,9 +31,8 @@ def refused(capsys, *arguments):
     return capsys.readouterr().err
 
 
-def motion(tmp_path, extra="", values=lambda k: ()):
-    rows = [(k / 100, np.sin(k / 7), *values(k)) for k in range(300)]
-    return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]" + extra, rows)
+def motion(tmp_path):
+    return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]", [(k / 100, np.sin(k / 7)) for k in range(300)])
 
 
 def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
@@ -43,10 +43,32 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
     assert gyro["rate_hz"] == pytest.approx(120.0, rel=1e-4)
 
 
-def test_a_load_in_a_unit_of_mass_is_told_what_to_write(tmp_path, capsys):
-    rows = [(k / 100, np.sin(k / 90), 50 * np.sin(k / 90), 40, 20) for k in range(600)]
-    names = "t [s],slip angle [deg],lateral force [N],vertical load [kg],speed [km/h]"
-    assert "vertical load [kg]: kg is a mass, kgf a force" in said(capsys, table(tmp_path / "a.csv", names, rows))
+@pytest.mark.parametrize(("count", "names", "row", "words"), [
+    (600, "t [s],slip angle [deg],lateral force [N],vertical load [kg],speed [km/h]",
+     lambda k: (k / 100, np.sin(k / 90), 50 * np.sin(k / 90), 40, 20),
+     ["vertical load [kg]: kg is a mass, kgf a force"]),
+    (300, "Time [s],gyro_x [deg/s],Trq_A [Nm],state", lambda k: (k / 100, np.sin(k / 7), k % 3, k % 30), [
+        "no channel could be the steer torque",
+        'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)',
+        "(no free column has a unit of angle or force; without a known unit: state)",
+        "frequency response: no\n  why: no channel could be the steer torque",
+        "runs after a kick still serve diagnose as free motion",
+    ]),
+    (100, "gyro_x [deg/s],x [mm]", lambda k: (k % 9, k % 4), [
+        "time: no column could be the time", "or time = {rate_hz = ...}"]),
+    (300, "Time [s],gyro_x [deg/s],steer torque [Nm]", lambda k: (k / 100, np.sin(k / 7), 2), [
+        "steer_torque is constant: nothing drives"]),
+    (100, "t [s],gyro_x [deg/s]", lambda k: (k / 100 if k < 50 else (k - 10) / 100, k % 9), [
+        "time: time runs back at 1 samples, first at sample 51", "free decay (modal), replay (histories)"]),
+    (300, "Time [s],gyro_x [deg/s],note", lambda k: (k / 100, np.sin(k / 7), "bump" if k == 7 else "ok"), [
+        "note: not numbers, left out (line "]),
+    # thirteen samples a period at 20 Hz: the mean and six harmonics
+    (1201, "time_s,roll_rate_rad_s,steer_torque_N_m", lambda k: (k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6), [
+        "a steer torque of 6 lines"]),
+])  # fmt: skip
+def test_what_is_lacking_or_odd_is_told(tmp_path, capsys, count, names, row, words):
+    shown = said(capsys, table(tmp_path / "a.csv", names, map(row, range(count))))
+    assert [word for word in words if word not in shown] == []
 
 
 def test_nothing_to_fit_never_stands_alone(tmp_path):
@@ -56,15 +78,6 @@ def test_nothing_to_fit_never_stands_alone(tmp_path):
         assert not use.usable
         assert use.reasons
         assert use.remedies
-
-
-def test_lacking_channels_are_named_with_the_columns_that_could_be_them(tmp_path, capsys):
-    shown = said(capsys, motion(tmp_path, ",Trq_A [Nm],state", lambda k: (k % 3, k % 30)))
-    assert "no channel could be the steer torque" in shown
-    assert 'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)' in shown
-    assert "(no free column has a unit of angle or force; without a known unit: state)" in shown
-    assert "frequency response: no\n  why: no channel could be the steer torque" in shown
-    assert "runs after a kick still serve diagnose as free motion" in shown
 
 
 def test_columns_without_units_are_asked_for(tmp_path, capsys):
@@ -86,26 +99,6 @@ def test_a_unit_of_time_is_only_guessed_where_it_is_plausible(tmp_path, step, un
         assert "its unit cannot be guessed" in found.opened.clock_notes[0]
 
 
-def test_without_a_time_a_rate_is_asked_for(tmp_path, capsys):
-    path = table(tmp_path / "a.csv", "gyro_x [deg/s],x [mm]", [(k % 9, k % 4) for k in range(100)])
-    shown = said(capsys, path)
-    assert "time: no column could be the time" in shown
-    assert "or time = {rate_hz = ...}" in shown
-
-
-def test_a_constant_torque_drives_nothing(tmp_path, capsys):
-    assert "steer_torque is constant: nothing drives" in said(
-        capsys, motion(tmp_path, ",steer torque [Nm]", lambda _: (2,))
-    )
-
-
-def test_a_clock_that_jumps_back_is_told(tmp_path, capsys):
-    rows = [(k / 100 if k < 50 else (k - 10) / 100, k % 9) for k in range(100)]
-    shown = said(capsys, table(tmp_path / "a.csv", "t [s],gyro_x [deg/s]", rows))
-    assert "time: time runs back at 1 samples, first at sample 51" in shown
-    assert "free decay (modal), replay (histories)" in shown
-
-
 def test_oddities_of_channels(tmp_path, capsys):
     t = np.arange(0, 20, 0.01)
     lean = 5 * np.sin(t)
@@ -114,11 +107,6 @@ def test_oddities_of_channels(tmp_path, capsys):
     assert "roll rate: runs against the change of lean (lean): one of the two needs sign = -1" in shown
     assert "U: constant 0: dead, or not connected?" in shown
     assert "az: shows gravity: its axis points up" in shown
-
-
-def test_words_among_the_numbers_leave_the_column_out(tmp_path, capsys):
-    shown = said(capsys, motion(tmp_path, ",note", lambda k: ("bump" if k == 7 else "ok",)))
-    assert "note: not numbers, left out (line " in shown
 
 
 def test_drafts_are_not_overwritten(tmp_path, capsys):
@@ -166,9 +154,13 @@ def test_json_holds_the_same(tmp_path, capsys):
     assert {c["name"]: c["taken_as"] for c in file["channels"]} == {"Time": "time", "gyro_x": "roll_rate"}
 
 
-def test_events_are_said_with_what_is_left_out():
-    assert Event("", 1, 9, 9).words == "samples 1-9, all 9"
-    assert Event("a", 1, 9, 7, {"that lack x": 2}).words == "a: samples 1-9, 7 of 9; left out: 2 that lack x"
+def test_events_are_said_with_what_is_left_out(tmp_path, capsys):
+    found = look(motion(tmp_path))
+    events = (Event("", 1, 9, 9), Event("a", 1, 9, 7, {"that lack x": 2}), Event("", 1, 9, 5, start_s=1, end_s=2))
+    tell(replace(found, uses=(replace(found.uses[0], events=events),)), {})
+    shown = capsys.readouterr().out
+    assert "\n  samples 1-9, all 9\n  a: samples 1-9, 7 of 9; left out: 2 that lack x\n" in shown
+    assert "\n  samples 1-9 (1 to 2 s), resampled to 5\n" in shown
 
 
 @pytest.mark.filterwarnings("ignore:.*unclosed file:ResourceWarning")  # a library leaves a damaged file open
@@ -219,13 +211,6 @@ def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, c
     shown = said(capsys, path)
     for word in words:
         assert word in shown
-
-
-def test_a_periodic_torque_is_told_as_lines(tmp_path, capsys):
-    """Thirteen samples a period at 20 Hz: the mean and six harmonics."""
-    lines = [(k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6) for k in range(1201)]
-    path = table(tmp_path / "a.csv", "time_s,roll_rate_rad_s,steer_torque_N_m", lines)
-    assert "a steer torque of 6 lines" in said(capsys, path)
 
 
 def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys):

@@ -17,13 +17,23 @@ MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "T
 GIVEN = {"relaxation_length": {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}}
 
 
-def test_what_nobody_states_has_the_defaults_and_its_own_share(tmp_path, capsys):
+@pytest.fixture
+def told(tmp_path, capsys):
+    """What the command says of a model file with these options."""
+
+    def ask(content, *options):
+        (tmp_path / "model.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
+        main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", *options])
+        return capsys.readouterr().out
+
+    return ask
+
+
+def test_what_nobody_states_has_the_defaults_and_its_own_share(told):
     """The groups are sums over their measurements; what is assumed is named, and what counts as exact."""
-    file = tmp_path / "model.toml"
-    file.write_text(tomli_w.dumps(MEASURED | {"effects": MEASURED["effects"] | {"camber_thrust": {
-        "camber_stiffness": 0.0, "lag_share": 0.5}}}), encoding="utf-8")  # fmt: skip
-    main(["uncertainty", str(file), "--sd", "mB=2", "--sd", "w=0", "--samples", "40", "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    camber = {"camber_thrust": {"camber_stiffness": 0.0, "lag_share": 0.5}}
+    content = MEASURED | {"effects": MEASURED["effects"] | camber}
+    found = json.loads(told(content, "--sd", "mB=2", "--sd", "w=0", "--json", "-"))
     sds = found["standard_deviations"]
     assert (sds["mB"]["sd"], sds["mB"]["origin"]) == (2.0, "given")
     assert (sds["c"]["sd"], sds["c"]["origin"]) == (0.003, "assumed")
@@ -40,13 +50,11 @@ def test_what_nobody_states_has_the_defaults_and_its_own_share(tmp_path, capsys)
         assert origin["given"] == pytest.approx(single["mB"])
         assert origin["assumed"] == pytest.approx(1 - single["mB"] - single["tyre lateral stiffness"])
     assert found["draws_left_out"] == {"count": 0, "reasons": {}}
-    main(["uncertainty", str(file), "--samples", "40", "--stated-only"])
-    shown = capsys.readouterr().out
+    shown = told(content, "--stated-only")
     assert "counted as exact: w, c, lam" in shown
     assert "(where it was measured; its source states no uncertainty" in shown
     assert "assumed, as no source" not in shown
-    main(["uncertainty", str(file), "--samples", "40", "--relative-cornering-stiffness-sd", "0.2"])
-    shown = capsys.readouterr().out
+    shown = told(content, "--relative-cornering-stiffness-sd", "0.2")
     assert "c 0.08 ± 0.003" in shown
     assert "relaxation_length.cornering_stiffness" not in shown  # given, not assumed
 
@@ -67,7 +75,7 @@ def test_the_bicycle_as_numbers_keeps_what_its_file_states():
 NAMES = ("w", "c", "lam", "xB", "zB", "xH", "zH", "mB", "mH", "IBxx", "IBzz", "IHxx", "IFyy")
 
 
-def test_of_many_numbers_known_together_the_one_that_matters_is_named(tmp_path, capsys):
+def test_of_many_numbers_known_together_the_one_that_matters_is_named(told):
     """Their correlation with the result, from the covariance and differences of the speed itself."""
     rng = np.random.default_rng(4)
     bicycle = load_bicycle("benchmark")
@@ -75,9 +83,7 @@ def test_of_many_numbers_known_together_the_one_that_matters_is_named(tmp_path, 
     mixed = rng.normal(size=(len(NAMES), 40))
     spread = np.corrcoef(mixed) * np.outer(sd, sd)
     content = {"bicycle": "benchmark", "covariance": {"parameters": list(NAMES), "matrix": spread.tolist()}}
-    (tmp_path / "model.toml").write_text(tomli_w.dumps(content), encoding="utf-8")
-    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only", "--json", "-"])
-    weave = json.loads(capsys.readouterr().out)["quantities"][0]
+    weave = json.loads(told(content, "--stated-only", "--json", "-"))["quantities"][0]
     assert weave["quantity"].startswith("weave")
     ((name, found),) = weave["known_exactly"].items()
     assert name == "w and 12 parameters with it"
@@ -91,16 +97,13 @@ def test_of_many_numbers_known_together_the_one_that_matters_is_named(tmp_path, 
     shared = (spread @ slope) ** 2 / sd**2 / (slope @ spread @ slope)
     assert [found[n] for n in NAMES] == pytest.approx(shared.tolist(), rel=1e-3, abs=1e-6)
     assert list(found.values()) == sorted(found.values(), reverse=True)
-    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only"])
-    shown = capsys.readouterr().out
+    shown = told(content, "--stated-only")
     assert "of 13 numbers known together, what one known exactly would take of the linear variance" in shown
     (row,) = [
         line for line in shown.partition("known exactly would")[2].splitlines() if line.startswith("weave stable")
     ]
     assert re.split(r" {2,}", row)[1:3] == [f"{key} {part:.0%}" for key, part in list(found.items())[:2]]
     assert "stands alone" not in shown
-    given = ["--sd", "c=0.001", "--sd", "lam=0"]
-    main(["uncertainty", str(tmp_path / "model.toml"), "--samples", "40", "--stated-only", *given])
-    shown = capsys.readouterr().out
+    shown = told(content, "--stated-only", "--sd", "c=0.001", "--sd", "lam=0")
     for name in ("c", "lam"):
         assert f"note: {name}: the sd given for it stands alone; its correlation with 11 other numbers (model " in shown
