@@ -1,9 +1,11 @@
 """Build the documentation: ``pip install -e ".[docs]" && sphinx-build -W --keep-going docs out/docs``.
 
 Pages that follow from the code are generated here: the effects from their declarations, the audit of the paper from its
-tables. Nothing generated is kept in the tree, and nothing is fetched from a network, now or when a page is read.
+tables, the published numbers from their tests. Nothing generated is kept in the tree, and nothing is fetched from a
+network, now or when a page is read.
 """
 
+import csv
 import importlib.metadata
 import json
 import sys
@@ -11,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from sphinx.application import Sphinx
 
 from bicycle.effect_docs import describe
@@ -18,7 +21,7 @@ from bicycle.effect_registry import registry
 from studies.paper_audit.audit import as_markdown, audit
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))  # mathml.py
+sys.path[:0] = [str(HERE), str(HERE.parent)]  # mathml.py, tests.published
 
 project = "velotyre"
 author = "the velotyre authors"
@@ -78,10 +81,28 @@ def summary(name: str, content: dict[str, Any]) -> str:
     return f"## {name.replace('_', ' ')}\n\n{about}\n\n| count | |\n|---|---|\n{rows}\n"
 
 
+def targets() -> str:
+    """What was asked of velotyre, and what was measured."""
+    with (HERE.parent / "data/validation/targets.csv").open(newline="", encoding="utf-8") as stream:
+        head, *rows = csv.reader(stream)
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
+
+
+def published() -> str:
+    """Rows of ``tests/published/papers.py``: what others computed, and the same here."""
+    from tests.published.papers import page
+
+    environment = Environment(loader=FileSystemLoader(HERE / "_templates"), undefined=StrictUndefined, trim_blocks=True)
+    return environment.get_template("published.md.j2").render(page())
+
+
 def write_pages() -> None:
     """One page per registered effect under ``effects/`` and, under ``generated/``, what others include."""
     pages = {f"effects/{identifier}.md": describe(effect) for identifier, effect in registry().items()}
     pages["generated/paper_audit.md"] = as_markdown(audit()).partition("\n")[2]  # the page has its own title
+    pages["generated/published.md"] = published()
+    pages["generated/targets.md"] = targets()
     pages["generated/validation.md"] = "\n".join(
         summary(file.stem, json.loads(file.read_text()))
         for file in sorted((HERE.parent / "data/validation").glob("*.json"))
