@@ -314,6 +314,8 @@ def magic_formula_model(
     falls with the slip: as the file of a `CurveTyre` says, else like that of a brush tyre.
     """
     law = _law(model)
+    if along := [effect.identifier for effect in model.effects if effect.moves_load]:
+        raise InputError(f"how much side grip forces along the wheels take is not known here; leave out {along[0]}")
 
     def of_wheels(name: str) -> Array:
         return np.array([model.parameters[f"{law.identifier}.{name}.{wheel}"] for wheel in WHEELS])

@@ -8,6 +8,7 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.inputs import step
 from bicycle.model_file import build_model
+from bicycle.nonlinear import magic_formula_model
 from bicycle.responses import frequency_response, respond
 from tests.validation.independent_derivation import EFFECTS, draw, largest_error
 from tyre import read_tyre
@@ -109,6 +110,11 @@ def test_braking_takes_damping_from_wobble_and_drive_gives_it(name):
     assert growth(brake_force=150.0) > steady + 0.02
     assert growth(brake_force=60.0, gradient=-0.065) > steady
     assert growth(drive_force=80.0) < growth(drive_force=60.0, gradient=0.065) < steady - 0.3
+
+
+def test_tyres_at_their_limit_are_not_braked():
+    with pytest.raises(InputError, match="side grip .* is not known here; leave out longitudinal"):
+        magic_formula_model(braked_model("benchmark", brake_force=60.0), speed=6.0)
 
 
 def test_wind_from_the_side_pushes_drags_and_turns_by_its_yaw_angle():
