@@ -132,9 +132,9 @@ def _draw_worlds(axes: Any, study: Study) -> None:
 def draw_amplitude(study: Study, target: Path) -> Path:
     """Draw how large wobble gets over speed, a colour a pressure, with a band over plausible peak factors."""
     with plotting.drawing(target, width=7.0, height=4.4) as canvas:
-        axes = canvas.add_subplot()
+        axes, conditions = canvas.add_subplot(), [case.condition for case in study.subject]  # workers give copies
         for one in study.amplitudes:
-            look_of, label = look(study.subject.index(one.case)), one.case.condition
+            look_of, label = look(conditions.index(one.case.condition)), one.case.condition
             for trace in one.traces:
                 if WOBBLE in trace.mode.split("+"):
                     draw_trace(axes, trace, look_of.colour, one.peak_factor)

@@ -11,6 +11,7 @@ from studies.cli import main
 from studies.main_study import (
     Settings,
     Setup,
+    draw_amplitude,
     draw_critical_speeds,
     run_study,
     spread,
@@ -120,7 +121,10 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
     for workers in (1, 2):
         (tmp_path / str(workers)).mkdir()
         with spread(workers) as each:
-            written = write_tables(run_study(settings, each=each, cases=one_tyre(settings)), tmp_path / str(workers))
+            study = run_study(settings, each=each, cases=one_tyre(settings))
+        written = write_tables(study, tmp_path / str(workers))
+        assert study.amplitudes
+        draw_amplitude(study, tmp_path / str(workers) / "amplitude")  # of cases that are copies by a worker
     assert len(written) == 11
     for file in written.values():
         assert file.read_bytes() == (tmp_path / "1" / file.name).read_bytes(), file.name
