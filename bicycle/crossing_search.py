@@ -64,7 +64,7 @@ class Zeros(NamedTuple):
         return Zeros(*(part[index] for part in parts))
 
     def and_(self, other: "Zeros") -> "Zeros":
-        """These and the ``other`` ones, those of each bicycle by speed."""
+        """Join these and the ``other`` ones, those of each bicycle by speed."""
         both = Zeros(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
         return both.take(np.lexsort((both.omega, both.speed, both.owner)))
 

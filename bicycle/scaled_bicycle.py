@@ -51,7 +51,7 @@ SCALED = tuple(key for key in UNITS if key not in GIVEN)
 
 @dataclass(frozen=True)
 class Geometry:
-    """What its owner measures: wheelbase and trail (m), tilt of the steer axis (rad), wheel radii (m), mass (kg)."""
+    """Measurements of an owner: wheelbase and trail (m), tilt of the steer axis (rad), wheel radii (m), mass (kg)."""
 
     w: float
     c: float

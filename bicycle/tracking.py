@@ -33,11 +33,11 @@ class Nodes:
     left: Complex
 
     def take(self, index: NDArray[np.intp]) -> Self:
-        """Those at ``index`` (k,)."""
+        """Take those at ``index`` (k,)."""
         return type(self)(*(part[index] for part in vars(self).values()))
 
     def joined(self, new: Self) -> tuple[Self, NDArray[np.intp]]:
-        """These and the ``new`` nodes in order of ``v``, and the places of the old ones among them."""
+        """Join these and the ``new`` nodes in order of ``v``; also the places of the old ones among them."""
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
         places[order] = np.arange(len(order))
@@ -136,7 +136,7 @@ def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> 
 
 
 def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
-    """What is known of each step, at the new place of its first node; new steps have zeros."""
+    """Move the values of each step to the new place of its first node; new steps have zeros."""
     moved = np.zeros((count, *part.shape[1:]), part.dtype)
     moved[places[:-1]] = part
     return moved

@@ -1,1 +1,1 @@
-"""What a user runs: the main study, root loci, sweeps and the command line. No physics lives here."""
+"""Everything that a user runs: the main study, root loci, sweeps and the command line. No physics lives here."""

@@ -48,7 +48,7 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Asked:
-    """What the owner has: lengths in m, the head angle in degrees from the horizontal, masses in kg."""
+    """Measurements of an owner: lengths in m, the head angle in degrees from the horizontal, masses in kg."""
 
     wheelbase: float
     trail: float

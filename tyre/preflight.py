@@ -53,7 +53,7 @@ TOLERANCES = {
     "pressure": Tolerance("pressure", 0.03, 0.0, "bar", PASCAL_PER_BAR, (0.5, 0.1, 0.05)),
     "camber": Tolerance("inclination", 0.0, 0.5 * _DEGREE, "deg", _DEGREE, (1.0, 0.5, 0.1)),
 }
-"""What one condition is: the width of its load, pressure and camber."""
+"""Width of the load, pressure and camber that count as one condition."""
 
 
 @dataclass(frozen=True)

@@ -361,7 +361,7 @@ class Answer:
 
     @property
     def rank(self) -> tuple[bool, float]:
-        """What the better of two answers has less of: the cheaper one, or the one that misses less if none is kept."""
+        """Order of answers, the best first: kept ones by their cost, then the others by what they miss."""
         return not self.kept, self.cost if self.kept else self.missed
 
 
