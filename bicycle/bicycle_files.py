@@ -28,7 +28,7 @@ from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
 from tyre import schema
 from tyre.arrays import Array
 from tyre.errors import InputError, is_number, nearest, refuse_unknown, shown, unknown
-from tyre.files import data_root, read_toml
+from tyre.files import data_root, read_toml, refuse_deep
 from tyre.measured_number import MeasuredNumber, key_value_lines, measured_number, written
 from tyre.plausible import WAY_OUT
 from tyre.sheet import ENDINGS, Sheet, read_sheet, split_unit
@@ -319,9 +319,9 @@ def _placed(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]
 def _json(path: Path | Traversable) -> Mapping[str, Any]:
     try:
         content = json.loads(path.read_bytes().decode("utf-8-sig", errors="replace"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a JSON file: {error}") from error
-    if not isinstance(content, Mapping):
+    if not isinstance(refuse_deep(content, str(path)), Mapping):
         raise InputError(f'{path}: expected an object such as {{"w": 1.02, ...}}')
     return content
 

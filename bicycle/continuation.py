@@ -82,10 +82,9 @@ class Balance:
             return (*self.system.balance(slips, omega, number), number)
         system, speed = self.make(number)
         residual, jacobian, states = system.balance(slips, omega, speed)
-        step = 1e-5 * self.unit
-        ends = np.clip([number - step, number + step], *self.limits)
-        one, other = (self.make(end)[0].balance(slips, omega, speed)[0].ravel() for end in ends)
-        change = (other - one) / (ends[1] - ends[0])
+        step = 1e-5 * self.unit * (1 if number < np.mean(self.limits) else -1)
+        beside, *_ = self.make(number + step)[0].response(slips, omega, speed)
+        change = (beside - residual).ravel() / step
         jacobian[:, -1] = [*change.real, *change.imag]
         return residual, jacobian, states, speed
 

@@ -174,7 +174,7 @@ def onset_band(found: LimitCycles, added: Sequence[float] = (BAND[0], 0.0, BAND[
 
     rows = []
     for by in added:
-        other = _again(found, added=by)
+        other = _again(found, added=by) if by else found
         for onset in other.onsets:
             v = onset.critical.speed
             kind = Onset(onset.critical, onset.bend, (onset.bend, onset.bend)).kind
@@ -196,11 +196,11 @@ def onset_band(found: LimitCycles, added: Sequence[float] = (BAND[0], 0.0, BAND[
 
 def amplitude_band(
     found: LimitCycles, speeds: ArrayLike, *, peak: tuple[float, float] = PLAUSIBLE_PEAK,
-    added: tuple[float, float] = BAND, models: Iterable[Model] = (),
+    added: Sequence[float] = BAND, models: Iterable[Model] = (),
 ) -> Any:  # fmt: skip
     """Tabulate the largest motion of each mode at ``speeds`` (m/s) with its band over plausible tyres and fronts.
 
-    Amplitudes are proportional to D, so that its band takes no new solution. E is followed at both ends of ``added``,
+    Amplitudes are proportional to D, so that its band takes no new solution. E is followed with each of ``added``,
     and each of ``models``, such as the bicycle with other fronts, for itself. The whole band is that of D times that
     of all others. An amplitude is 0 if a variant has no such motion, inf if its motion is beyond linear geometry.
 

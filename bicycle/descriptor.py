@@ -13,12 +13,10 @@ from tyre.arrays import Array, Complex
 class DescriptorPolynomial:
     """E x' = F(v) x + B(v) u, y = C(v) x of m bicycles; the states are those of the model over ``scale``."""
 
-    # (m, 1, n, n), E; with an axis of k speeds where the equations switch at a speed: each has its own coefficients
-    # then
-    mass: Array
-    dynamics: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
-    input: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
-    output: SpeedPolynomial  # F, B and C, of shapes (m, 1 or k, n, n), (..., n, inputs) and (..., outputs, n)
+    mass: Array  # (m, 1, n, n), E; (m, k, n, n) if the equations switch: each of k speeds has its own coefficients
+    dynamics: SpeedPolynomial  # F (m, 1 or k, n, n)
+    input: SpeedPolynomial  # B (m, 1 or k, n, inputs)
+    output: SpeedPolynomial  # C (m, 1 or k, outputs, n)
 
     def __call__(self, speeds: Array) -> "DescriptorStack":
         """The matrices at ``speeds`` (m, k), m/s; where equations switch, those for which the coefficients are."""
@@ -46,8 +44,8 @@ class DescriptorPolynomial:
 class DescriptorStack:
     """E x' = F x + B u, y = C x of m bicycles at k speeds; the states are those of the model over ``scale``."""
 
-    mass: Array  # (m, k, n, n), E and F
-    dynamics: Array  # (m, k, n, n), E and F
+    mass: Array  # (m, k, n, n), E
+    dynamics: Array  # (m, k, n, n), F
     input: Array  # (m, k, n, inputs), B
     output: Array  # (m, k, outputs, n), C
 

@@ -344,6 +344,24 @@ class SprungJoint(Effect):
         model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
 
 
+class PointMass(Effect):
+    """An effect that is a further ``mass`` (kg) at ``x`` (m ahead of the rear contact), fixed to the bicycle."""
+
+    mass: Any
+    x: Any
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        parts = bodies(bicycle)
+        front = sum(body.mass * body.x for body in parts) + self.mass * self.x
+        rear = (sum(body.mass for body in parts) + self.mass) * bicycle["w"] - front
+        for wheel, moment, word in (("rear", rear, "less"), ("front", front, "more")):
+            if moment <= 0:
+                raise InputError(
+                    f"effect {self.identifier!r}: {self.mass:g} kg at x = {self.x:g} m lift the {wheel} wheel; "
+                    f"give less mass or {word} x"
+                )
+
+
 def effect_of(kind: type[Effect], values: Mapping[str, float], names: Collection[str] | None = None) -> Effect:
     """An effect from flat numbers."""
     table = {
@@ -353,15 +371,3 @@ def effect_of(kind: type[Effect], values: Mapping[str, float], names: Collection
         for numbers in [[float(values[f"{kind.identifier}.{entry}"]) for entry in p.entries()]]
     }
     return kind(**table)
-
-
-def check_wheel_loads(identifier: str, bicycle: Mapping[str, float], *, mass: float, x: float) -> None:
-    """Refuse a mass that lifts a wheel at rest."""
-    parts = bodies(bicycle)
-    front = sum(body.mass * body.x for body in parts) + mass * x
-    rear = (sum(body.mass for body in parts) + mass) * bicycle["w"] - front
-    for wheel, moment, word in (("rear", rear, "less"), ("front", front, "more")):
-        if moment <= 0:
-            raise InputError(
-                f"effect {identifier!r}: {mass:g} kg at x = {x:g} m lift the {wheel} wheel; give less mass or {word} x"
-            )

@@ -32,7 +32,7 @@ def line_of(error: BaseException, path: Path) -> str:
 Function = Callable[..., Any]
 
 
-def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> Function:
+def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> "StraightLine":
     """A function of numbers or arrays that broadcast, which returns the list of the results."""
     wanted = [sp.sympify(result) for result in results]
     foreign = set().union(*(result.free_symbols for result in wanted)) - set(arguments)
@@ -41,22 +41,65 @@ def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> 
             f"an effect puts {min(map(str, foreign))!r} where only parameters of bicycle and effects may stand: "
             "speed, motion and symbols of its own must not"
         )
-    code = _StraightLine(arguments)
-    returned = [code.name(result) for result in wanted]
-    text = "\n    ".join([f"def function({', '.join(code.arguments)}):", *code.body(returned)])
-    exec(compile(text, "<equations of motion>", "exec"), code.functions)
-    function: Function = code.functions["function"]
-    return function
+    return StraightLine(arguments, wanted)
 
 
-class _StraightLine:
-    """Operations such as ``a3*x2``: sums, products and whole powers; all else is left to sympy."""
+class StraightLine:
+    """A function as operations such as ``a3*x2``: sums, products and whole powers; all else is left to sympy."""
 
-    def __init__(self, arguments: Sequence[Expression]) -> None:
+    def __init__(self, arguments: Sequence[Expression], results: Sequence[Expression]) -> None:
         self.arguments = [f"a{k}" for k in range(len(arguments))]
         self.functions: dict[str, Any] = {}
+        self._others: dict[str, tuple[list[Any], Any]] = {}  # what is left to sympy: its inputs, what it is of them
         self._names: dict[Expression, str] = dict(zip(arguments, self.arguments, strict=True))
         self._operations: dict[tuple[str, ...], str] = {}  # format and operands -> name of the result
+        self._results = [self.name(result) for result in results]
+        self._call_it = self._function(self._results)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compute the results."""
+        return self._call_it(*arguments)
+
+    def slopes(self, argument: Expression) -> Function:
+        """A function that returns the derivative of each result with respect to one of the arguments."""
+        own, found = dict(self._operations), {self._names[argument]: "1.0"}
+        for (form, *operands), name in own.items():
+            terms = [
+                self._product(self._slope(form, k, operands, name), found[operand])
+                for k, operand in enumerate(operands)
+                if operand in found
+            ]
+            if terms:
+                found[name] = self._combined("{}+{}", terms)
+        function = self._function([found.get(name, "0.0") for name in self._results])
+        self._operations = own
+        return function
+
+    def _slope(self, form: str, k: int, operands: list[str], name: str) -> str:
+        """Name of the derivative of an operation with respect to its operand number ``k``."""
+        if form == "{}*{}":
+            return operands[1 - k]
+        if form == "1.0/{}":
+            return self._operation("-{}", self._product(name, name))
+        if form in ("{}+{}", "{}-{}", "-{}"):
+            return "-1.0" if form == "-{}" or (form, k) == ("{}-{}", 1) else "1.0"
+        outer, _, inputs = form.partition("(")
+        function = f"{outer}_{k}"
+        if function not in self.functions:
+            places, plain = self._others[outer]
+            self.functions[function] = _numeric(places, sp.diff(plain, places[k]))
+        return self._operation(f"{function}({inputs}", *operands)
+
+    def _product(self, one: str, other: str) -> str:
+        if "1.0" in (one, other):
+            return other if one == "1.0" else one
+        return self._operation("-{}", other) if one == "-1.0" else self._combined("{}*{}", [one, other])
+
+    def _function(self, returned: Sequence[str]) -> Function:
+        text = "\n    ".join([f"def function({', '.join(self.arguments)}):", *self.body(returned)])
+        exec(compile(text, "<equations of motion>", "exec"), self.functions)
+        function: Function = self.functions["function"]
+        return function
 
     def name(self, expression: Expression) -> str:
         """Number, or name of the result of an operation, that stands for an expression."""
@@ -66,9 +109,13 @@ class _StraightLine:
 
     def body(self, returned: Sequence[str]) -> Iterator[str]:
         """Lines of the function; what is used once stands where it is used, so that no memory is kept for it."""
-        uses = Counter(operand for _, *operands in self._operations for operand in operands) + Counter(returned)
+        uses = Counter(returned)
+        for (_, *operands), name in reversed(self._operations.items()):
+            uses.update(operands if uses[name] else ())
         short: dict[str, str] = {}
         for (form, *operands), name in self._operations.items():
+            if not uses[name]:
+                continue
             text = form.format(*(short.get(operand, operand) for operand in operands))
             if uses[name] == 1 and len(text) < 200:
                 short[name] = f"({text})"
@@ -102,9 +149,9 @@ class _StraightLine:
         inputs = [part for part in parts if not part.is_number] or sorted(expression.free_symbols, key=str)
         places = {part: sp.Symbol(f"x{k}", real=True) for k, part in enumerate(inputs)}
         plain = expression.func(*(places.get(part, part) for part in parts)) if parts else expression.xreplace(places)
-        function = f"f{len(self.functions)}"
-        known = {sp.sin: np.sin, sp.cos: np.cos}.get(plain.func)  # of every steer axis: lambdify takes its time
-        self.functions[function] = known or sp.lambdify(tuple(places.values()), plain, modules="numpy")
+        function = f"f{len(self._others)}"
+        self._others[function] = list(places.values()), plain
+        self.functions[function] = _numeric(list(places.values()), plain)
         return self._operation(f"{function}({', '.join(['{}'] * len(inputs))})", *map(self.name, inputs))
 
     def _combined(self, form: str, names: list[str]) -> str:
@@ -119,6 +166,11 @@ class _StraightLine:
 
     def _operation(self, form: str, *operands: str) -> str:
         return self._operations.setdefault((form, *operands), f"x{len(self._operations)}")
+
+
+def _numeric(arguments: Sequence[Expression], result: Expression) -> Function:
+    known = {sp.sin: np.sin, sp.cos: np.cos}.get(result.func)  # of every steer axis: lambdify takes its time
+    return known or sp.lambdify(tuple(arguments), result, modules="numpy")
 
 
 def _negative(term: Expression) -> bool:
@@ -151,20 +203,21 @@ class Evaluator:
         self.symbolic = symbolic
         self._parameters = [_symbol(name) for name in symbolic.parameters]
         self._blocks: list[tuple[str, int, tuple[int, int], list[tuple[int, int]]]] = []
-        self._entries: list[Any] = []
+        entries: list[Any] = []
         blocks = [("mass", 0, symbolic.mass), ("static_loads", 0, sp.Matrix([list(symbolic.static_loads)]))]
         for kind in POLYNOMIALS:
             blocks += [(kind, power, matrix) for power, matrix in getattr(symbolic, kind).coefficients.items()]
         for kind, power, matrix in blocks:
             places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
             self._blocks.append((kind, power, matrix.shape, places))
-            self._entries += [matrix[place] for place in places]
-        self._functions = {"": compiled([*self._parameters, *symbolic.switches], self._entries)}
+            entries += [matrix[place] for place in places]
+        self._matrices = compiled([*self._parameters, *symbolic.switches], entries)
+        self._functions: dict[str, Function] = {}  # parameter -> its slopes
         self.switch_function = compiled(self._parameters, list(symbolic.switches.values()))
 
     def __call__(self, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
         """Evaluate the matrices."""
-        return self._filled(self._functions[""], values, indicators)
+        return self._filled(self._matrices, values, indicators)
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Speeds (m/s) at which the equations change, in the order of the indicators."""
@@ -197,9 +250,7 @@ class Evaluator:
     def derivative(self, key: str, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
         """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
         if key not in self._functions:
-            symbol = _symbol(key)
-            slopes = [sp.diff(e, symbol) if symbol in e.free_symbols else sp.S.Zero for e in self._entries]
-            self._functions[key] = compiled([*self._parameters, *self.symbolic.switches], slopes)
+            self._functions[key] = self._matrices.slopes(_symbol(key))
         return self._filled(self._functions[key], values, indicators)
 
     def _filled(self, function: Any, values: Mapping[str, Any], indicators: tuple[Any, ...]) -> Matrices:

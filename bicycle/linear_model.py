@@ -15,7 +15,7 @@ from bicycle.eigen import in_batches
 from bicycle.evaluation import Matrices
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.arrays import Array
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, refuse_unknown
 
 
 @dataclass(frozen=True)
@@ -205,12 +205,9 @@ class LinearModel:
         return self.ranges[number].matrices, v
 
     def to_control(
-        self,
-        speed: float,
-        *,
-        inputs: Sequence[str] = ("steer_torque", "lean_torque"),
+        self, speed: float, *, inputs: Sequence[str] = ("steer_torque", "lean_torque"),
         outputs: Sequence[str] | None = None,
-    ) -> Any:
+    ) -> Any:  # fmt: skip
         """Return the model at one speed as a ``control.StateSpace`` with the model's names.
 
         It is called ``bicycle at 5,5 m/s``: control allows no dot in the name of a system.
@@ -233,16 +230,11 @@ class LinearModel:
 
         chosen = tuple(self.outputs) if outputs is None else tuple(outputs)
         state, input_matrix, output_matrix = self.matrices_at(speed)
-        columns = [_position(name, self.inputs, "input") for name in inputs]
-        rows = [_position(name, self.outputs, "output") for name in chosen]
+        refuse_unknown("input", inputs, self.inputs)
+        refuse_unknown("output", chosen, self.outputs)
+        columns, rows = [self.inputs.index(name) for name in inputs], [self.outputs.index(name) for name in chosen]
         name = f"bicycle at {speed:g} m/s".replace(".", ",")  # a dot in a name separates system and signal in control
         return control.StateSpace(
             state, input_matrix[:, columns], output_matrix[rows], self.feedthrough(speed)[np.ix_(rows, columns)],
             states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=name,
         )  # fmt: skip
-
-
-def _position(name: str, names: tuple[str, ...], what: str) -> int:
-    if name not in names:
-        raise InputError(unknown(what, name, names))
-    return names.index(name)

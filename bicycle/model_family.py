@@ -165,8 +165,7 @@ class ModelFamily:
         mass = np.broadcast_to(matrices.mass, (count, n, n))
         parts = tuple(np.broadcast_to(matrix, (count, n, n)) for matrix in matrices.dynamics.values())
         refused = ~positive_definite(mass)
-        if refused.any():
-            mass = np.where(refused[:, None, None], np.eye(n), mass)
+        mass = np.where(refused[:, None, None], np.eye(n), mass)
         right = np.concatenate([part * self.scale for part in parts], -1)
         solved = np.stack(np.split(np.linalg.solve(mass, right) / self.scale[:, None], len(parts), axis=-1))
         polynomial = SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n))

@@ -71,14 +71,8 @@ class MagicTyre:
     offset: float = 0.0  # sv: side force over load at zero slip (ply steer)
 
     def __post_init__(self) -> None:
-        limits = {
-            "friction": (0.0, 3.0),
-            "shape_factor": (0.0, 2.0),
-            "curvature_factor": (-100.0, 1.0),
-            "offset": (-1.0, 1.0),
-        }
-        for name, (low, high) in limits.items():
-            value = getattr(self, name)
+        limits = ((0.0, 3.0), (0.0, 2.0), (-100.0, 1.0), (-1.0, 1.0))
+        for (name, value), (low, high) in zip(vars(self).items(), limits, strict=True):
             if not low <= value <= high or value == low == 0.0:
                 excluded = " (0 excluded)" if low == 0.0 else ""
                 raise InputError(f"{name} = {value:g} is outside {low:g} .. {high:g}{excluded}")
@@ -198,11 +192,6 @@ class MagicFormulaModel:
         """Side force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
         return self._each("force", slip, camber)
 
-    def local_stiffness(self, slip: Array) -> Array:
-        """Slope of the side force (..., 2), N/rad."""
-        still = np.zeros(slip.shape[:-1])
-        return np.stack([tyre.slope("force", slip[..., k], still) for k, tyre in enumerate(self.tyres)], -1)
-
     def _each(self, what: str, slip: Array, camber: Array | None) -> Array:
         lean = np.zeros_like(slip) if camber is None else camber
         return np.stack([getattr(tyre, what)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
@@ -288,7 +277,7 @@ class MagicFormulaModel:
                     max_step=longest,
                 )  # fmt: skip
             if not found.success or not np.isfinite(found.y).all():
-                lost = found.t[~np.isfinite(found.y).all(0)]
+                lost = np.asarray(found.t)[~np.isfinite(found.y).all(0)]  # lists if the first step fails
                 stops = float(lost[0]) if lost.size else reached
                 raise InputError(
                     f"the simulation at {self.speed:g} m/s stops at {stops:.3g} s: {found.message} "
@@ -338,7 +327,9 @@ def magic_formula_model(
         lifted = WHEELS[int(loads.argmin())]
         raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
     without = tuple(effect for effect in model.effects if not getattr(effect, "falls_with_slip", False))
-    upright = Model(model.bicycle, without).with_effect(OpenContact()).linear_model().matrices_at(speed)[0]
+    upright = a  # the state matrix without a trail that falls with slip
+    if len(without) < len(model.effects):
+        upright = Model(model.bicycle, without).with_effect(OpenContact()).linear_model().matrices_at(speed)[0]
     tyres = tuple(
         (tyre or MagicTyre()).under(float(load), float(c))
         for tyre, load, c in zip((rear, front), loads, stiffness, strict=True)

@@ -136,12 +136,8 @@ class CriticalInterval:
 
     mode: str  # name as in :func:`bicycle.named_modes.modes`
     kind: str  # ``oscillatory`` (a pair) or ``real``
-    # m/s; minus or plus infinity where the band still holds zero at the last speed of that side at which there is
-    # such a root
-    low: float
-    # m/s; minus or plus infinity where the band still holds zero at the last speed of that side at which there is
-    # such a root
-    high: float
+    low: float  # m/s; minus or plus infinity if the band holds zero at the last speed on that side with such a root
+    high: float  # m/s
 
     @property
     def told(self) -> bool:

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from types import MappingProxyType, ModuleType
@@ -264,12 +265,18 @@ class Segment:
     deep: Array
 
 
+@lru_cache(maxsize=8)
+def _human(yeadon: ModuleType, lengths: tuple[tuple[str, float], ...], densities: str) -> Any:
+    """A body of ``yeadon``, whose shape most of what a posture is asked for leaves as it is."""
+    return yeadon.Human(dict(lengths), density_set=densities)
+
+
 def segments(
     rider: RiderMeasurements, configuration: Mapping[str, float], hip: Array, *, densities: str = DENSITY_SETS[0]
 ) -> tuple[Segment, ...]:
     """The eleven segments of a rider with joint angles (rad) and the hip joint centre at (x, z) on the bicycle."""
     with quiet_yeadon():
-        human = yeadon_module().Human(dict(rider.lengths), density_set=densities)
+        human = _human(yeadon_module(), tuple(rider.lengths.items()), densities)
         human.set_CFG_dict(dict(configuration))
     factor = 1.0 if rider.mass is None else rider.mass / sum(s.mass for s in human.segments)
     origin = np.array([hip[0], 0.0, hip[1]])

@@ -14,7 +14,7 @@ while their sum and product move smoothly: :func:`pair_sensitivities`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from scipy import linalg
 
 from bicycle.critical import CriticalSpeed
 from bicycle.eigen import BATCH, eigensystem
+from bicycle.evaluation import Matrices
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.speed_polynomial import SpeedPolynomial
@@ -35,15 +36,7 @@ ON_AXIS = 1e-6  # a root on the imaginary axis, relative to the largest root
 schur: Any = linalg.schur  # its stubs know no sort of complex values
 
 
-@dataclass(frozen=True)
-class MatrixSlope:
-    """dE/dp (n, n) and dF/dp, a polynomial in v, of one parameter p in one speed range."""
-
-    mass: Array
-    dynamics: SpeedPolynomial
-
-
-Slopes = Mapping[str, tuple[MatrixSlope, ...]]  # parameter -> its slope in every speed range
+Slopes = Mapping[str, tuple[Matrices, ...]]  # parameter p -> dE/dp, dF/dp ... in every speed range
 
 
 def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
@@ -52,26 +45,21 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
     indicators = [tuple(float(at.upper <= speed) for speed in evaluate.switch_speeds(values)) for at in linear.ranges]
     tied = model.tied
 
-    def slope(key: str) -> tuple[MatrixSlope, ...]:
-        every = (evaluate.derivative(key, values, at) for at in indicators)
-        return tuple(MatrixSlope(matrices.mass, matrices.dynamics) for matrices in every)
-
     slopes = {}
     for key, value in values.items():
         if key in tied or not np.isfinite(value) or (key not in evaluate.symbolic.parameters and "." not in key):
             continue
-        followers = [name for name, leader in tied.items() if leader == key]
-        slopes[key] = tuple(map(_added, zip(*map(slope, [key, *followers]), strict=True)))
+        together = [key, *(name for name, leader in tied.items() if leader == key)]
+        slopes[key] = tuple(_added([evaluate.derivative(one, values, at) for one in together]) for at in indicators)
     return slopes
 
 
-def _added(terms: tuple[MatrixSlope, ...]) -> MatrixSlope:
-    if len(terms) == 1:
-        return terms[0]
+def _added(terms: Sequence[Matrices]) -> Matrices:
+    """Sum of E and of F."""
     first = terms[0].dynamics
-    powers = sorted({power for term in terms for power in term.dynamics})
-    total = {power: np.sum([term.dynamics.coefficient(power) for term in terms], axis=0) for power in powers}
-    return MatrixSlope(np.sum([term.mass for term in terms], axis=0), SpeedPolynomial(total, shape=first.shape))
+    total = {power: sum(term.dynamics[power] for term in terms) for power in first}
+    mass = np.asarray(sum(term.mass for term in terms))
+    return replace(terms[0], mass=mass, dynamics=SpeedPolynomial(total, shape=first.shape))
 
 
 @dataclass(frozen=True)
@@ -81,9 +69,7 @@ class Sensitivities:
     speeds: Array  # (m,), m/s
     eigenvalues: Complex  # (m, n), 1/s, sorted by real then imaginary part
     parameters: tuple[str, ...]  # free and finite parameters: bicycle keys and ``effect.name[.wheel]``
-    # (m, n, parameters), 1/s per SI unit of the parameter; the indicator of a speed at which the equations switch is
-    # held
-    derivatives: Complex
+    derivatives: Complex  # (m, n, parameters), 1/s per SI unit of the parameter; indicators of switches are held
     d_dspeed: Complex  # (m, n), d(eigenvalue)/dv, 1/m
 
     def of(self, key: str) -> Complex:

@@ -177,8 +177,7 @@ class SlipSystem:
         return ("force", "by_trail")[: self.entry.shape[1] // 2]
 
     def _seen(self, y: Array, wheel: int) -> tuple[Array, Array]:
-        slip = y[..., wheel]
-        return slip, (y[..., 2 + wheel] if self._tyre_signals > 2 else np.zeros_like(slip))
+        return y[..., wheel], (y[..., 2 + wheel] if self._tyre_signals > 2 else np.zeros(()))
 
     def row(self, output: str) -> Array:
         """Row (n,) that makes an ``output`` of the model of the states."""
@@ -196,30 +195,34 @@ class SlipSystem:
             slope[-1] = 0.0
         return np.asarray(self.dynamics(speed) + self.entry @ slope @ self.signals)
 
+    def response(self, slips: Complex, omega: float, speed: float) -> tuple[Complex, Complex, Array, Complex]:
+        """Return the residual (orders, signals), states (orders, n), signals in time and (i k omega - A)^-1."""
+        orders, phase, waves = half_period(len(slips), self._phases)
+        y = (waves @ slips).real
+        forces = 2 / len(phase) * waves.conj().T @ self.curves(y)
+        n = self.dynamics.shape[-1]
+        pencil = 1j * omega * orders[:, None, None] * np.eye(n) - self.dynamics(speed)
+        inverse = np.asarray(np.linalg.inv(pencil), complex)
+        states = (inverse @ (self.entry @ forces[..., None]))[..., 0]
+        return slips - states @ self.signals.T, states, y, inverse
+
     def balance(self, slips: Complex, omega: float, speed: float) -> tuple[Complex, Array, Complex]:
-        """Residual (orders, signals), its jacobian and the states.
+        """Return the residual (orders, signals), its jacobian and the states (orders, n).
 
         The jacobian is by the slips, in the order (order, signal, real and imaginary part), by omega and by the speed.
         """
-        count, n = len(slips), self.dynamics.shape[-1]
-        orders, phase, waves = half_period(count, self._phases)
-        y = (waves @ slips).real
-        project = 2 / len(phase) * waves.conj().T
-        forces = project @ self.curves(y)
-        inverse = np.linalg.inv(1j * omega * orders[:, None, None] * np.eye(n) - self.dynamics(speed))
-        response = inverse @ self.entry
-        states = (response @ forces[..., None])[..., 0]
-        gain = self.signals @ response
-        residual = slips - (gain @ forces[..., None])[..., 0]
+        residual, states, y, inverse = self.response(slips, omega, speed)
+        gain = self.signals @ inverse @ self.entry
         # a slope is even: products with its harmonics 2 l make the jacobian, without a product in time
-        even = np.fft.fft(self.slopes(y), axis=0) / len(phase)
+        even = np.fft.fft(self.slopes(y), axis=0) / len(y)
+        count = len(slips)
         k = np.arange(count)
-        less, more = even[k[:, None] - k], even[(k[:, None] + k + 1) % len(phase)]
+        less, more = even[k[:, None] - k], even[(k[:, None] + k + 1) % len(y)]
         change = np.stack([less + more, 1j * (less - more)], -1).transpose(0, 2, 1, 3, 4)
         by_slips = -gain @ change.reshape(count, self.entry.shape[1], -1)
         own = np.eye(slips.size).reshape(*slips.shape, -1, 1) * np.array([1, 1j])
         by_slips += own.reshape(*slips.shape, -1)
-        moved = np.stack([-1j * orders[:, None] * states, states @ self.dynamics.derivative(speed).T], -1)
+        moved = np.stack([-1j * (2 * k[:, None] + 1) * states, states @ self.dynamics.derivative(speed).T], -1)
         by_rest = -self.signals @ (inverse @ moved)
         jacobian = np.concatenate([by_slips, by_rest], -1).reshape(slips.size, -1)
         return residual, np.vstack([jacobian.real, jacobian.imag]), states

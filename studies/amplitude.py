@@ -13,9 +13,8 @@ from bicycle.responses import Response
 from studies.animation import FRAMES_PER_SECOND, animate
 from studies.lasting_motions import lasts, traces_of
 from studies.reporting.markdown_text import render_file
-from studies.reporting.plotting import STYLE, settle
+from studies.reporting.plotting import picture
 from tyre.errors import InputError
-from tyre.files import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -92,12 +91,7 @@ def draw_amplitude(found: LimitCycles, target: str, *, title: str, peak_factor: 
 
     Pale bands reach over plausible peak factors, if the curves have one.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    style: Any = dict(STYLE)
-    with matplotlib.rc_context(style):
-        figure = Figure(figsize=(7.5, 6.5), layout="constrained")
+    with picture(target) as figure:
         bar, frequency = figure.subplots(2, 1, sharex=True)
         for trace in traces_of(found):
             looks = mode_look(trace.mode)
@@ -108,12 +102,6 @@ def draw_amplitude(found: LimitCycles, target: str, *, title: str, peak_factor: 
         bar.set_title(title)
         frequency.set(ylabel="Frequency, Hz", xlabel="Speed, m/s")
         frequency.set_ylim(bottom=0)
-        settle(figure)
-        try:
-            with replacing(target) as part:
-                figure.savefig(part)
-        except OSError as error:
-            raise InputError(f"{target}: cannot write the picture: {error.strerror}") from error
 
 
 def film_cycle(found: LimitCycles, speeds: Iterable[float], target: Path) -> None:

@@ -12,7 +12,7 @@ from bicycle.model import Model
 from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import ALIASES, BOUNDS, UNITS, UNUSED, canonical, of_kind
 from bicycle.wheel_tyres import MOST_BAR
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, read_number, unknown
 
 SPEED = "speed"
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
@@ -128,20 +128,20 @@ def numbers_by_name(texts: Sequence[str], option: str, like: str, what: str = "n
     """Numbers >= 0 from texts ``NAME=VALUE`` of an option, with an example and the kind of number for messages."""
 
     def checked(text: str, value: str) -> float:
-        number = float(value)
-        if not 0 <= number < math.inf:
+        number = read_number(value)
+        if number < 0:
             raise InputError(f"{option} {text}: the {what} must be finite and >= 0")
         return number
 
-    return _by_name(texts, option, f"NAME=VALUE, for example {option} {like} (SI units)", checked)
+    return _by_name(texts, option, f"NAME=VALUE, for example {option} {like} (SI units), finite", checked)
 
 
 def ranges_by_name(texts: Sequence[str], option: str = "--limits") -> dict[str, tuple[float, float]]:
     """Ranges that rise from texts ``NAME=LOW:HIGH`` of an option."""
 
     def checked(text: str, value: str) -> tuple[float, float]:
-        low, high = (float(part) for part in value.split(":"))
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        low, high = (read_number(part) for part in value.split(":"))
+        if low >= high:
             raise InputError(f"{option} {text}: the range must be finite and rise")
         return low, high
 

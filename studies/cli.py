@@ -31,6 +31,8 @@ class ModuleGroup(click.Group):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Keep the ``args`` of the whole command line in ``ctx`` for the manifest of results, and parse them."""
         ctx.meta.setdefault(ARGUMENTS, list(args))
+        if odd := next((one for one in args if "\0" in one), ""):  # which no file name may hold
+            raise InputError(f"{odd!r} holds a NUL character; leave it out")
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bicycle.critical import CriticalSpeed, critical_speeds_of_many
 from bicycle.effect_registry import effect_class
-from bicycle.limit_cycles import SLOWEST, Cycle, LimitCycles, Onset, find_limit_cycles, find_onsets
+from bicycle.limit_cycles import SLOWEST, Branch, Cycle, LimitCycles, Onset, find_limit_cycles, find_onsets
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.nonlinear import CurveTyre
@@ -51,21 +51,27 @@ class Trace(NamedTuple):
     followed: bool  # to an end within linear geometry
 
 
-def traces_of(found: LimitCycles) -> list[Trace]:
-    """Numbers along every branch of the motions ``found``."""
+def branches_of(found: LimitCycles, mode: str) -> list[Branch]:
+    """Branches of the motions ``found`` that are, or may be, of a ``mode``."""
+    return [branch for branch in found.branches if mode in branch.mode.split("+")]
+
+
+def traces_of(found: LimitCycles, mode: str = "") -> list[Trace]:
+    """Numbers along every branch of the motions ``found``, or along those of a ``mode``."""
     traces = []
-    for branch in found.branches:
-        rows = [
-            (one.speed, np.degrees(found.amplitude(one)), one.frequency_hz, found.stability(one), lasts(found, one))
-            if one.slips.any()
-            else (one.speed, 0.0, one.frequency_hz, "", False)
-            for one in (point.cycle for point in branch.points)
-        ]
+    for branch in branches_of(found, mode) if mode else found.branches:
+        rows = []
+        for one in (point.cycle for point in branch.points):
+            moves = one.slips.any()
+            angle = np.degrees(found.amplitude(one)) if moves else 0.0
+            kind = found.stability(one) if moves else ""
+            stays = moves and (kind != "no" or lasts(found, one))  # what falls slowly is balanced
+            rows.append((one.speed, angle, one.frequency_hz, kind, stays))
         speed, amplitude, frequency, stable, lasting = zip(*rows, strict=True)
         stable = (stable[0] or stable[1], *stable[1:-1], stable[-1] or stable[-2])
         followed = branch.reason not in ("geometry", "lost")
-        v, angle, hertz = (np.array(one) for one in (speed, amplitude, frequency))
-        traces.append(Trace(branch.mode, v, angle, hertz, stable, np.array(lasting), followed))
+        v, height, hertz = map(np.array, (speed, amplitude, frequency))
+        traces.append(Trace(branch.mode, v, height, hertz, stable, np.array(lasting), followed))
     return traces
 
 
@@ -88,12 +94,12 @@ class Extent(NamedTuple):
     followed: bool  # False if larger motions than could be followed may exist
 
 
-def extent(traces: Iterable[Trace], mode: str = WOBBLE, up_to: float = np.inf) -> Extent | None:
-    """Extent over the speed (to ``up_to``, m/s) of the motions of a ``mode`` that last; None without any."""
+def extent(traces: Iterable[Trace], up_to: float = np.inf) -> Extent | None:
+    """Extent over the speed (to ``up_to``, m/s) of the wobbles that last; None without any."""
     parts = []
     for one in traces:
         last, speed = one.lasting & (one.speed <= up_to), one.speed
-        if mode not in one.mode.split("+") or not last.any():
+        if WOBBLE not in one.mode.split("+") or not last.any():
             continue
         height = np.where(last, one.amplitude, 0.0)
         beside = (one.amplitude == 0) | (one.lasting & (speed > up_to))
@@ -119,15 +125,16 @@ def motion_at(found: LimitCycles, speed: float, mode: str = WOBBLE) -> float:
 
     0 if there is none; NaN if the mode is unstable and none was found, so that it is larger than linear geometry holds.
     """
-    cycles = [cycle for name, cycle in found.at(speed) if mode in name.split("+") and lasts(found, cycle)]
-    if cycles:
-        return float(np.degrees(max(map(found.amplitude, cycles))))
+    cycles = {found.amplitude(cycle): cycle for branch in branches_of(found, mode) for cycle in branch.at(speed)}
+    largest = next((size for size in sorted(cycles, reverse=True) if lasts(found, cycles[size])), None)
+    if largest is not None:
+        return float(np.degrees(largest))
     return np.nan if _unstable(found, speed, mode) else 0.0
 
 
 def largest_wobble(found: LimitCycles) -> float:
     """Largest amplitude at the bar (degrees) of wobble over the speed, 0 and NaN as of :func:`motion_at`."""
-    reached = extent(traces_of(found))
+    reached = extent(traces_of(found, WOBBLE))
     if reached is None:
         return np.nan if any(_unstable(found, one.critical.speed + 1e-9) for one in found.onsets) else 0.0
     return reached.largest if reached.followed else np.nan
@@ -157,7 +164,7 @@ def side_of(found: LimitCycles, damping: float = 0.0) -> Side:
     above = [cycle for _, cycle in found.at(weave.critical.speed * (1 + 1e-3))] if weave else []
     caught = [found.amplitude(one) for one in above if lasts(found, one) and found.within_geometry(one)]
     wobble, degrees = _wobbles(one.critical for one in found.onsets), float(np.degrees(max(caught, default=np.nan)))
-    return Side(damping, wobble, extent(traces_of(found)), weave, degrees if caught else None)
+    return Side(damping, wobble, extent(traces_of(found, WOBBLE)), weave, degrees if caught else None)
 
 
 def with_damper(model: Model, damping: float) -> Model:

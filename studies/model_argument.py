@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.reporting.command_context import verbose
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, read_number, unknown
 
 if TYPE_CHECKING:
     from bicycle.model import Model
@@ -82,6 +82,8 @@ def choose(
 ) -> ChosenModel:  # fmt: skip
     """Choose the model that MODEL and its options mean."""
     chosen = _bare(text)
+    if not isinstance(chosen.content.get("effects", {}), Mapping):
+        return chosen  # whoever builds it says what is wrong
     effects = dict(chosen.content.get("effects", {}))
     if tyre is None:
         for name, value in (("pressure", pressure), ("surface", surface)):
@@ -164,7 +166,7 @@ def _pressure(tyre: str, surface: str | None, text: str | None) -> float | dict[
         said = f"; it was measured at {measured} bar" if measured else ""
         raise InputError(f"--tyre {tyre} needs --pressure, in bar{said}")
     try:
-        bars = [float(part) for part in text.split(",")]
+        bars = [read_number(part) for part in text.split(",")]
     except ValueError:
         bars = []
     if len(bars) not in (1, 2):

@@ -196,29 +196,27 @@ class ModelSpace:
     def _speeds(self, x: Array, speed: ArrayLike | None) -> Array:
         own = [axis.key for axis in self.axes]
         given = x[:, own.index(SPEED)] if SPEED in own else np.asarray(math.nan if speed is None else speed, float)
-        return np.broadcast_to(given, len(x))
+        return np.broadcast_to(given, np.broadcast_shapes(given.shape, x.shape[:1]))
 
-    def _pencil(self, x: Array, speeds: Array, values: Mapping[str, Any]) -> tuple[Array, Array, Any]:
-        found = self.evaluate(values)
-        n, scale = len(self.family.scale), self.family.scale
-        mass = np.broadcast_to(found.mass, (len(x), n, n)) * scale
-        dynamics = np.broadcast_to(found.dynamics(speeds), (len(x), n, n)) * scale
-        return mass, dynamics, found
+    def _pencil(self, speeds: Array, values: Mapping[str, Any]) -> tuple[Array, Array, Any]:
+        found, scale = self.evaluate(values), self.family.scale
+        shape = (len(speeds), len(scale), len(scale))
+        return np.broadcast_to(found.mass, shape) * scale, np.broadcast_to(found.dynamics(speeds), shape) * scale, found
 
     def matrices(self, x: ArrayLike, speed: ArrayLike | None = None, changed: Mapping[str, Any] | None = None) -> Array:
-        """Scaled state matrices (m, n, n), eigenvalues in 1/s."""
+        """Scaled state matrices (m, n, n), eigenvalues in 1/s, of m points or of one at m speeds (m/s)."""
         points = np.atleast_2d(np.asarray(x, float))
         speeds, values = self._speeds(points, speed), self.values(points, changed)
         if self.evaluate.symbolic.switches:
             return self.family.state_matrices(values, speeds[:, None])[:, 0]
-        mass, dynamics, _ = self._pencil(points, speeds, values)
+        mass, dynamics, _ = self._pencil(speeds, values)
         return np.asarray(np.linalg.solve(mass, dynamics))
 
     def matrices_and_slopes(self, x: ArrayLike, speed: ArrayLike | None = None) -> tuple[Array, Array]:
         """The matrices and their derivatives (m, d, n, n) with each axis."""
         points = np.atleast_2d(np.asarray(x, float))
         speeds, values = self._speeds(points, speed), self.values(points)
-        mass, dynamics, found = self._pencil(points, speeds, values)
+        mass, dynamics, found = self._pencil(speeds, values)
         matrix = np.linalg.solve(mass, dynamics)
         scale, right = self.family.scale, []
         for i, axis in enumerate(self.axes):
@@ -244,10 +242,11 @@ class ModelSpace:
         if self.tyre_moves[i]:
             assert self.tyres is not None
             step = 1e-6 * np.maximum(np.abs(x[:, i]), 1e-3)
-            ends = [self.values(x + sign * np.eye(len(self.axes))[i] * step[:, None]) for sign in (1, -1)]
-            for key in self.tyres.given:
-                if key not in others:
-                    found[key] = (ends[0][key] - ends[1][key]) / (2 * step)
+            away = np.eye(len(self.axes))[i] * step[:, None]
+            values = self.values(np.concatenate([x + away, x - away]))
+            for key in [key for key in self.tyres.given if key not in others]:
+                ends = np.broadcast_to(values[key], 2 * len(x))
+                found[key] = (ends[: len(x)] - ends[len(x) :]) / (2 * step)
         return found
 
     def numbers_at(self, x: ArrayLike, changed: Mapping[str, float] | None = None) -> dict[str, float]:

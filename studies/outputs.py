@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed, critical_speeds, critical_speeds_of_many
+from bicycle.critical import CriticalSpeed, critical_speeds_of_many
 from bicycle.eigen import frequency_hz, least_damping_ratio, pair_damping_ratio
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
@@ -38,22 +38,23 @@ HIGHEST = 60.0  # m/s: at least up to here motions are followed, which may begin
 class Output:
     """A number of a model."""
 
-    name: str  # key in files; unit; name in figures
-    unit: str  # key in files; unit; name in figures
-    label: str  # key in files; unit; name in figures
+    name: str  # key in files
+    unit: str
+    label: str  # name in figures
     # argument of ``function``: ROOTS, eigenvalues (..., n) in 1/s; MODE, the two roots (...) of a named mode; MODEL,
     # a model, speeds (k,) and the highest speed in m/s; PARAMETERS, none
     source: str
     function: Callable[..., Any]  # gives (...), (...), (k, *dims) or, not by speed, (*dims,)
-    by_speed: bool = True  # A value for each speed
+    by_speed: bool = True  # a value for each speed
     dims: tuple[str, ...] = ()  # further dimensions, labelled by :data:`DIMENSIONS`
-    complex_valued: bool = False  # complex numbers; quantiles over samples mean something
-    reducible: bool = True  # complex numbers; quantiles over samples mean something
+    complex_valued: bool = False
+    reducible: bool = True  # quantiles over samples mean something
     unstable: int = 0  # 1 or -1 if values above or below 0 are unstable, which figures shade
     # derivative of a MODE output from an oscillating root and the root's derivatives; by differences without
     gradient: Callable[[Any, Any], Any] | None = None
-    # a MODEL output of many bicycles from family, parameters, their number, the highest speed; and why some have none
-    at_once: Callable[..., tuple[Array, Mapping[int, str]]] | None = None
+    # a MODEL output of many bicycles: its function takes family, parameters, their number and the highest speed in
+    # m/s, and gives also why some have none, by place
+    at_once: bool = False
 
     @property
     def scalar(self) -> bool:
@@ -162,10 +163,11 @@ def _placed(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed:
     return result
 
 
-def _critical_speeds_at_once(
+@output("critical_speeds", unit="m/s", label="Critical speed", source=MODEL, by_speed=False,
+        dims=("crossing_mode", "as_speed_grows", "occurrence"), at_once=True)  # fmt: skip
+def _critical_speeds(
     family: ModelFamily, values: Mapping[str, Any], count: int, max_speed: float
 ) -> tuple[Array, dict[int, str]]:
-    """The output ``critical_speeds`` (m, modes, changes, occurrences) of ``count`` bicycles, and why some have none."""
     found, refused = critical_speeds_of_many(family, values, count, max_speed=max_speed)
     names = mode_names(family.model.linear_model())
     result = np.full((count, len(names) + 1, len(CHANGES), OCCURRENCES), np.nan)
@@ -175,13 +177,6 @@ def _critical_speeds_at_once(
         except InputError as error:
             refused[number] = str(error)
     return result, refused
-
-
-@output("critical_speeds", unit="m/s", label="Critical speed", source=MODEL, by_speed=False,
-        dims=("crossing_mode", "as_speed_grows", "occurrence"), at_once=_critical_speeds_at_once)  # fmt: skip
-def _critical_speeds(model: Model, speeds: Array, max_speed: float) -> Array:
-    linear = model.linear_model()
-    return _placed(mode_names(linear), critical_speeds(linear, max_speed), max_speed)
 
 
 @output("wobble_amplitude", unit="deg", label="Amplitude of wobble at the bar", source=MODEL)

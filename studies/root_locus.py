@@ -20,7 +20,7 @@ from studies.model_argument import choose
 from studies.model_space import ModelSpace
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from tyre.arrays import Array, Complex
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, read_number, unknown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,7 +119,7 @@ def parse_range(text: str) -> Array:
     """Values (m,) from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included."""
     how = f"range {text!r}: give start:stop or start:stop:step with start < stop and step > 0, for example 0.05:0.25"
     try:
-        start, stop, *more = (float(part) for part in text.split(":"))
+        start, stop, *more = (read_number(part) for part in text.split(":"))
     except ValueError:
         raise InputError(how) from None
     step = more[0] if more else (stop - start) / 200
@@ -128,7 +128,10 @@ def parse_range(text: str) -> Array:
     if (stop - start) / step > 100_000:
         raise InputError(f"range {text!r}: {(stop - start) / step:.0f} values are more than 100000; take a larger step")
     inner = start + step * np.arange(int(np.ceil((stop - start) / step * (1 - 1e-12))))
-    return np.append(inner, stop)
+    values = np.append(inner, stop)
+    if (np.diff(values) <= 0).any():
+        raise InputError(f"range {text!r}: sixteen digits do not tell its values apart; give a wider range")
+    return values
 
 
 def root_locus(path: ParameterPath, values: Array) -> RootLocus:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bicycle.identification.recording import FASTEST, Run
-from tyre.errors import InputError
+from tyre.errors import InputError, read_number
 from tyre.files import own_ends
 
 
@@ -13,7 +13,7 @@ def file_and_speed(text: str) -> tuple[Path, float]:
     """Read the file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``."""
     name, _, at = text.rpartition("@")
     try:
-        speed = float(at)
+        speed = read_number(at)
     except ValueError:
         speed = 0.0
     if not name or not 0 < speed <= FASTEST:

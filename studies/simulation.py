@@ -13,7 +13,7 @@ from studies.reporting.plotting import drawing, look
 from tyre.channel_map import ChannelMap
 from tyre.channels import read_records
 from tyre.draft import draft_words, refuse_unmapped
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, read_number, unknown
 from tyre.table import read_columns
 from tyre.units import SI
 
@@ -37,7 +37,7 @@ def parse_initial(text: str) -> dict[str, float]:
         if name in values:
             raise InputError(f"initial {text!r}: {name} is given twice")
         try:
-            values[name] = float(number)
+            values[name] = read_number(number)
         except ValueError:
             raise InputError(f"initial {text!r}: write STATE=NUMBER,... such as lean=0.02,steer_rate=0.1") from None
     return values
@@ -115,10 +115,10 @@ def _shaped(text: str, shape: str, value: str) -> InputHistory:
     size, _, when = value.partition("@")
     start, _, duration = when.partition("+")
     try:
-        numbers = [float(size), float(start or 0.0), *([float(duration)] if duration else [])]
+        numbers = [read_number(size), read_number(start or 0.0), *([read_number(duration)] if duration else [])]
     except ValueError:
         numbers = []
-    if len(numbers) != 2 + lasts or not np.isfinite(numbers).all():
+    if len(numbers) != 2 + lasts:
         raise InputError(f"input {text!r}: {HOW}")
     try:
         return make(numbers[0], **dict(zip(("start", "duration"), numbers[1:], strict=False)))

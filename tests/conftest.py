@@ -1,5 +1,6 @@
 """Tests of one file run in one process; and a simulated rig campaign with its fit, which several rooms look at."""
 
+import gc
 import os
 import sys
 from importlib import import_module
@@ -37,6 +38,13 @@ LONG = ("golden/", "docs/", "explorer/", "validation/", "house/", "main_study/",
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the files of long tests first."""
     items.sort(key=lambda item: next((k for k, part in enumerate(LONG) if part in item.nodeid), len(LONG)))
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Leave what is imported and collected, millions of objects, out of every later collection of garbage."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 10, 10)
 
 
 @pytest.fixture

@@ -36,20 +36,16 @@ def read_records(
     """Read the channels of a map from a file, one record for every event."""
     if not channel_map.channels:
         refuse_unmapped(path, quantities, reading=channel_map.reading)
-    return _records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed, own=True)
+    return records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed, own=True)
 
 
 def records(
-    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True
+    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True, own: bool = False
 ) -> tuple[Record, ...]:
-    """Bring signals to SI units, one time base and the axes of the vehicle, and cut them into events."""
-    return _records(signals, channel_map, quantities, timed=timed, own=False)
+    """Bring signals to SI units, one time base and the axes of the vehicle, and cut them into events.
 
-
-def _records(
-    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool, own: bool
-) -> tuple[Record, ...]:
-    """As :func:`records`; signals of one's ``own`` are converted in their place, for large files fill the memory."""
+    With ``own`` the arrays of the signals are converted in their place, for large files fill the memory.
+    """
     where = signals.source
     known = _all_quantities(channel_map, quantities)
     units = {name: _unit(signals, entry, known[name], where, name) for name, entry in channel_map.channels.items()}

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tyre.bands import BANDS, doubts
 from tyre.errors import InputError
-from tyre.plausible import suspicion
+from tyre.plausible import BANDS, doubts, suspicion
 from tyre.preflight import LOAD_TOLERANCE, TOLERANCES
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.recording import SYNTHETIC_NOTES, Condition
@@ -87,7 +86,7 @@ def pooled_repeatability(groups: Sequence[Sequence[RecordingSummary]], *, floor:
     return Repeatability(sd, weighed, True, len(repeated), repeats=dof, scatter=scatter, refuted=weighed == dof)
 
 
-# values that a tyre of any vehicle may have, SI; usual ones of a bicycle's: `tyre.bands`
+# values that a tyre of any vehicle may have, SI; usual ones of a bicycle's: `tyre.plausible`
 POSSIBLE = {
     "cornering_stiffness_per_load": (2.0, 60.0),
     "lateral_stiffness": (5e3, 1e6),

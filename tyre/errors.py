@@ -1,8 +1,11 @@
 """The one exception for bad input, with near matches for mistyped names, and notes that know their subject."""
 
+import math
 import numbers
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+TINY = 1e-100  # what is smaller counts as 0, for its inverse overflows
 
 
 class InputError(ValueError):
@@ -55,6 +58,14 @@ def is_number(value: Any) -> bool:
 def plain_digits(text: object) -> bool:
     """Tell if a ``text`` is spelt as numbers are: Python alone reads 1_0 as 10, and digits of any script as digits."""
     return not isinstance(text, str) or (text.isascii() and "_" not in text)
+
+
+def read_number(text: Any) -> float:
+    """Read a finite number, as people write it; ValueError of anything else, 0 of less than :data:`TINY`."""
+    number = float(text) + 0.0 if plain_digits(text) else math.nan
+    if not math.isfinite(number):
+        raise ValueError(text)
+    return 0.0 if abs(number) < TINY else number
 
 
 def shown(value: object) -> str:

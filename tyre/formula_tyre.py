@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tyre.arrays import Array
-from tyre.bands import table_doubts
 from tyre.errors import InputError
+from tyre.plausible import table_doubts
 from tyre.properties import (
     MEASURED_BESIDE,
     JointCovariance,
@@ -37,7 +37,7 @@ class FormulaTyre(TyreSource):
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Notes on unusual values at the conditions worth looking at; see :func:`tyre.bands.table_doubts`."""
+        """Notes on unusual values at the conditions worth looking at; see :func:`tyre.plausible.table_doubts`."""
         load, pressure = (
             grid.ravel() for grid in np.meshgrid(self.loads, self.pressures if self.pressures.size else np.nan)
         )

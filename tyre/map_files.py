@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tyre.arrays import Array
-from tyre.bands import table_doubts
 from tyre.errors import InputError, is_number, nearest, unknown
-from tyre.files import data_root, read_toml, replacing, write_text
+from tyre.files import data_root, read_text, read_toml, replacing, write_text
 from tyre.measured_number import MeasuredNumber, measured_number
-from tyre.plausible import LARGEST, SMALLEST
+from tyre.plausible import LARGEST, SMALLEST, table_doubts
 from tyre.schema import Check, flag, list_of, maybe, needed, number, read, table, text
 from tyre.sheet import read_sheet, split_unit
 from tyre.table import read_cells, read_columns
@@ -185,7 +184,7 @@ def read_sidecar(path: Traversable) -> dict[str, Any]:
 def without_sidecar(table: Path) -> dict[str, Any]:
     """Return the keys of a table that has no sidecar: from comments such as ``# tyre: ...``, else assumed and noted."""
     said: dict[str, str] = {}
-    for line in table.read_bytes().decode("utf-8-sig", errors="replace").splitlines():
+    for line in read_text(table, fallback="latin-1").splitlines():
         match = re.fullmatch(r"\s*#\s*(tyre|surface|source|description)\s*[:=]\s*(.*?)\s*", line)
         if match:
             said.setdefault(match[1], match[2].strip("\"'"))
@@ -202,6 +201,16 @@ SD = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_st
 CORRELATION, DOF = "stiffness_correlation", ("cornering_stiffness_dof", "lateral_stiffness_dof")
 TRAIL = "pneumatic_trail"
 DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
+
+# field of a MeasuredTable -> its column, and the factor to SI units
+FIELDS = {
+    "load": ("load_N", 1.0), "pressure": ("pressure_bar", PASCAL_PER_BAR),
+    "cornering_stiffness": ("cornering_stiffness_N_per_deg", math.degrees(1.0)),
+    "lateral_stiffness": ("lateral_stiffness_N_per_mm", 1e3),
+    "cornering_stiffness_sd": ("cornering_stiffness_sd_N_per_deg", math.degrees(1.0)),
+    "lateral_stiffness_sd": ("lateral_stiffness_sd_N_per_mm", 1e3),
+    **{name: (name, 1.0) for name in (CORRELATION, *DOF)},
+}  # fmt: skip
 
 _NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
 _FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
@@ -256,18 +265,9 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     if path.suffix != ".csv":
         raise InputError(f"{path}: a tyre table is written as .csv; its sidecar .toml follows by itself.")
     columns: dict[str, Array] = {
-        "load_N": table.load,
-        "pressure_bar": table.pressure / PASCAL_PER_BAR,
-        "cornering_stiffness_N_per_deg": np.radians(table.cornering_stiffness),
-        "lateral_stiffness_N_per_mm": table.lateral_stiffness / 1e3,
-    }
-    if table.lateral_stiffness_sd is not None:
-        columns["lateral_stiffness_sd_N_per_mm"] = table.lateral_stiffness_sd / 1e3
-    if table.cornering_stiffness_sd is not None:
-        columns["cornering_stiffness_sd_N_per_deg"] = np.radians(table.cornering_stiffness_sd)
-    for name in (CORRELATION, *DOF):
-        if getattr(table, name) is not None:
-            columns[name] = getattr(table, name)
+        column: getattr(table, name) / factor
+        for name, (column, factor) in FIELDS.items() if getattr(table, name) is not None
+    }  # fmt: skip
     direct = {name: table.direct_relaxation_length.get(route) for route, name in DIRECT.items()}
     for name, column in {TRAIL: table.pneumatic_trail, **direct}.items():
         if column is not None:
@@ -302,8 +302,8 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
     columns, places = _columns(table_path)
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
-    cornering = np.degrees(columns["cornering_stiffness_N_per_deg"])  # N/deg to N/rad
-    length_sd, relative_sd = "relaxation_length_sd_mm", np.zeros_like(cornering)
+    values = {field: columns[column] * factor for field, (column, factor) in FIELDS.items() if column in columns}
+    length_sd, relative_sd = "relaxation_length_sd_mm", np.zeros_like(values["load"])
     if "relaxation_length_mm" in columns:
         for given in ("calibration", CORRELATION, *DOF):
             if given in keys or given in columns:
@@ -314,40 +314,27 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         if length_sd in columns and length_sd in keys:
             raise InputError(f"{name}: relaxation_length_sd_mm stands in the table and in its sidecar; keep one.")
         relative_sd = columns.get(length_sd, keys.get(length_sd, 0.0) + relative_sd) / columns["relaxation_length_mm"]
-        lateral = cornering / (columns["relaxation_length_mm"] / 1e3)
+        values["lateral_stiffness"] = values["cornering_stiffness"] / (columns["relaxation_length_mm"] / 1e3)
     elif length_sd in keys or length_sd in columns:
         raise InputError(f"{name}: relaxation_length_sd_mm is given, but the column relaxation_length_mm is not.")
-    else:
-        lateral = columns["lateral_stiffness_N_per_mm"] * 1e3
-    lateral_sd = relative_sd * lateral if relative_sd.any() else None
-    if "lateral_stiffness_sd_N_per_mm" in columns:
-        if relative_sd.any():
+    if relative_sd.any():
+        if "lateral_stiffness_sd" in values:
             raise InputError(f"{name}: standard deviations of relaxation length and lateral stiffness; keep one.")
-        lateral_sd = columns["lateral_stiffness_sd_N_per_mm"] * 1e3
-    trail = _read_column(name, TRAIL, columns)
-    doubts = table_doubts(
-        columns["load_N"],
-        {"cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
-        | ({} if trail is None else {"pneumatic_trail": trail.value}),
-        where=name,
-        places=places,
-    )
-    sd_column = columns.get("cornering_stiffness_sd_N_per_deg")
+        values["lateral_stiffness_sd"] = relative_sd * values["lateral_stiffness"]
+    trail, length = _read_column(name, TRAIL, columns), values["cornering_stiffness"] / values["lateral_stiffness"]
+    told = {**values, "relaxation_length": length} | ({} if trail is None else {"pneumatic_trail": trail.value})
+    doubts = table_doubts(values["load"], told, where=name, places=places)
     if resolution := keys.get("resolution"):
         units = math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3
     direct = {route: _read_column(name, stem, columns) for route, stem in DIRECT.items()}
     return MeasuredTable(
-        tyre=keys["tyre"], surface=keys["surface"], load=columns["load_N"],
-        pressure=columns["pressure_bar"] * PASCAL_PER_BAR, cornering_stiffness=cornering, lateral_stiffness=lateral,
-        lateral_stiffness_sd=lateral_sd, cornering_stiffness_sd=None if sd_column is None else np.degrees(sd_column),
+        tyre=keys["tyre"], surface=keys["surface"], **values,
         lateral_stiffness_shared_over=tuple(keys["lateral_stiffness_shared_over"]),
         resolution=units if resolution else None, source=keys["source"], description=keys["description"],
         lateral_stiffness_origin=keys["lateral_stiffness_origin"],
         notes=tuple(dict.fromkeys((*keys["notes"], *doubts))), synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
-        calibration=keys.get("calibration"), stiffness_correlation=columns.get(CORRELATION),
-        surface_stated=keys.get("surface_stated", True),
-        cornering_stiffness_dof=columns.get(DOF[0]), lateral_stiffness_dof=columns.get(DOF[1]), pneumatic_trail=trail,
+        calibration=keys.get("calibration"), surface_stated=keys.get("surface_stated", True), pneumatic_trail=trail,
         direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
     )  # fmt: skip
 

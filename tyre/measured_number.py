@@ -13,6 +13,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from tyre.errors import InputError, unknown
+from tyre.files import read_text
 from tyre.units import factor_to_si
 
 _PLAIN = r"[+-]?(?:\d+\.?\d*|\.\d+)"
@@ -121,11 +122,7 @@ def read_key_values(
 
 def key_value_lines(path: Path | Traversable, only: Collection[str] | None = None) -> Iterator[tuple[str, str, str]]:
     """Give place, key and text of the value of every line, or of ``only`` some keys; # begins a comment."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    for row, line in enumerate(raw.decode("utf-8-sig", errors="replace").splitlines(), 1):
+    for row, line in enumerate(read_text(path, fallback="latin-1").splitlines(), 1):
         text = (line.replace("%", "#") if path.name.endswith(".m") else line).partition("#")[0].strip()
         key, separator, value = (part.strip() for part in LINE.match(text).groups())  # type: ignore[union-attr]
         if not text or (only is not None and key not in only):

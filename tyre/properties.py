@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tyre.arrays import Array
 from tyre.errors import InputError
+from tyre.tables import CommonCalibration
 from tyre.units import GRAVITY, PASCAL_PER_BAR
 
 
@@ -70,19 +71,13 @@ def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[floa
 
 
 @dataclass(frozen=True)
-class Calibration:
+class Calibration(CommonCalibration):
     """Relative standard uncertainties that the rig's certificates leave, common to a whole campaign."""
 
     force: float = 0.003
     slip: float = 0.003
     displacement: float = 0.002
     repeatability: float = 0.01
-
-    def __post_init__(self) -> None:
-        for name in ("force", "slip", "displacement", "repeatability"):
-            value = getattr(self, name)
-            if not 0.0 <= value < 0.5:
-                raise InputError(f"calibration: {name} = {value:g} must be a relative standard uncertainty, 0 to 0.5")
 
 
 Origin = Literal["measured", "interpolated", "extrapolated"]

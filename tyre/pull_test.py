@@ -1,7 +1,6 @@
 """Lateral stiffness from a static pull."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.preflight import reading_step
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
-from tyre.recording import Channel, Condition, PullTest
+from tyre.recording import Channel, PullTest
 
 
 def dahl_after(state: ArrayLike, *, travel: ArrayLike, direction: ArrayLike, presliding: ArrayLike) -> Array:
@@ -38,9 +37,6 @@ def dahl_friction(displacement: Array, *, presliding: ArrayLike, start: float | 
 class PullTestFit:
     """Result of one pull test (SI units, adapted SAE)."""
 
-    condition: Condition
-    source: Path | None
-    synthetic: bool
     # K_y = dFy/d(plate - rim) at the origin, N/m, with fit, stated repeatability and calibration in its interval
     lateral_stiffness: Estimate
     fit_sd: float  # standard deviation of K_y from this test's residuals alone, N/m
@@ -139,7 +135,6 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     )
     total_squares = float(np.sum((force - force.mean()) ** 2))
     return PullTestFit(
-        condition=test.condition, source=test.source, synthetic=test.synthetic,
         lateral_stiffness=Estimate(stiffness, total, dof), fit_sd=fit_sd, friction=abs(chosen["f"]),
         presliding=chosen["l"], offset=chosen["F0"], drift=chosen["drift"], curvature=k2,
         linear_range=reach if abs(departure) <= 0.02 else 0.02 / abs(k2), departure=departure, resolution=resolution,

@@ -20,9 +20,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.bands import GRAVITY, POUND
 from tyre.errors import InputError, hint
-from tyre.plausible import SMALLEST
+from tyre.plausible import POUND, SMALLEST
+from tyre.units import GRAVITY
 
 Channel = NDArray[np.float64]
 

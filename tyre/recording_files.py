@@ -17,7 +17,7 @@ import tomli_w
 from tyre.channel_map import TABLES, ChannelMap
 from tyre.channels import Record, read_records
 from tyre.draft import or_map, refuse_unmapped
-from tyre.errors import InputError, nearest
+from tyre.errors import InputError, nearest, read_number
 from tyre.files import read_toml, write_text
 from tyre.formats import FORMATS
 from tyre.formats.tydex import ChannelEntry, Entry, TydexDocument, document_text, read_document
@@ -443,7 +443,7 @@ def _constant_number(document: TydexDocument, name: str, quantity: str) -> float
     if value is None:
         return None
     try:
-        number = float(value)
+        number = read_number(value)
     except ValueError:
         raise InputError(f"{where}: {value[:40]!r} is not a number with a decimal point") from None
     unit = find_unit(document.constants[name].unit, quantity, where=where)

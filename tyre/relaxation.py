@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.magic_formula import magic_formula
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
-from tyre.recording import Channel, Condition, RigRun
+from tyre.recording import Channel, RigRun
 
 
 def first_order_lag(signal: Array, *, step: float, start: float | None = None) -> Array:
@@ -32,8 +31,6 @@ def first_order_lag(signal: Array, *, step: float, start: float | None = None) -
 class SlipStepFit:
     """Result of one slip step."""
 
-    condition: Condition
-    source: Path | None
     relaxation_length: Estimate  # with what the curve of the tyre leaves open
     fit_sd: float  # from the (correlated) residuals of this recording alone, m
     fit_dof: float
@@ -142,7 +139,7 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     smooth = np.convolve(np.pad(force, width // 2, mode="edge"), np.ones(width) / width, mode="valid")
     passed = np.flatnonzero(((smooth - level) / change > 1.0 - np.exp(-1.0)) & (distance > middle))
     return SlipStepFit(
-        condition=run.condition, source=run.source, fit_sd=sd, fit_dof=dof, curve_sd=curve_sd,
+        fit_sd=sd, fit_dof=dof, curve_sd=curve_sd,
         relaxation_length=Estimate(length, *combine_uncertainties([(sd, dof), (curve_sd, np.inf)])),
         slip=(before, after), deficit=deficit(assumed, found.x), length_by_deficit=by_deficit, force_change=change,
         distance_to_63=float(distance[passed[0]] - middle) if passed.size else None,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tyre.errors import InputError
+from tyre.files import read_text
 from tyre.formats import table_rows
 from tyre.table import split_quoted
 
@@ -52,11 +53,9 @@ def split_unit(column: str) -> tuple[str, str]:
 
 
 def _csv(path: Path) -> Rows:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    lines = [
+        (n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and not line.startswith("#")
+    ]
     mark = next((one for one in ";\t" if lines and one in lines[0][1]), ",")
     rows: Rows = []
     for number, line in lines:

@@ -1,27 +1,34 @@
-"""Cornering stiffness and pneumatic trail from a slip sweep."""
+"""Cornering stiffness and pneumatic trail from a slip sweep, and sensors that flatten or have two gains."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 from scipy.optimize import least_squares
 
+from tyre.arrays import Array
 from tyre.errors import InputError
+from tyre.noise import correlated_covariance
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
-from tyre.recording import Channel, Condition, RigRun
-from tyre.sensor_faults import without_faults
+from tyre.recording import Channel, RigRun
 from tyre.sweep_curve import (
     BOUNDS,
     CURVE,
+    HIGH,
     LAG_NODES,
     LAG_WEIGHTS,
+    LOW,
     NAMES,
     Blocks,
+    SweepModel,
+    SweepSolution,
     block_means,
     lagged_magic_formula,
     magic_formula,
+    solve_least_squares,
     solve_sweep,
     sweep_model,
 )
@@ -103,16 +110,12 @@ def _curve(blocks: Blocks, time: Channel, rate: Channel, stiffness: float, param
 class SlipSweepFit:
     """Result of one slip sweep (SI units, adapted SAE)."""
 
-    condition: Condition
-    source: Path | None
-    synthetic: bool
     cornering_stiffness: Estimate  # C_Fy, N/rad, with fit, stated repeatability and calibration in its interval
     fit_sd: float  # of C_Fy from the (correlated) residuals of this recording alone, N/rad
     # ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
     # over the recording), ``lag`` (s), ``hysteresis`` (rad)
     parameters: dict[str, float]
     parameters_sd: dict[str, float]  # nan if a parameter rests on a bound
-    not_identified: tuple[str, ...]  # coefficients these data do not determine one by one, only their product
     half_gap: float  # half the slip distance between up and down branch, rad, at ``rate``
     half_gap_sd: float
     rate: float  # mean absolute d(slip)/dt, rad/s
@@ -123,7 +126,6 @@ class SlipSweepFit:
     load: float  # mean measured vertical load, N
     branches: int
     samples: int
-    slip_range: tuple[float, float]
     force_at_zero: tuple[float, float]  # steady side force at zero recorded slip and its standard deviation, N
     temperature: float | None
     aligning_moment: AligningMoment | None
@@ -148,7 +150,7 @@ def fit_slip_sweep(
     the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
     proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
     (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in
-    which the force cell or the slip sensor flattens are not used (:mod:`tyre.sensor_faults`).
+    which the force cell or the slip sensor flattens are not used (:func:`find_fault`).
 
     Parameters
     ----------
@@ -206,17 +208,13 @@ def fit_slip_sweep(
         horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
     )
     lag_fitted = model.free[NAMES.index("lag")] and blocks.speed is not None
-    least = {"peak": 0.0, "shape": 0.0, "curvature": 0.2}  # a coefficient known to 5 % of itself or of this is told
-    loose = tuple(name for name, size in least.items() if not sd[name] < 0.05 * max(abs(parameters[name]), size))
     return SlipSweepFit(
-        condition=run.condition, source=run.source, synthetic=run.synthetic,
         cornering_stiffness=Estimate(c, total, dof), fit_sd=fit_sd, parameters=parameters, parameters_sd=sd,
-        not_identified=loose, half_gap=parameters["lag"] * rate + parameters["hysteresis"],
+        half_gap=parameters["lag"] * rate + parameters["hysteresis"],
         half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)), rate=rate, speed=blocks.speed,
         apparent_relaxation_length=parameters["lag"] * (blocks.speed or np.nan) if lag_fitted else None,
         r_squared=r_squared, residual_sd=residual_sd, load=load,
         branches=int(np.unique(blocks.branch[blocks.settled]).size), samples=samples,
-        slip_range=(float(blocks.slip.min()), float(blocks.slip.max())),
         force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
         aligning_moment=fit_aligning_moment(blocks, c, parameters), notes=tuple(notes), sensor_faults=tuple(faults),
@@ -251,3 +249,205 @@ def _condition_notes(run: RigRun, blocks: Blocks, load: float, r_squared: float,
         camber = float(np.nanmean(run.inclination))
         if abs(camber) > np.deg2rad(0.5):
             notes.append(f"camber {np.rad2deg(camber):.2f} deg: the offset Sv contains camber thrust")
+
+
+_READING = {"side_force": "force", "slip_angle": "slip", "gain": "force"}  # of the blocks
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the verdict; measured rates of false alarms stand in data/validation/sensor_faults.json."""
+
+    onsets: tuple[float, ...] = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # tried, of the largest reading
+    gained: float = 6.0  # least fall of the sum of squares, in units of its mean, that is worth a closer look
+    fewest: int = 8  # blocks beyond an onset
+    p_flat: float = 5e-4  # significance of a flattening
+    p_sign: float = 1e-3  # significance of two gains
+    least_flat: float = 0.03  # least flattening that is told, of the largest reading
+    least_sign: float = 0.005  # least difference of gains that is told
+
+
+LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class Flattening:
+    """A channel that reads too little beyond an onset."""
+
+    channel: str  # ``side_force`` or ``slip_angle``
+    onset: float  # size of the reading at which it begins, N or rad
+    largest: float  # largest reading, N or rad
+    share: float  # by how much the largest reading is low, relative
+
+
+@dataclass(frozen=True)
+class GainBySign:
+    """Gain of the force cell to the right less that to the left, relative, and its standard deviation."""
+
+    difference: float
+    sd: float
+
+
+def find_fault(model: SweepModel, solution: SweepSolution) -> "Flattening | GainBySign | None":
+    """Return the fault of a sensor in a fitted sweep, if any is significant: the one that fits best."""
+    # directions in which the fitted force can change, the last towards a brush, and the part of the force left over
+    scaled = np.array([solution.values[name] for name in NAMES]) / model.units
+    residual, jacobian = model.residuals(scaled)
+    brush = _brush_fit(model, solution) - (residual + model.blocks.force[model.blocks.settled])
+    columns, left = np.column_stack([jacobian[:, model.free], brush]), -residual
+    steepness = jacobian[:, NAMES.index("horizontal_shift")]
+    before = _added(columns, brush, left)[1]
+    found: list[tuple[float, Flattening | GainBySign]] = []
+    for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
+        reading = getattr(model.blocks, _READING[channel])[model.blocks.settled]
+        largest = float(np.max(np.abs(reading)))
+        onsets = [q for q in LIMITS.onsets if np.count_nonzero(np.abs(reading) > q * largest) >= LIMITS.fewest]
+        tried = [(_added(columns, effect * largest * _bend(reading / largest, q), left), q) for q in onsets]
+        rising = [(float(rest @ rest), q) for (size, rest), q in tried if size > 0.0]
+        if not rising or before @ before - min(rising)[0] < LIMITS.gained * min(rising)[0] / len(reading):
+            continue  # nothing to be gained, even if the noise were white
+        best = min(rising)[1]
+        fits = [_bent_fit(model, solution, brush, channel, q) for q in onsets if abs(q - best) < 0.11]
+        cost, share, onset, significance = min(fits, key=lambda fit: fit[0])
+        if channel == "slip_angle" and not _slows(model, onset * largest, share):
+            continue
+        if share > LIMITS.least_flat and stats.t.sf(*significance()) < LIMITS.p_flat:
+            found.append((cost, Flattening(channel, onset * largest, largest, share)))
+    force = model.blocks.force[model.blocks.settled]
+    if min(np.count_nonzero(force > 0), np.count_nonzero(force < 0)) >= LIMITS.fewest:
+        cost, size, _, significance = _bent_fit(model, solution, brush, "gain", 0.0)
+        deviations, dof = significance() if abs(size) > LIMITS.least_sign else (0.0, 1.0)
+        if 2.0 * stats.t.sf(abs(deviations), dof) < LIMITS.p_sign:
+            found.append((cost, GainBySign(size, size / deviations)))
+    return min(found, key=lambda one: one[0])[1] if found else None
+
+
+def _bent_fit(
+    model: SweepModel, solution: SweepSolution, brush: Array, channel: str, onset: float
+) -> tuple[float, float, float, Callable[[], tuple[float, float]]]:
+    """Fit a sweep whose channel flattens beyond an onset, or whose force cell has two gains (``gain``).
+
+    Gives the sum of squares, the share or difference, the onset, and what tells by how many standard deviations that
+    is not zero, with their degrees of freedom: most fits need no answer, which takes as long as they do.
+    """
+    blocks, used = model.blocks, model.blocks.settled
+    start = np.array([solution.values[name] for name in NAMES]) / model.units
+    largest = float(np.max(np.abs(getattr(blocks, _READING[channel])[used])))
+
+    def parts(z: Array) -> tuple[Array, Array]:
+        """Residuals (m,) and their derivatives (m, p + 2) by the curve, the way towards a brush and the share."""
+        scaled, share, there = model.expanded(z[:-2]), z[-1], model
+        if channel == "slip_angle":
+            missing = largest * _bend(blocks.slip / largest, onset)
+            there = replace(model, blocks=replace(blocks, slip=blocks.slip + share * missing))
+        residual, jacobian = there.residuals(scaled)
+        columns = np.column_stack([jacobian[:, model.free], brush])
+        force = residual + blocks.force[used] + z[-2] * brush
+        if channel == "slip_angle":
+            by_share = jacobian[:, NAMES.index("horizontal_shift")] * missing[used]
+        elif channel == "gain":
+            by_share = np.abs(force) / 2.0
+            columns *= (1.0 + share * np.sign(force) / 2.0)[:, None]
+            force = force + share * by_share
+        else:
+            by_share = -largest * _bend(force / largest, onset)
+            slope = 2.0 * np.clip(np.abs(force / largest) - onset, 0.0, None) / (1.0 - onset) ** 2  # of the bend
+            columns *= (1.0 - share * slope)[:, None]
+            force = force + share * by_share
+        return force - blocks.force[used], np.column_stack([columns, by_share])
+
+    low, high = np.append(LOW[model.free], [-5.0, -1.0]), np.append(HIGH[model.free], [5.0, 1.0])
+    begin = np.clip(np.append(start[model.free], [0.0, 0.01]), low + 1e-6, high - 1e-6)
+    fitted = solve_least_squares(parts, begin, bounds=(low, high), tolerance=1e-6)
+    residual, columns = parts(fitted.x)
+    size = float(fitted.x[-1])
+
+    def significance() -> tuple[float, float]:
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        covariance, dof = correlated_covariance(columns / scale, residual)
+        return size / (float(np.sqrt(covariance[-1, -1])) / float(scale[-1])), dof
+
+    if channel == "side_force":
+        true = np.abs((residual + blocks.force[used] - size * columns[:, -1]) / largest)
+        missing = size * np.abs(_bend(true, onset))
+        share = float(missing[np.argmax(true)] / true.max())
+    else:
+        share = size / (1.0 + size) if channel == "slip_angle" else size
+    return float(residual @ residual), share, onset, significance
+
+
+def without_faults(model: SweepModel, solution: SweepSolution) -> tuple[SweepModel, SweepSolution, list[str]]:
+    """Return a fitted sweep without the samples of a faulty sensor, and the notes on it."""
+    fault = find_fault(model, solution)
+    if fault is None:
+        return model, solution, []
+    if isinstance(fault, GainBySign):
+        more, less = ("right", "left") if fault.difference > 0 else ("left", "right")
+        return model, solution, [
+            f"the force cell seems to have a larger gain to the {more} than to the {less}, by at least "
+            f"about {100 * abs(fault.difference):.1f} %; the cornering stiffness is that of their mean"
+        ]  # fmt: skip
+    unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
+    text = (
+        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads "
+        f"too little, at least {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
+    )
+    blocks = model.blocks
+    reading = blocks.force if fault.channel == "side_force" else blocks.slip
+    inner = replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
+    if inner.blocks.settled.sum() < 2 * model.free.sum():
+        return model, solution, [f"{text}; too little is left without these samples, so they are used: C is in doubt"]
+    better = solve_sweep(inner)
+    change = solution.values["cornering_stiffness"] / better.values["cornering_stiffness"] - 1.0
+    than = f"{100 * abs(change):.1f} % {'higher' if change > 0 else 'lower'}"
+    return inner, better, [f"{text}; samples beyond are not used, with them C would be {than}"]
+
+
+def _slows(model: SweepModel, onset: float, share: float) -> bool:
+    """Tell if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
+    blocks = model.blocks
+    same = np.diff(blocks.branch) == 0
+    pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same]
+    middle = np.abs(blocks.slip[1:] + blocks.slip[:-1])[same] / 2.0
+    if not (middle > onset).any() or not (middle <= onset).any():
+        return False
+    return bool(np.median(pace[middle > onset]) < (1.0 - share) * np.median(pace[middle <= onset]))
+
+
+def _bend(reading: Array, onset: float) -> Array:
+    """Missing part of a reading from -1 to 1: nothing up to the onset, 1 at the end."""
+    return np.asarray(np.sign(reading) * (np.clip(np.abs(reading) - onset, 0.0, None) / (1.0 - onset)) ** 2)
+
+
+def _brush_fit(model: SweepModel, solution: SweepSolution) -> Array:
+    """The force (m,), N, of the brush nearest to the sweep, with the shifts, drift, lag and hysteresis of the fit.
+
+    F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
+    section 3.2).
+    """
+    blocks, used, v = model.blocks, model.blocks.settled, solution.values
+    past = blocks.time[used][:, None] - v["lag"] * LAG_NODES
+    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + v["horizontal_shift"]
+    slip -= v["hysteresis"] * np.sign(blocks.rate[used])
+    measured = blocks.force[used]
+    clock = (blocks.time[used] - blocks.time[used].mean()) / np.ptp(blocks.time)
+    unit = float(np.max(np.abs(measured)))
+
+    def force(z: Array) -> Array:
+        peak = z[1] * unit
+        sliding = np.minimum(z[0] * v["cornering_stiffness"] * np.abs(np.tan(slip)) / (3.0 * peak), 1.0)
+        brush = np.sign(slip) * peak * (1.0 - (1.0 - sliding) ** 3)
+        return np.asarray(brush + v["vertical_shift"] + v["drift"] * clock)
+
+    search: Any = least_squares
+    limits = ([0.3, 0.7], [3.0, 6.0])
+    found = search(lambda z: force(z) - measured, [1.0, 1.1], bounds=limits, x_scale=[0.1, 0.1], max_nfev=30)
+    return force(found.x)
+
+
+def _added(columns: Array, further: Array, left: Array) -> tuple[float, Array]:
+    """Size of a further column in the part left over, and the remainder (m,)."""
+    both = np.column_stack([columns, further])
+    scale = np.linalg.norm(both, axis=0)
+    sizes = np.linalg.lstsq(both / np.maximum(scale, 1e-300), left, rcond=1e-10)[0] / np.maximum(scale, 1e-300)
+    return float(sizes[-1]), left - both @ sizes

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,15 +50,20 @@ def magic_formula(
 def lagged_magic_formula(
     *, time: Channel, slip_time: Channel, slip: Channel, direction: Channel, cornering_stiffness: float, peak: float,
     shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
+    pace: Any = None,
 ) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
-    """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7)."""
+    """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
+
+    ``pace`` is d(slip)/dt, rad/s, if it is known already.
+    """
     past = time[:, None] - lag * LAG_NODES
     x = np.interp(past, slip_time, slip) @ LAG_WEIGHTS + horizontal_shift - hysteresis * direction
     force, part = magic_formula(
         slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
     )
-    pace = np.interp(past, slip_time, np.gradient(slip, slip_time)) @ (LAG_WEIGHTS * LAG_NODES)
-    return force, np.stack([*part[1:], part[0], -part[0] * pace, -part[0] * direction])
+    pace = np.gradient(slip, slip_time) if pace is None else pace
+    by_lag = -part[0] * (np.interp(past, slip_time, pace) @ (LAG_WEIGHTS * LAG_NODES))
+    return force, np.stack([*part[1:], part[0], by_lag, -part[0] * direction])
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,11 @@ class Blocks:
     missing: int  # samples without side force
     first: NDArray[np.int64]  # sample of each block
     size: NDArray[np.int64]
+
+    @cached_property
+    def pace(self) -> Channel:
+        """d(slip)/dt from block to block, rad/s."""
+        return np.asarray(np.gradient(self.slip, self.time))
 
 
 def slip_reversals(run: RigRun) -> NDArray[np.int64]:
@@ -232,6 +243,7 @@ class SweepModel:
             time=blocks.time[used], slip_time=blocks.time, slip=blocks.slip, direction=np.sign(blocks.rate[used]),
             cornering_stiffness=named["cornering_stiffness"] * self.stiffness, peak=named["peak"] * self.force_scale,
             **{name: named[name] for name in ("shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
+            pace=blocks.pace,
         )  # fmt: skip
         part[0] *= self.stiffness
         part[1] *= self.force_scale
@@ -321,16 +333,14 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
     """Fit a sweep: first by plain least squares, then with a soft L1 loss at three standard deviations of that."""
     sigma = 1.0
 
-    def residual(values: Channel) -> Channel:
-        return model.residuals(model.expanded(values))[0] / sigma
-
-    def jacobian(values: Channel) -> NDArray[np.float64]:
-        return model.residuals(model.expanded(values))[1][:, model.free] / sigma
+    def parts(values: Channel) -> tuple[Channel, NDArray[np.float64]]:
+        residual, jacobian = model.residuals(model.expanded(values))
+        return residual / sigma, jacobian[:, model.free] / sigma
 
     limits = (LOW[model.free], HIGH[model.free])
-    first = solve_least_squares(residual, model.start[model.free], jacobian=jacobian, bounds=limits, tolerance=1e-7)
+    first = solve_least_squares(parts, model.start[model.free], bounds=limits, tolerance=1e-7)
     sigma = max(1.4826 * float(np.median(np.abs(first.fun))), 1e-9 * model.force_scale)
-    solution = solve_least_squares(residual, first.x, jacobian=jacobian, bounds=limits, loss="soft_l1", margin=_MARGIN)
+    solution = solve_least_squares(parts, first.x, bounds=limits, loss="soft_l1", margin=_MARGIN)
     scaled = model.expanded(solution.x)
     covariance, resting, dof = _covariance(solution, model.free, limits)
     covariance *= np.outer(model.units, model.units)
@@ -344,13 +354,24 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
 
 
 def solve_least_squares(
-    residual: Callable[[Channel], Channel], start: Channel, *, jacobian: Callable[[Channel], NDArray[np.float64]],
+    parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]], start: Channel, *,
     bounds: tuple[Any, Any] = (-np.inf, np.inf), loss: Any = "linear", margin: float = 1.0, tolerance: float = 1e-14,
 ) -> Any:  # fmt: skip
-    """Minimise a sum of squares (or of a robust loss): scipy's trust-region reflective solver, run to rounding."""
+    """Minimise a sum of squares (or of a robust loss): scipy's trust-region reflective solver, run to rounding.
+
+    ``parts`` gives the residuals (m,) and their derivatives (m, p) together; scipy asks for both at one point.
+    """
+    known: dict[bytes, Any] = {}
+
+    def at(values: Channel) -> Any:
+        if (key := values.tobytes()) not in known:
+            known.clear()
+            known[key] = parts(values)
+        return known[key]
+
     return least_squares(
-        residual, start, jac=jacobian, bounds=bounds, loss=loss, f_scale=margin, x_scale="jac", max_nfev=400,
-        ftol=tolerance, xtol=tolerance, gtol=tolerance,
+        lambda z: at(z)[0], start, jac=lambda z: at(z)[1], bounds=bounds, loss=loss, f_scale=margin, x_scale="jac",
+        max_nfev=400, ftol=tolerance, xtol=tolerance, gtol=tolerance,
     )  # fmt: skip
 
 

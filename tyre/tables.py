@@ -26,10 +26,11 @@ class CommonCalibration:
     displacement: float  # of the dial gauges
 
     def __post_init__(self) -> None:
-        for name in ("force", "slip", "displacement"):
-            value = getattr(self, name)
+        for name, value in vars(self).items():
             if not 0.0 <= value < 0.5:  # a gain known no better is not calibrated
-                raise InputError(f"calibration.{name} = {value!r} must be a relative standard deviation from 0 to 0.5")
+                raise InputError(
+                    f"calibration.{name} = {value!r} must be a relative standard uncertainty from 0 to 0.5"
+                )
 
     @property
     def relative_covariance(self) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from tyre import magic_formula as mf61
 from tyre.arrays import Array
 from tyre.errors import InputError, hint, plain_digits, shown
-from tyre.files import write_text
+from tyre.files import read_text, write_text
 from tyre.formula_tyre import FormulaTyre
 from tyre.plausible import LARGEST, SMALLEST
 from tyre.properties import POSSIBLE_PRESSURE
@@ -311,14 +311,7 @@ def _known(*values: float) -> Array:
 
 def read_tir(path: str | Path) -> TirTyre:
     """Read a tyre property file of MF-Tyre 5.2 (PAC2002), 6.1 or 6.2."""
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        return parse_tir(raw.decode("utf-8-sig"), source=str(path))
-    except UnicodeDecodeError:
-        return parse_tir(raw.decode("latin-1"), source=str(path))
+    return parse_tir(read_text(Path(path), fallback="latin-1"), source=str(path))
 
 
 def parse_tir(text: str, *, source: str) -> TirTyre:

@@ -1,13 +1,11 @@
 """A bag on the handlebar."""
 
-from collections.abc import Mapping
-
-from bicycle.effect import ANY, Effect, Parameter, check_wheel_loads
+from bicycle.effect import ANY, Parameter, PointMass
 from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
 
 
-class BarBag(Effect):
+class BarBag(PointMass):
     """A point mass fixed to the steered front frame that the bicycle's parameters do not contain: bag, basket, lamp.
 
     It turns with the steering and with whatever carries the front frame; its own extent is neglected.
@@ -18,9 +16,6 @@ class BarBag(Effect):
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.1, -0.7), default=-0.9)
     source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"
     signature = "slower steering: weave needs more speed, and its weight ahead of the steer axis turns the bar"
-
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        check_wheel_loads(self.identifier, bicycle, mass=self.mass, x=self.x)
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_body(Body("bar bag", self.mass, self.x, self.z, 0, 0, fixed_to="front frame"))

@@ -1,13 +1,11 @@
 """Luggage on the rear rack."""
 
-from collections.abc import Mapping
-
-from bicycle.effect import ANY, Effect, Parameter, check_wheel_loads
+from bicycle.effect import ANY, Parameter, PointMass
 from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
 
 
-class Luggage(Effect):
+class Luggage(PointMass):
     """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
 
     It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
@@ -19,9 +17,6 @@ class Luggage(Effect):
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.0, -0.6), default=-0.8)
     source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"
     signature = "like another mass, height and inertia of the rear frame: weave becomes slower and starts earlier"
-
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        check_wheel_loads(self.identifier, bicycle, mass=self.mass, x=self.x)
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_body(Body("luggage", self.mass, self.x, self.z, 0, 0))

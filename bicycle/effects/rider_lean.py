@@ -5,13 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bicycle.effect import ANY, Effect, Mode, Parameter
+from bicycle.effect import ANY, Mode, Parameter, SprungJoint
 from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
 from tyre.errors import InputError
 
 
-class RiderLean(Effect):
+class RiderLean(SprungJoint):
     """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
 
     The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
@@ -35,8 +35,7 @@ class RiderLean(Effect):
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         where, rest = f"effect {self.identifier!r}", bicycle["mB"] - self.mass
-        if math.isinf(self.stiffness):
-            raise InputError(f"{where}: an infinite stiffness is the rigid bicycle; leave it out")
+        super().check(bicycle)
         if rest <= 0:
             raise InputError(
                 f"{where}: mass = {self.mass:g} kg leaves {rest:g} kg of the rear frame (mB = {bicycle['mB']:g} kg); "
@@ -59,4 +58,4 @@ class RiderLean(Effect):
         model.add_body(Body("rider", self.mass, *shape))
         model.add_body(Body("rider in the rear frame", -self.mass, *shape[:2], *(-inertia for inertia in shape[2:])))
         sway = model.add_joint(self.identifier, axis=(1, 0), point=(0, self.joint_z), carries={"rider"}, role="rider")
-        model.add_torque(sway, -self.stiffness * sway.angle - self.damping * sway.rate)
+        self.spring(model, sway)

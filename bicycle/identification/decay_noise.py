@@ -210,9 +210,10 @@ class Evidence:
         """Solve for all coefficients at ``modes`` (points, m, 2) and ``rates`` (points,) of a real mode."""
         w = self.window
         columns, sums, spread, _ = self._fixed
-        waves = basis(modes, w.time, rates)
-        p, channels = waves.shape[2], w.signals.shape[1]
-        products = _products(waves, columns)
+        waves = np.swapaxes(basis(modes, w.time, rates), 1, 2)
+        p, channels = waves.shape[1], w.signals.shape[1]
+        fixed = np.broadcast_to(columns, (len(waves), *columns.shape))
+        products = _products(np.concatenate([waves, fixed], 1))
         ridge, ridges = self._ridge(products[:, 0], 2 * modes.shape[1], p)
         h = p + len(KINDS[self.drift])
         whole = (sums @ products.reshape(len(products), 3, -1)).reshape(len(products), -1, h + channels, h + channels)
@@ -224,14 +225,14 @@ class Evidence:
 
     @cached_property
     def _fixed(self) -> tuple[Array, Array, Array, Array]:
-        """Polynomials and signals (n, k); what each colour takes of the three sums; its log determinant; the ridge."""
+        """Polynomials and signals (k, n); what each colour takes of the three sums; its log determinant; the ridge."""
         w, phi = self.window, self.window.colours
         kept = len(KINDS[self.drift])
         sums = np.stack([1 + phi**2, -(phi**2), -phi], 1) / (1 - phi**2)[:, None]
         spread = (len(w.time) - 1) * np.log(1 - phi**2) + 2 * math.log(len(phi))
         sizes = np.tile(KINDS[self.drift], (w.signals.shape[1], 1))
         sizes[:, :1] *= np.maximum(1.0, np.abs(w.signals.mean(0)))[:, None]  # an offset may be larger than the motion
-        return np.concatenate([w.drift[:, :kept], w.signals], 1), sums, spread, 1 / sizes**2
+        return np.concatenate([w.drift[:, :kept], w.signals], 1).T, sums, spread, 1 / sizes**2
 
     def _ridge(self, plain: Array, oscillating: int, p: int) -> tuple[Array, Array]:
         """Prior precision of the amplitudes (points, channels, h, h), in units of the noise, and log determinants."""
@@ -266,21 +267,9 @@ def _left(full: Array, logdet: Array, count: int) -> Solved:
     return Solved(logs, gram, right, squares, count)
 
 
-def _products(waves: Array, fixed: Array) -> Array:
-    """Sum products of columns over the samples: of one sample, of the two at the ends, of neighbours twice."""
-    points, _, p = waves.shape
-    size = p + fixed.shape[1]
-    found = np.empty((points, 3, size, size))
-
-    def product(place: int, left: slice, right: slice) -> None:
-        a, b, one = fixed[left], fixed[right], np.swapaxes(waves[:, left], 1, 2)
-        found[:, place, :p, :p] = one @ waves[:, right]
-        found[:, place, :p, p:] = one @ b
-        found[:, place, p:, :p] = a.T @ waves[:, right]
-        found[:, place, p:, p:] = a.T @ b
-
-    product(0, slice(None), slice(None))
-    product(1, slice(None, None, len(fixed) - 1), slice(None, None, len(fixed) - 1))
-    product(2, slice(1, None), slice(None, -1))
-    found[:, 2] += np.swapaxes(found[:, 2], 1, 2).copy()
-    return found
+def _products(columns: Array) -> Array:
+    """Sum products of columns (points, h, n): of each sample, of the two at the ends, of neighbours twice."""
+    ends = columns[..., :: columns.shape[-1] - 1].copy()
+    neighbours = columns[..., 1:] @ np.swapaxes(columns[..., :-1], 1, 2)
+    pairs = (columns @ np.swapaxes(columns, 1, 2), ends @ np.swapaxes(ends, 1, 2))
+    return np.stack([*pairs, neighbours + np.swapaxes(neighbours, 1, 2)], 1)

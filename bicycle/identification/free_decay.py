@@ -209,7 +209,6 @@ class Decay:
     r_squared: float = math.nan  # share of the squares that modes and drift explain at most, over all channels
     cycles: float = math.nan  # in the window
     drift: str = ""  # the most probable kind, one of :data:`DRIFTS`
-    drift_odds: float = 1.0  # its probability
     beside: tuple[complex, ...] = ()  # eigenvalues of what was fitted beside, as the evidence for it is clear
     estimate: Estimate | None = None  # None if no oscillation was found
     noise_p: float = math.nan  # probability that noise leaves what is left; a small one says that sd may be too small
@@ -296,7 +295,6 @@ def identify_modes(
 def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
     sigma, omega = (float(x) for x in found.mean[number])
     beside = tuple(complex(*mode) for place, mode in enumerate(found.mean) if place != number and not asked)
-    drift, odds = next(iter(found.drifts.items()))
     p = probability_of_noise(found)
     doubt: tuple[str, dict[str, Any]] = ("", {})
     if found.explained < POOREST:
@@ -309,7 +307,7 @@ def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
     sd, cycles = (float(found.sd[number, 0]), float(found.sd[number, 1])), float(frequency_hz(1j * omega))
     return Decay(
         run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
-        cycles * found.window.length, drift, odds, beside, found, p, doubt,
+        cycles * found.window.length, next(iter(found.drifts)), beside, found, p, doubt,
     )  # fmt: skip
 
 
@@ -318,12 +316,8 @@ def _fewer(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     odds, count = posterior.log_odds_of_each(found), len(found.mean)
     there = int(np.isinf(odds).sum())
     if there < count:
-        return "fewer", {
-            "there": there,
-            "count": count,
-            "odds": math.exp(odds.min()),
-            "least": math.exp(posterior.CLEAR),
-        }
+        more, clear = math.exp(odds.min()), math.exp(posterior.CLEAR)
+        return "fewer", {"there": there, "count": count, "odds": more, "least": clear}
     return ("slow", {"count": count, "cycles": least, "least": FEWEST_CYCLES}) if least < FEWEST_CYCLES else ("", {})
 
 

@@ -67,17 +67,24 @@ def _line_basis(hertz: Array, size: int, step: float) -> Iterator[tuple[slice, A
     for first in range(0, size, 1 << 13):
         rows = slice(first, first + (1 << 13))
         time = np.asarray((np.arange(size)[rows] - (size - 1) / 2) * step, np.float64)
-        angle = 2 * np.pi * np.outer(time, hertz)
-        yield rows, np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(time), time / (size * step)]), time
+        wave = _waves(hertz, time, step)
+        yield rows, np.column_stack([wave.real, wave.imag, np.ones_like(time), time / (size * step)]), time
+
+
+def _waves(hertz: Array, time: Array, step: float) -> Complex:
+    """exp(2 pi i f t) at even times (samples, m), by products of few: each exponential takes long."""
+    late, early = (np.exp(2j * np.pi * np.outer(t, hertz)) for t in (time[::64], np.arange(64) * step))
+    return np.asarray((late[:, None] * early).reshape(-1, len(hertz))[: len(time)])
 
 
 def fitted(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Array, Array]:
     """Fit lines, one and a ramp by weighted least squares: coefficients (2 m + 2, signals), residuals (signals, k)."""
     x = np.array(signals, float)
     size, width = x.shape[1], 2 * len(hertz) + 2
-    gram, side, v = np.zeros((width, width)), np.zeros((width, len(x))), weights(size)
+    gram, side, v = np.zeros((width, width)), np.zeros((width, len(x))), np.sqrt(weights(size))
     for rows, a, _ in _line_basis(hertz, size, step):
-        gram += a.T @ (a * v[rows, None])
+        a *= v[rows, None]
+        gram += a.T @ a
         side += a.T @ (x[:, rows] * v[rows]).T
     found = np.linalg.lstsq(gram, side, rcond=None)[0]
     left = np.concatenate([x[:, rows] - (a @ found).T for rows, a, _ in _line_basis(hertz, size, step)], axis=1)
@@ -111,11 +118,11 @@ def _refined(hertz: Array, x: Array, step: float) -> Array:
     found, left = fitted(hertz, [x], step)
     of_cos, of_sin = found[:m, 0], found[m : 2 * m, 0]
     width = 3 * m + 2
-    gram, side, v = np.zeros((width, width)), np.zeros(width), weights(size)
+    gram, side, v = np.zeros((width, width)), np.zeros(width), np.sqrt(weights(size))
     for rows, a, time in _line_basis(hertz, size, step):
         turn = 2 * np.pi * time[:, None] / (size * step)
-        a = np.column_stack([a, turn * (of_sin * a[:, :m] - of_cos * a[:, m : 2 * m])])
-        gram += a.T @ (a * v[rows, None])
+        a = np.column_stack([a, turn * (of_sin * a[:, :m] - of_cos * a[:, m : 2 * m])]) * v[rows, None]
+        gram += a.T @ a
         side += a.T @ (left[0, rows] * v[rows])
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
     bins = (np.linalg.lstsq(gram / np.outer(scale, scale), side / scale, rcond=1e-12)[0] / scale)[2 * m + 2 :]
@@ -144,7 +151,7 @@ def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineR
     line_u, line_y, own = np.zeros(len(between), complex), np.zeros(len(between), complex), float(v @ v)
     down = np.zeros((width, len(between)), complex)
     for rows, a, time in _line_basis(hertz, size, step):
-        wave = v[rows, None] * np.exp(2j * np.pi * np.outer(time, between))
+        wave = v[rows, None] * _waves(between, time, step)
         once += a.T @ (a * v[rows, None])
         twice += a.T @ (a * v[rows, None] ** 2)
         down += a.T @ wave

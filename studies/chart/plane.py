@@ -16,7 +16,7 @@ from bicycle.wheel_tyres import tyre_loads
 from studies.axes import SPEED, Axis, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
-from tyre.errors import InputError
+from tyre.errors import TINY, InputError, read_number
 from tyre.find_tyre import read_tyre
 from tyre.map_files import available_tyres
 from tyre.properties import out_of_reach
@@ -66,11 +66,11 @@ def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
     parts = rest.split(":")
     log = len(parts) == 3 and parts[2] == "log"
     try:
-        low, high = (float(part) for part in (parts[:2] if log else parts))
+        low, high = (read_number(part) for part in (parts[:2] if log else parts))
     except ValueError:
-        raise InputError(f"axis {text!r}: {HOW}") from None
-    if not (np.isfinite([low, high]).all() and low < high):
-        raise InputError(f"axis {text!r}: the range must be finite and rise, {HOW}")
+        low = high = 0.0
+    if low >= high:
+        raise InputError(f"axis {text!r}: {HOW}; the range must be finite and rise (below {TINY:g} is 0)")
     if log and low <= 0:
         raise InputError(f"axis {text!r}: equal ratios need a range above 0")
     return name, (low, high), log

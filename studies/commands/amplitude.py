@@ -45,8 +45,8 @@ def command(
     from studies.amplitude import draw_amplitude, film_cycle, lines, record
     from studies.animation import check_film
     from studies.lasting_motions import curves_of, sides
-    from studies.reporting.modes_picture import check_picture
     from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_csv, write_json
+    from studies.reporting.plotting import check_picture
 
     if plot_file is not None:
         check_picture(plot_file)
@@ -62,16 +62,17 @@ def command(
     found = find_limit_cycles(model, rear=tyres["rear"], front=tyres["front"], max_speed=max_speed)
     frame = found.frame(asked[asked > 0], place)
     kicks = kick_thresholds(found, asked[asked > 0], kick) if kick is not None else []
-    both = sides(found, damper, tyres, max_speed)
+    if film is not None:
+        film_cycle(found, frame["speed_m_s"].unique().tolist(), film)
+    told = "-" not in (csv_file, json_file)
+    both = sides(found, damper, tyres, max_speed) if told or json_file is not None else []
     if csv_file is not None:
         write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
         draw_amplitude(found, plot_file, title=model.bicycle.name, peak_factor=None if curves else friction)
-    if film is not None:
-        film_cycle(found, frame["speed_m_s"].unique().tolist(), film)
     if json_file is not None:
         write_json(record(found, frame, kicks, UNITS.get(str(kick), ""), both), json_file)
-    if "-" not in (csv_file, json_file):
+    if told:
         if len(frame):
             heads = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
             print_table(frame.iloc[:, :7].astype(object).to_numpy().tolist(), heads)
@@ -101,12 +102,12 @@ def _is_default(context: click.Context, name: str) -> bool:
 
 
 def _point(text: str | None) -> tuple[float, float] | None:
-    from tyre.errors import InputError
+    from tyre.errors import InputError, read_number
 
     if text is None:
         return None
     try:
-        x, z = (float(part) for part in text.split(","))
+        x, z = (read_number(part) for part in text.split(","))
     except ValueError:
         x = z = float("nan")
     if not (abs(x) <= 10 and abs(z) <= 10):

@@ -26,7 +26,6 @@ def command(
     json_file: str | None,
 ) -> None:  # fmt: skip
     from studies.reporting.analysis import analyse, record, records
-    from studies.reporting.modes_picture import check_picture, draw_picture
     from studies.reporting.output import (
         check_targets,
         named_rows,
@@ -38,6 +37,7 @@ def command(
         write_csv,
         write_json,
     )
+    from studies.reporting.plotting import check_picture, draw_picture
 
     if plot_file is not None:
         check_picture(plot_file)

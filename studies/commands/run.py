@@ -36,8 +36,8 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
     from tyre.errors import InputError
 
     folder = Path(out)
-    if not out.strip() or "\0" in out or (folder.exists() and not folder.is_dir()):
-        why = "is a file" if out.strip() and "\0" not in out else "is no folder name"
+    if not out.strip() or (folder.exists() and not folder.is_dir()):
+        why = "is a file" if out.strip() else "is no folder name"
         raise InputError(f"--out {out!r} {why}; give a folder to write into, for example out")
     settings = settings_of(model_file, **given)
     with results(folder):

@@ -44,8 +44,8 @@ SLIPS = (-10.0, 10.0)
 def command(tyre: str | None, surface: str | None, plot: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
-    from studies.reporting.modes_picture import check_picture
     from studies.reporting.output import print_table, write_json
+    from studies.reporting.plotting import check_picture
     from tyre.errors import InputError
 
     if plot is not None:

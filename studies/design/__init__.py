@@ -2,7 +2,6 @@
 
 from studies.design.design import Certainty, Design, Wanted, designed, with_effects
 from studies.design.problem import (
-    BY_COST,
     BY_SD,
     RELATIVE,
     Demand,
@@ -18,7 +17,7 @@ from studies.design.problem import (
 from studies.design.report import HEADERS, lines, model_text, record, remarks, rows
 
 __all__ = [
-    "BY_COST", "BY_SD", "HEADERS", "RELATIVE", "Certainty", "Demand", "Design", "Problem", "Wanted", "base_of",
+    "BY_SD", "HEADERS", "RELATIVE", "Certainty", "Demand", "Design", "Problem", "Wanted", "base_of",
     "cost_of", "demands", "designed", "expanded", "grid", "limits_of", "lines", "model_text", "record", "remarks",
     "rows", "solved", "with_effects",
 ]  # fmt: skip

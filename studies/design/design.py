@@ -201,10 +201,15 @@ def designed(
         raise InputError(
             f"--probability {wanted.probability:g}: nothing is uncertain; give --sd NAME=VALUE, or --assume"
         )
+    limited = [one for one in demands if one.amplitude]
+    if len(limited) > 1 or (limited and wanted.probability is not None):
+        raise InputError(
+            f"--keep {limited[0].mode} {limited[0].amplitude:g}deg: give one amplitude, without --probability"
+        )
     margins: dict[Demand, float] = {}
     after, agreed = _best(problem, margins, wanted.seed)
     amplitude = None
-    if any(one.amplitude for one in demands):
+    if limited:
         problem, after, amplitude = _below_amplitude(problem, after, wanted)
     if wanted.probability is not None and after.kept:
         after, margins = _sure(problem, after, wanted, wanted.probability)
@@ -218,9 +223,7 @@ def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[
 
     Beside a critical speed the square of the amplitude goes with the growth; each round corrects the growth by that.
     """
-    demand, *more = [one for one in problem.demands if one.amplitude]
-    if more or wanted.probability is not None:
-        raise InputError(f"--keep {demand.mode} {demand.amplitude:g}deg: give one amplitude, without --probability")
+    demand = next(one for one in problem.demands if one.amplitude)
 
     def amplitude(x: Array) -> float:
         found = find_limit_cycles(problem.space.model_at(x), max_speed=max(HIGHEST, problem.speeds[-1]))
@@ -240,7 +243,7 @@ def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[
         now = replace(demand, growth=growth + CLEARLY)
         tried = replace(problem, demands=tuple(now if one == demand else one for one in problem.demands))
         answer = solved(tried, {}, problem.start)
-        last = amplitude(answer.x)
+        last = amplitude(answer.x) if answer.cost else first
         if answer.kept and last <= demand.amplitude:
             best, reached, low = (tried, answer), last, growth
             if answer.cost == 0 or last > 0.98 * demand.amplitude:

@@ -20,7 +20,7 @@ from bicycle.parameters import POSITIVE, UNITS, of_kind
 from studies.axes import SPEED, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, read_number, unknown
 from tyre.units import PASCAL_PER_BAR
 
 STABLE, EVERY = "stable", "all"
@@ -71,7 +71,7 @@ def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tupl
             found[mode] = Demand(mode, amplitude=float(angle[1]))
             continue
         try:
-            number = (ratio or 0.0) if word == STABLE else float(word)
+            number = (ratio or 0.0) if word == STABLE else read_number(word)
         except ValueError:
             number = np.nan
         if not 0 <= number < 1:
@@ -280,8 +280,7 @@ class Followed:
 
     def _look(self, x: Array, expected: Complex) -> tuple[Complex, Complex, NDArray[np.bool_]]:
         """Roots (k,) nearest to what is expected, their derivatives (k, d), and which of them are clear."""
-        points = np.broadcast_to(x, (len(self.speeds), len(x)))
-        matrices, slopes = self.space.matrices_and_slopes(points, self.speeds)
+        matrices, slopes = self.space.matrices_and_slopes(x, self.speeds)
         values, right, left = eigensystem(matrices)
         own, clear = _nearest(values, expected)
         row = np.arange(len(values))
@@ -302,8 +301,7 @@ class Followed:
 
     def excess(self, x: Array) -> Array:
         """Excess (k,) by which each demand is missed, 1/s, at numbers ``x`` (d,) in their units."""
-        points = np.broadcast_to(x, (len(self.speeds), len(x)))
-        values = np.linalg.eigvals(self.space.matrices(points, self.speeds)).astype(complex)
+        values = np.linalg.eigvals(self.space.matrices(x, self.speeds)).astype(complex)
         own, clear = _nearest(values, self.roots + self.slopes @ (x - self.x))
         roots = values[np.arange(len(values)), own]
         if not clear.all():  # of rivals; else no derivatives are needed

@@ -28,7 +28,7 @@ from bicycle.responses import LINEAR_UP_TO
 from studies.diagnosis.bicycle_kind import BicycleKind, refuse_repeats
 from studies.diagnosis.candidates import feedback_terms
 from studies.diagnosis.doubts import ANGLES
-from studies.diagnosis.family import Family
+from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.mistakes import FRICTION, error, friction_candidate, mistake
 from studies.inference import kind as base
 from studies.inference.evidence import folds
@@ -343,9 +343,9 @@ class Bench(BicycleKind, kind="bench"):
         model = Model(self.model.bicycle, tuple(e for e in self.model.effects if not unseen(type(e))))
         return model, tuple((k, value) for k, value in self.model.parameters.items() if k not in model.parameters)
 
-    def family(self, candidates: Candidates) -> Family:
+    def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
         model, unused = self._standing
-        return Family(model, self.nuisances, candidates, settings=unused)
+        return Family(model, self.nuisances, candidates, (*unused, *settings))
 
     @property
     def varied(self) -> bool:

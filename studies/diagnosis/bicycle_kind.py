@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -14,7 +14,7 @@ from bicycle.eigen import angular_frequency, eigensystem
 from bicycle.identification.recording import MOTOR_IN_TORQUE
 from bicycle.model import Model, check_compatible
 from studies.diagnosis.candidates import LEFT_OUT, feedback_terms, find_candidates, nuisances, physical, reversed_signs
-from studies.diagnosis.family import Family
+from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.figures import BEFORE_AFTER
 from studies.diagnosis.mistakes import geometry_errors, one_speed, wrong_geometry
 from studies.inference.fit import Fit
@@ -96,9 +96,19 @@ class BicycleKind(Kind):
             notes=(*self.notes, *self.assumptions(), *said),
         )  # fmt: skip
 
-    def family(self, candidates: Candidates) -> Family:
-        """The base model with ``candidates``."""
-        return Family(self.model, self.nuisances, candidates)
+    def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
+        """The base model with ``candidates`` and some settings, made once for the many points at which a fit looks."""
+        key = (settings, *map(id, candidates))
+        if key not in self._families:
+            if len(self._families) > 50:
+                self._families.clear()
+            self._families[key] = Family(self.model, self.nuisances, candidates, settings)
+        return self._families[key]
+
+    @cached_property
+    def _families(self) -> dict[Hashable, Family]:
+        """Families by settings and identity of their candidates, which they keep so that no other can take it."""
+        return {}
 
     @property
     def nominal(self) -> Array:

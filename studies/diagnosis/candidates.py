@@ -90,18 +90,10 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
     sizes = [u for u in unknowns if u.size]
     if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0]):
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
-    gone = replaced.identifier if replaced is not None else None
     return Candidate(
-        effect.identifier,
-        tuple(unknowns),
-        effect,
-        values,
-        ties,
-        gone,
-        effect.signature,
-        effect.title,
-        family=effect.family,
-    )
+        effect.identifier, tuple(unknowns), effect, values, ties, replaced.identifier if replaced else None,
+        effect.signature, effect.title, family=effect.family,
+    )  # fmt: skip
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:

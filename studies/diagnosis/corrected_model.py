@@ -72,9 +72,7 @@ def corrected_models(
         except InputError as error:
             raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
         model = _with_values(model, own.model, fit)
-        exact = [
-            key for key, sd in getattr(own, "uncertainty", {}).items() if sd == 0
-        ]  # the file states these to be known exactly
+        exact = [key for key, sd in own.uncertainty.items() if sd == 0]  # known exactly, as the file states
         covariance = fit.covariance if residual is None else residual.covariance
         spread = covariance_of(fit, covariance, model, dropped=residual.dropped if residual else (), exact=exact)
         if np.isfinite(spread.matrix).all():

@@ -61,11 +61,7 @@ OUTPUTS = {
 INPUTS = {"steer_torque": "moment", "lean_torque": "moment", "lateral_force": "force"}
 SI = {"angle": "rad", "angular rate": "rad/s", "acceleration": "m/s^2", "moment": "N m", "force": "N"}
 ACCELERATION = "lateral_acceleration"
-FORMS = {
-    ("re", "im"): "re and im",
-    ("gain", "phase"): "gain and phase_deg",
-    ("gain_db", "phase"): "gain_db and phase_deg",
-}
+FORMS = {("re", "im"): "re and im"} | {(size, "phase"): f"{size} and phase_deg" for size in ("gain", "gain_db")}
 PHASES = {"phase_deg": math.pi / 180, "phase_rad": 1.0}
 HIGHEST = 100.0  # Hz
 FREQUENCIES = {"frequency_Hz": 1.0, "frequency_hz": 1.0, "frequency_rad_s": 1 / (2 * math.pi)}

@@ -448,13 +448,9 @@ class Histories(BicycleKind, kind="histories"):
         ends = np.cumsum([len(run.time) for run in self.runs])[:-1]
         found = {}
         for name, noise in self.noise.items():
-            pairs = [
-                (r.channels[name], x)
-                for r, x in zip(self.runs, np.split(left[name], ends), strict=True)
-                if len(x) >= 20
-            ]
-            if pairs and not noise.given:
-                shown = [[third_difference_noise(signal) ** 2 for signal in pair] for pair in pairs]
+            pairs = zip((run.channels[name] for run in self.runs), np.split(left[name], ends), strict=True)
+            shown = [[third_difference_noise(x) ** 2 for x in pair] for pair in pairs if len(pair[1]) >= 20]
+            if shown and not noise.given:
                 found[name] = (noise.sd, float(np.sqrt(np.mean(shown, axis=0).min())))
         return found
 

@@ -108,24 +108,12 @@ def coasting() -> Candidate:
 def speed_errors(speeds: Sequence[float]) -> tuple[Candidate, ...]:
     """Wrong scale of the speedometer, and an offset unless all ``speeds`` (m/s) are one."""
     scale = error("scale", "1", SPEED_SCALE, 0.02, least=0.002)
-    found = [
-        mistake(
-            "speed_scale",
-            scale,
-            "wrong scale of the speed",
-            "the true speed is the recorded one times a constant factor",
-        )
-    ]
+    words = "the true speed is the recorded one times a constant factor"
+    found = [mistake("speed_scale", scale, "wrong scale of the speed", words)]
     if len(set(speeds)) > 1:
         offset = error("offset", "m/s", SPEED_OFFSET, 0.1, least=0.01, lowest=-min(1.0, 0.5 * min(speeds)))
-        found.append(
-            mistake(
-                "speed_offset",
-                offset,
-                "constant error of the speed",
-                "the true speed is the recorded one and a constant more",
-            )
-        )
+        words = "the true speed is the recorded one and a constant more"
+        found.append(mistake("speed_offset", offset, "constant error of the speed", words))
     return tuple(found)
 
 
@@ -152,15 +140,8 @@ def geometry_errors(
             "error", unit, {WRONG + name: 1.0 for name in moved}, 0.0, scale, -6 * scale, 6 * scale, size=True,
             least=max(3 * sd, least),
         )  # fmt: skip
-        found.append(
-            Candidate(
-                identifier,
-                (size,),
-                signature=f"the stated {word} ({key}) is wrong",
-                title=f"another {word} than the file states",
-                weight=FILE,
-            )
-        )
+        signature, title = f"the stated {word} ({key}) is wrong", f"another {word} than the file states"
+        found.append(Candidate(identifier, (size,), signature=signature, title=title, weight=FILE))
     return tuple(found), refused
 
 
@@ -262,16 +243,10 @@ def apply_sensor(
 def friction_candidate() -> Candidate:
     """Dry friction of the steering, which is no mistake of a sensor."""
     torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
-    signature = "a torque of one size against the steer rate"
-    family = "damping at the steering"
     return Candidate(
-        "steer_friction",
-        (torque,),
-        signature=signature,
-        title="dry friction of the steering",
-        family=family,
-        approximate=True,
-    )  # no sticking
+        "steer_friction", (torque,), signature="a torque of one size against the steer rate",
+        title="dry friction of the steering", family="damping at the steering", approximate=True,  # no sticking
+    )  # fmt: skip
 
 
 def friction_refused(run: Run) -> dict[str, str]:

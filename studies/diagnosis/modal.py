@@ -445,23 +445,9 @@ class Modal(BicycleKind, kind="modal"):
             found[k, lacking] = np.nan_to_num([mode.real, abs(mode.imag)])[lacking]
         return np.asarray(found[:, 0] + 1j * found[:, 1])
 
-    def _at(self, settings: Settings, candidates: Candidates) -> Family:
-        """The family with some settings, made once for the many points at which a fit looks at these candidates."""
-        key = (settings, tuple(map(id, candidates)))
-        if key not in self._families:
-            if len(self._families) > len(self._wanted):
-                self._families.clear()
-            self._families[key] = candidates, replace(self.family(candidates), settings=settings)
-        return self._families[key][1]
-
-    @cached_property
-    def _families(self) -> dict[Any, tuple[Candidates, Family]]:
-        """Families by settings and identity of the candidates, which are kept so that no other can take it."""
-        return {}
-
     def _modes(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
         """:func:`predict` of all points, in their order."""
-        parts = [predict(self._at(settings, candidates), wanted, theta, slopes=slopes)
+        parts = [predict(self.family(candidates, settings), wanted, theta, slopes=slopes)
                  for settings, _, wanted in self._wanted]  # fmt: skip
         order = np.argsort(np.concatenate([here for _, here, _ in self._wanted]))
         number, slope = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
@@ -552,7 +538,7 @@ class Modal(BicycleKind, kind="modal"):
 
     def _mode_at(self, like: ModalPoint, speed: float, candidates: Candidates, theta: Array) -> base.Prediction:
         """The mode of a point at another speed, followed from its nearest measured speed in small steps."""
-        family = self._at(like.settings, candidates)
+        family = self.family(candidates, like.settings)
         measured = (p for p in self.points if (p.mode, p.settings) == (like.mode, like.settings))
         nearest = min(measured, key=lambda p: abs(p.speed - speed))
         near = self._near[self.points.index(nearest)]

@@ -49,17 +49,11 @@ def riding_candidates() -> tuple[Candidate, ...]:
     """Candidates for torques that act on a ridden bicycle; nothing of them is fitted, all is integrated out."""
     return tuple(
         Candidate(
-            name,
-            (),
-            fixed={RIDING + name: 1.0},
-            signature=words,
-            title=TITLES[name],
-            weight=SENSOR,
-            family=FAMILY,
+            name, (), fixed={RIDING + name: 1.0}, signature=words, title=TITLES[name], weight=SENSOR, family=FAMILY,
             absorbs=True,
         )
         for name, words in WORDS.items()
-    )
+    )  # fmt: skip
 
 
 def riding_in(values: Mapping[str, Array]) -> list[str]:

@@ -125,12 +125,14 @@ def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:
     blocks, used = found.blocks, np.flatnonzero(found.blocks.settled)
     every = -(-len(used) // 240)  # of longer sweeps every second, third ... block is compared
     kept = used[::every]
-    note = f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same"
+    notes = [f"{name}: {fault}" for fault in found.sensor_faults]
+    if every > 1:
+        notes.append(f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same")
     slip = _smooth(blocks)
     return SweepBlocks(
         name, run.condition, blocks.time[kept], slip[kept], blocks.force[kept], np.sign(blocks.rate[kept]),
         blocks.branch[kept], blocks.time, slip, blocks.speed, found.rate, _noise(found, slip, kept),
-    ), (note,) * (every > 1)  # fmt: skip
+    ), tuple(notes)  # fmt: skip
 
 
 def _smooth(blocks: Blocks) -> Array:

@@ -47,7 +47,6 @@ from tyre.recording_files import read_recording
 from tyre.relaxation import is_slip_step
 from tyre.rig.effect import Contribution, PullTerms, Recorded, SweepTerms, Term, rig_terms
 from tyre.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
-from tyre.slip_sweep import fit_slip_sweep
 from tyre.units import PASCAL_PER_BAR
 
 EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
@@ -486,7 +485,6 @@ def _recordings(
             notes.append(f"{name}: a slip step, not used; only slip sweeps and pull tests are")
         else:
             sweeps.append((name, recording))
-            notes += [f"{name}: {fault}" for fault in fit_slip_sweep(recording).sensor_faults]
     if left_out and not sweeps and not pulls:
         raise InputError(f"none of {len(files)} recordings can be used; {'; '.join(left_out)}")
     return tuple(sweeps), tuple(pulls), (*left_out, *notes)

@@ -80,12 +80,10 @@ class TyreTables(TyreKind, kind="tyre_tables"):
     def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         for option, names in (("--without", without), ("--with", also)):
             refuse_unknown("effect", names, (*SCALES, DRUM), where=option)
-        found = [
-            Candidate(
-                name, (UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True, least=0.002),)
-            )
-            for name, sd in SCALES.items()
-        ]
+        found = []
+        for name, sd in SCALES.items():
+            size = UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True, least=0.002)
+            found.append(Candidate(name, (size,)))
         if self.measured.drum_diameter:
             exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True, least=0.02)
             found.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))

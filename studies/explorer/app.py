@@ -41,9 +41,7 @@ plotly.js-basic-dist-min, MIT), a quarter of what Dash would ask for."""
 def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     """Figures along speed, and under ``shown`` what the browser needs beside them."""
     state = parse_state(asked)
-    now, palette = computed(state), _palette(theme)
-    pins = {f"pin {k + 1}": parse_state(pin) for k, pin in enumerate(state.pins)}
-    pinned = {f"{label}: {bicycle_name(pin)}": computed(pin) for label, pin in pins.items()}
+    now, palette, pinned = computed(state), _palette(theme), exports.pinned(state)
     shown = {
         "asked": asked, "address": state.address,
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
@@ -74,29 +72,19 @@ def _damping(state: Shown, palette: figures.Palette) -> dict[str, Any]:
     return {"figure": figure, "command": exports.as_command(state), "python": exports.as_python(state)}
 
 
-def _sensitivity(state: Shown, palette: figures.Palette) -> dict[str, Any]:
-    def made() -> figures.Figure:
-        return figures.sensitivity_figure(ranking(state), palette)
-
-    return {"figure": figures.figure_or_words("sensitivity", made, palette)}
-
-
-def _amplitude(state: Shown, palette: figures.Palette) -> dict[str, Any]:
-    def made() -> figures.Figure:
-        return figures.amplitude_figure(amplitudes(state), state.fast, palette)
-
-    return {"figure": figures.figure_or_words("amplitude", made, palette)}
-
-
 def _chart(state: Shown, palette: figures.Palette) -> dict[str, Any]:
     found = chart_of(state)
     return {"figure": chart_figure(found, palette), "address": state.address, "notes": chart_notes(found)}
 
 
+def _words_or(name: str, made: Callable[[Shown, figures.Palette], figures.Figure]) -> Any:
+    return lambda state, palette: {"figure": figures.figure_or_words(name, lambda: made(state, palette), palette)}
+
+
 ANSWERS: dict[str, tuple[str, Callable[[Shown, figures.Palette], dict[str, Any]]]] = {
     "damping": ("ask-at", _damping),
-    "sensitivity": ("ask-at", _sensitivity),
-    "amplitude": ("ask-at", _amplitude),
+    "sensitivity": ("ask-at", _words_or("sensitivity", lambda s, p: figures.sensitivity_figure(ranking(s), p))),
+    "amplitude": ("ask-at", _words_or("amplitude", lambda s, p: figures.amplitude_figure(amplitudes(s), s.fast, p))),
     "motion": ("ask-motion", lambda state, _: mode_motion(state, at_speed(state))),
     "chart": ("ask-chart", _chart),
 }

@@ -14,7 +14,7 @@ from typing import Any
 from bicycle.effect_registry import outside_origins
 from studies.explorer import figures as drawn
 from studies.explorer.chart import chart_figure, chart_notes, chart_of
-from studies.explorer.models import POINTS, at_speed, bicycle_name, computed, model_content, ranking
+from studies.explorer.models import POINTS, Computed, at_speed, bicycle_name, computed, model_content, ranking
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State, parse_state, written
 from studies.explorer.tyre_files import TYRES, files_of, kept_here, tyre_names
@@ -88,12 +88,16 @@ def as_python(state: State) -> str:
     return PYTHON.format(own=own + _needed(state), model=model, slow=state.slow, fast=state.fast, points=POINTS)
 
 
+def pinned(state: State) -> dict[str, Computed]:
+    """Compute what is pinned to a state, by the words that name it."""
+    return {f"pin {k}: {bicycle_name(pin)}": computed(pin) for k, pin in enumerate(map(parse_state, state.pins), 1)}
+
+
 def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> str:
     """Present view as one HTML file: figures, tables, data and the model file inside."""
     now, at = computed(state), at_speed(state)
-    pins = {f"pin {k + 1}: {bicycle_name(pin)}": computed(pin) for k, pin in enumerate(map(parse_state, state.pins))}
     figures = {
-        "Modes along speed": drawn.modes_figure(now, pins, palette),
+        "Modes along speed": drawn.modes_figure(now, pinned(state), palette),
         "Critical speeds": drawn.critical_strip(now, palette),
         "Root locus": drawn.root_locus(now, palette),
         "Damping at the chosen speed": drawn.damping_figure(at, palette),

@@ -1,7 +1,7 @@
 """Evidence of a fit: held-out score, goodness of fit, whiteness, what is left over, how far nuisances went."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,7 +130,9 @@ def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
 
 def whiteness(kind: Kind, hypothesis: Fit) -> float:
     """P value of Ljung-Box over all series, and of cross-correlation with the inputs; the smaller, doubled."""
-    rows = list(_long_series(kind))
+    series = np.array(kind.rows.series)
+    every_series = (np.flatnonzero(series == name) for name in dict.fromkeys(kind.rows.series))
+    rows = [places for places in every_series if len(places) >= 8]  # long enough to be judged white
     if not rows:
         return 1.0
     noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), 200))
@@ -146,15 +148,6 @@ def whiteness(kind: Kind, hypothesis: Fit) -> float:
         known = variance > 0 and math.isfinite(statistic[0])
         values.append(_beyond(float(statistic[0]), mean, variance) if known else 1.0)
     return min(1.0, len(values) * min(values))
-
-
-def _long_series(kind: Kind) -> Iterator[NDArray[np.intp]]:
-    """Rows of each series that is long enough to be judged white."""
-    series = np.array(kind.rows.series)
-    for name in dict.fromkeys(kind.rows.series):
-        rows = np.flatnonzero(series == name)
-        if len(rows) >= 8:
-            yield rows
 
 
 def _ljung_box(series: list[NDArray[np.intp]], residual: Array) -> Array:

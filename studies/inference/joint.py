@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal, Rows
@@ -202,11 +203,7 @@ class Joint(Kind):
             yield part.kind, kept, theta[places], places
 
     def slices(self) -> list[slice]:
-        return self._slices_of([part.kind.rows for part in self.parts])
-
-    @staticmethod
-    def _slices_of(every: list[Rows]) -> list[slice]:
-        ends = np.cumsum([0, *(len(rows.where) for rows in every)])
+        ends = np.cumsum([0, *(len(part.kind.rows.where) for part in self.parts)])
         return [slice(a, b) for a, b in pairwise(ends)]
 
     @cached_property
@@ -214,12 +211,8 @@ class Joint(Kind):
         """Rows of the parts below each other; a held-out fold is of one part."""
         every = [part.kind.rows for part in self.parts]
         shift = np.cumsum([0, *(rows.fold.max(initial=-1) + 1 for rows in every[:-1])])
-        width = sum(rows.inputs.shape[1] for rows in every if rows.inputs is not None)
-        inputs, column = np.zeros((sum(len(rows.where) for rows in every), width)), 0
-        for rows, here in zip(every, self._slices_of(every), strict=True):
-            if rows.inputs is not None:
-                inputs[here, column : column + rows.inputs.shape[1]] = rows.inputs
-                column += rows.inputs.shape[1]
+        own = [np.empty((len(rows.where), 0)) if rows.inputs is None else rows.inputs for rows in every]
+        inputs = block_diag(*own)
         named = [(part.name, rows) for part, rows in zip(self.parts, every, strict=True)]
         axes = {rows.axis for rows in every}
         shown = {
@@ -232,7 +225,7 @@ class Joint(Kind):
             np.concatenate([rows.abscissa for rows in every]),
             tuple(f"{name}: {series}" for name, rows in named for series in rows.series),
             np.concatenate([rows.fold + k for rows, k in zip(every, shift, strict=True)]),
-            inputs if width else None, shown=shown, axis=axes.pop() if len(axes) == 1 else "",
+            inputs if inputs.shape[1] else None, shown=shown, axis=axes.pop() if len(axes) == 1 else "",
         )  # fmt: skip
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
@@ -255,35 +248,31 @@ class Joint(Kind):
         led = [part.kind.easier() for part in self.parts]
         if not any(led):
             return ()
-        parts = [replace(p, kind=e[-1]) if e else p for p, e in zip(self.parts, led, strict=True)]
-        return (replace(self, parts=tuple(parts)),)
+        return (self._of(e[-1] if e else part.kind for part, e in zip(self.parts, led, strict=True)),)
+
+    def _of(self, kinds: Iterable[Kind]) -> "Joint":
+        """The same parts with other ``kinds``; itself if these are its own."""
+        parts = [p if p.kind is kind else replace(p, kind=kind) for p, kind in zip(self.parts, kinds, strict=True)]
+        same = all(new is old for new, old in zip(parts, self.parts, strict=True))
+        return self if same else replace(self, parts=tuple(parts))
 
     def thinned(self, most: int) -> "Joint":
-        few = [part.kind.thinned(most // len(self.parts)) for part in self.parts]
-        if all(kind is part.kind for kind, part in zip(few, self.parts, strict=True)):
-            return self
-        return replace(self, parts=tuple(replace(p, kind=kind) for p, kind in zip(self.parts, few, strict=True)))
+        return self._of(part.kind.thinned(most // len(self.parts)) for part in self.parts)
 
     def quick(self) -> "Joint":
-        return replace(self, parts=tuple(replace(part, kind=part.kind.quick()) for part in self.parts))
+        return self._of(part.kind.quick() for part in self.parts)
 
     def misreadings(self) -> Iterator[tuple[str, Kind]]:
         """Readings of one part, the others as they stand."""
         for k, part in enumerate(self.parts):
             for what, kind in part.kind.misreadings():
-                yield (
-                    f"{part.name}: {what}",
-                    replace(self, parts=(*self.parts[:k], replace(part, kind=kind), *self.parts[k + 1 :])),
-                )
+                kinds = [kind if number == k else other.kind for number, other in enumerate(self.parts)]
+                yield f"{part.name}: {what}", self._of(kinds)
 
     def refined(self, best: Any) -> "Joint":
         """Each part refined by its rows of the ``best`` fit."""
-        parts = [
-            replace(part, kind=part.kind.refined(SimpleNamespace(residual=best.residual[rows])))
-            for part, rows in zip(self.parts, self.slices(), strict=True)
-        ]
-        same = all(new.kind is old.kind for new, old in zip(parts, self.parts, strict=True))
-        return self if same else replace(self, parts=tuple(parts))
+        each = zip(self.parts, self.slices(), strict=True)
+        return self._of(part.kind.refined(SimpleNamespace(residual=best.residual[rows])) for part, rows in each)
 
     def compatible(self, candidates: Candidates) -> bool:
         return all(part.kind.compatible(self.of_part(k, candidates)[0]) for k, part in enumerate(self.parts))

@@ -78,10 +78,6 @@ class Proposal:
         value, slope = self.predict(candidates, theta)
         return value / self.sd, slope / self.sd[:, None]
 
-    def follows(self, candidates: Candidates, theta: Array) -> Prediction | None:
-        """See ``loose``; None if nothing was marginalised."""
-        return self.loose and self.loose(candidates, theta)
-
 
 class Kind:
     """One kind of measurement."""

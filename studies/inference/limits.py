@@ -58,9 +58,7 @@ def upper_limits(kind: Kind, known: Hypotheses, final: Fit) -> tuple[UpperLimit,
     return tuple(sorted(found, key=lambda limit: limit.share))
 
 
-def _beside(
-    kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float
-) -> tuple[Array, Array]:  # fmt: skip
+def _beside(kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float) -> tuple[Array, Array]:
     """Mean and covariance for a candidate that joins the final fit as its last, by one or two steps of Gauss-Newton."""
     unknowns = (*final.unknowns, *joined[-1].unknowns)
     lowest, highest = (np.array([getattr(u, name) for u in unknowns]) for name in ("lowest", "highest"))

@@ -12,18 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from studies.inference.evidence import held_out, whiteness
-from studies.inference.fit import (
-    GUIDE,
-    ROUGH,
-    THOROUGH,
-    Fit,
-    default_starts,
-    distinct,
-    fit,
-    prior,
-    small,
-    spread,
-)
+from studies.inference.fit import GUIDE, ROUGH, THOROUGH, Fit, default_starts, distinct, fit, prior, small, spread
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, together
 from studies.inference.rules import RULES

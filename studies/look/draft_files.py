@@ -8,7 +8,7 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
-from studies.look.motion_uses import DECAY, Motion
+from studies.look.motion_uses import DECAY
 from studies.look.opened import MOTION, QUANTITIES, TORQUES, Roles
 from studies.look.overview import Look
 from studies.look.rig_uses import ALL_PULL, ALL_ROLLING, Supposed
@@ -63,7 +63,10 @@ def drafts(found: Look, folder: Path, stem: str = "") -> list[Draft]:
             text = _motion_map(found, motion.windows)
             made.append(Draft(f"{stem}.decays.toml", text, "channel map of the free decays, with their windows"))
     if motion is not None and motion.replayed:
-        made.append(Draft(f"{stem}.measurement.toml", _measurement(found, motion, folder, stem), "file for diagnose"))
+        mapped, file = roles.given, _relative(found.opened.path, folder)
+        channels = _relative(Path(mapped.source), folder) if mapped else f"{stem}.channels.toml"
+        text = _filled("measurement", channels=channels, file=file, speed=motion.speed)
+        made.append(Draft(f"{stem}.measurement.toml", text, "file for diagnose"))
     if not made and roles.map is None and roles.sidecar is None:
         made.append(Draft(f"{stem}.channels.toml", _candidates(found), "channel map with all candidates"))
     return made
@@ -153,12 +156,6 @@ def _candidates(found: Look) -> str:
             keys = ", ".join(f"{key} = {_quoted(value)}" for key, value in entry.items())
             lines.append(f"# {' or '.join(fitting) if quantity and fitting else 'NAME'} = {{{keys}}}")
     return _filled("motion_map", lines=lines, windows=(), reading=_reading(found.opened.reading, Path()))
-
-
-def _measurement(found: Look, motion: Motion, folder: Path, stem: str) -> str:
-    given, file = found.roles.given, _relative(found.opened.path, folder)
-    channels = _relative(Path(given.source), folder) if given else f"{stem}.channels.toml"
-    return _filled("measurement", channels=channels, file=file, speed=motion.speed)
 
 
 def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, str]:

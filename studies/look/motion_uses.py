@@ -3,9 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from shlex import quote
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,8 +116,7 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         windows = tuple(Window(w.name, round(begin + w.first, 6), round(begin + w.last, 6)) for w in windows)
         windows = windows or part * bool(decay.usable)
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
-    at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
-    command = f"velotyre frequency-response {at}{_with_map(roles)}"
+    command = f"velotyre frequency-response {_recording(roles, speed)}"
     return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, replay.usable)
 
 
@@ -141,7 +138,7 @@ def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[
 def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run], Run]:
     """Read the events as the commands do, and the whole recording."""
     path, signals = roles.opened.path, roles.opened.signals
-    if roles.map is None and _is_native(path, signals.columns):
+    if _is_native(roles):
         run = read_run(path, speed)
         return [run], run
     channel_map = channel_map.only(QUANTITIES) if roles.given is None else channel_map
@@ -152,10 +149,11 @@ def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run
     return found, run_of(whole, path, speed)
 
 
-def _is_native(path: Path, columns: Any) -> bool:
-    """Tell if ``modal`` reads the file as it is."""
-    names = {column.name for column in columns}
-    return path.suffix.casefold() == ".csv" and "time_s" in names and names <= {"time_s", *CHANNELS, *INPUTS}
+def _is_native(roles: Roles) -> bool:
+    """Tell if ``modal`` reads the file as it is, without a map."""
+    names = {column.name for column in roles.opened.signals.columns}
+    known = "time_s" in names and names <= {"time_s", *CHANNELS, *INPUTS}
+    return known and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"
 
 
 def _speed(opened: Opened, roles: Roles) -> float | None:
@@ -204,10 +202,8 @@ def _identified(run: Run) -> tuple[Decay | None, str]:
 
 def _decay(roles: Roles, runs: list[Run], whole: Run, speed: float | None) -> tuple[Use, tuple[Window, ...]]:
     """Judge a free decay; also the windows that were found."""
-    path = roles.opened.path
     says = "" if speed else "the forward speed in m/s, after @"
-    at = quote(f"{path}@{speed:.2f}" if speed else f"{path}@SPEED")
-    file = _file_time(roles)
+    command, file = f"velotyre modal {_recording(roles, speed)}", _file_time(roles)
     events, reasons, fits = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
     poorest = min((fit.r_squared for fit in fits), default=0.0)
@@ -220,11 +216,11 @@ def _decay(roles: Roles, runs: list[Run], whole: Run, speed: float | None) -> tu
         reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
         how = "record free motion after a kick, hands off, two cycles or more; or look near a frequency of yours: "
-        how += f"velotyre modal {at}{_with_map(roles)} --from S --to S --start-hz HZ"
+        how += f"{command} --from S --to S --start-hz HZ"
         more = ("or leave motions that show no decay out of the map",) * (len(whole.channels) > 1)
         return Use(DECAY, (), tuple(reasons), (how, *more)), ()
-    step = f"velotyre modal {at}{_with_map(roles)} --out modal.csv"
-    if len(windows) == 1 and roles.map is None and _is_native(path, roles.opened.signals.columns):
+    step = f"{command} --out modal.csv"
+    if len(windows) == 1 and _is_native(roles):
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
     grows = any("GROWS" in note for event in events for note in event.notes)
     doubt = ("an oscillation that does not die away may be driven: was it free motion, hands off?",) if grows else ()
@@ -315,12 +311,12 @@ def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | No
     return None
 
 
-def _with_map(roles: Roles) -> str:
+def _recording(roles: Roles, speed: float | None) -> str:
+    """The file, its speed and the channel map as a command takes them."""
+    at = quote(f"{roles.opened.path}@{f'{speed:.2f}' if speed else 'SPEED'}")
     if roles.given is not None:
-        return f" --channels {quote(str(roles.given.source))}"
-    if _is_native(roles.opened.path, roles.opened.signals.columns) and roles.map is None:
-        return ""
-    return " --channels MAP.toml"
+        return f"{at} --channels {quote(str(roles.given.source))}"
+    return at if _is_native(roles) else f"{at} --channels MAP.toml"
 
 
 def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:

@@ -11,7 +11,6 @@ import numpy as np
 
 from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, roles
 from studies.reporting.markdown_text import render_file
-from tyre.arrays import Array
 from tyre.channel_map import ChannelMap
 from tyre.clock import usual_rate
 
@@ -133,7 +132,6 @@ def _rows(found: Look) -> Iterator[Sequence[object]]:
         )  # fmt: skip
 
 
-POINTS = 1200  # of a line; beyond, the lowest and the highest of each part are drawn
 MOST = 60
 LABEL = 40
 COLOURS = {
@@ -192,9 +190,9 @@ def _panel(axes: Any, found: Look, name: str, taken: str) -> None:
     time, values = found.opened.time_of(name), np.where(np.isinf(signal.values), np.nan, signal.values)
     if abs(time[0]) > 1e6:
         time = time - time[0]
-    x, y = thinned(time, values)
     dead = found.opened.quality[name].dead
-    axes.plot(x, y, color=GREY if dead else "#123a6b", linewidth=0.9)
+    many = values.size > 5000  # so many points make a picture smaller than lines
+    axes.plot(time, values, color=GREY if dead else "#123a6b", linewidth=0.9, rasterized=many)
     missing = np.concatenate([[0], ~np.isfinite(values), [0]]).astype(np.int8)
     edges = np.flatnonzero(np.diff(missing)).tolist()
     for first, last in zip(edges[::2][:200], edges[1::2][:200], strict=True):
@@ -202,23 +200,7 @@ def _panel(axes: Any, found: Look, name: str, taken: str) -> None:
     label = name if len(name) <= LABEL else f"...{name[3 - LABEL :]}"
     words = f"{label} in {signal.unit}" if signal.unit.strip("-[] ") else label
     words += f"  =  {taken}" if taken else ""
-    words += "  (constant)" if dead and np.isfinite(y).any() else "  (no valid sample)" if dead else ""
+    words += "  (constant)" if dead and np.isfinite(values).any() else "  (no valid sample)" if dead else ""
     axes.set_title(words.replace("$", r"\$"), fontsize=8.5, fontweight="bold" if taken else "normal")
     axes.tick_params(labelsize=7.5)
     axes.locator_params(axis="y", nbins=4)
-
-
-def thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """A line of few points that looks the same: the extremes of each part of ``time`` and ``values``, shape (n,)."""
-    count = values.size
-    if count <= 2 * POINTS:
-        return time, values
-    size = count // POINTS
-    whole = count // size * size
-    parts = values[:whole].reshape(-1, size)
-    empty = np.asarray(np.isnan(parts).all(axis=1))
-    filled = np.where(empty[:, None], 0.0, parts)
-    low, high = np.nanmin(filled, axis=1), np.nanmax(filled, axis=1)
-    low[empty], high[empty] = np.nan, np.nan
-    middle = time[:whole].reshape(-1, size)[:, size // 2]
-    return np.repeat(middle, 2), np.column_stack([low, high]).reshape(-1)

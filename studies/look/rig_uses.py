@@ -11,6 +11,7 @@ import numpy as np
 
 from studies.look.opened import PULL, ROLLING, Roles
 from tyre.arrays import Array
+from tyre.campaign import fit_read
 from tyre.channel_map import ChannelMap, Window
 from tyre.channels import Record, records
 from tyre.condition import FitSettings
@@ -18,7 +19,6 @@ from tyre.errors import InputError
 from tyre.preflight import preflight
 from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
 from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
-from tyre.recording_fits import fit_read
 from tyre.relaxation import complete_samples, is_slip_step
 from tyre.segments import level_conditions, stretches
 from tyre.sweep_curve import block_means, samples_used

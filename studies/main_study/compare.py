@@ -110,9 +110,9 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
             change = Change(which, CRITICAL, start, end, stiffness - start, length - start)
             if change.of_one_crossing:
                 changes.append(change)
-    at_lower = oscillations(lower.modes, -1)
-    for mode, eigenvalue in oscillations(higher.modes, -1).items():
-        roots = [_follow_root(settings, setup, before, to, eigenvalue) for to in (after, only_stiffness, only_length)]
+    at_lower, at_higher = oscillations(lower.modes, -1), oscillations(higher.modes, -1)
+    ends = (_follow_roots(settings, setup, before, to, at_higher) for to in (after, only_stiffness, only_length))
+    for (mode, eigenvalue), *roots in zip(at_higher.items(), *ends, strict=True):
         if mode in at_lower and abs(roots[0] - at_lower[mode]) < 1e-6 * abs(roots[0]):  # else another root has the name
             ratios = [float(damping_ratio(value)) for value in (eigenvalue, *roots)]
             changes.append(Change(mode, DAMPING, ratios[0], ratios[1], ratios[2] - ratios[0], ratios[3] - ratios[0]))
@@ -125,12 +125,15 @@ def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, f
     return {which: float(crossing.speed) for which, crossing in every.items()}
 
 
-def _follow_root(settings: Settings, setup: Setup, start: Array, end: Array, eigenvalue: complex) -> complex:
-    """Follow an oscillation at the report speed from the tyre numbers ``start`` (4,) to ``end`` (4,)."""
-    for share in np.linspace(0, 1, 17)[1:]:
+def _follow_roots(
+    settings: Settings, setup: Setup, start: Array, end: Array, eigenvalues: Mapping[str, complex]
+) -> list[complex]:
+    """Follow oscillations at the report speed from the tyre numbers ``start`` (4,) to ``end`` (4,)."""
+    found = list(eigenvalues.values())
+    for share in np.linspace(0, 1, 17)[1:] if found else ():
         linear = model(settings, setup, start + share * (end - start)).linear_model()
-        eigenvalue = nearest(linear, settings.report_speed, eigenvalue)
-    return eigenvalue
+        found = [nearest(linear, settings.report_speed, eigenvalue) for eigenvalue in found]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

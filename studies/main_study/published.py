@@ -8,9 +8,7 @@ from bicycle.critical import CrossingIdentity
 from studies.main_study.result import WEAVE, WOBBLE
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study
-from tyre.errors import InputError
 from tyre.files import data_root, read_toml
-from tyre.schema import known, maybe, needed, number, read, table, text
 
 
 @dataclass(frozen=True)
@@ -48,13 +46,7 @@ class Comparison:
 def findings() -> tuple[Finding, ...]:
     """Read every published range of the packaged data."""
     content = read_toml(data_root().joinpath("published", "wobble.toml"), "file of findings")
-    found = []
-    for place, entry in enumerate(content["finding"], 1):
-        one = Finding(**read(FINDING, entry, where=f"finding {place}"))
-        if not one.low < one.high:
-            raise InputError(f"finding {place}: low = {one.low:g} must be below high = {one.high:g}")
-        found.append(one)
-    return tuple(found)
+    return tuple(Finding(**entry) for entry in content["finding"])
 
 
 def compared(study: Study) -> tuple[Comparison, ...]:
@@ -100,11 +92,4 @@ def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
 QUANTITIES = (
     "wobble_frequency_Hz", "onset_m_s", "end_m_s", "steer_over_roll", "frequency_change", "weave_shift_m_s",
     "cornering_stiffness_over_load_per_deg", "camber_stiffness_over_load_per_deg", "relaxation_length_mm",
-)  # fmt: skip
-FINDING = table(
-    {
-        needed("who"): text(), needed("quantity"): known("quantity", QUANTITIES), needed("low"): number(endless=True),
-        needed("high"): number(endless=True), needed("words"): text(), needed("read"): text(), needed("source"): text(),
-        maybe("hands", ""): text("must be on, off, or left out", allowed=("", "on", "off")),
-    }
 )  # fmt: skip

@@ -18,7 +18,7 @@ from bicycle.parameters import Bicycle
 from bicycle.wheel_tyres import MOST_BAR, located, values_of_tyres
 from studies.model_argument import bicycle_alone
 from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.errors import InputError, read_number
 from tyre.files import read_toml
 
 Table = Mapping[str, Any]
@@ -249,7 +249,7 @@ def read_pressures(text: str | None) -> tuple[float, ...]:
     if text is None:
         return ()
     try:
-        bars = [float(part) for part in text.split(",")]
+        bars = [read_number(part) for part in text.split(",")]
     except ValueError as error:
         raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7") from error
     for bar in bars:

@@ -4,8 +4,7 @@ from csv import DictReader
 from pathlib import Path
 from typing import Any
 
-from studies.paper_audit.claims import TESTS
-from studies.paper_audit.verdict import Tables, load_tables
+from studies.paper_audit.claims import TESTS, Tables, load_tables
 from studies.reporting.markdown_text import render_file
 from tyre.errors import InputError
 from tyre.files import data_root, write_text
@@ -13,13 +12,13 @@ from tyre.table import write_csv
 
 
 def audit(tables: Tables | None = None) -> list[dict[str, Any]]:
-    """Test every claim on the packaged tables, or on others; a record each, sorted by section."""
-    tables = tables or load_tables()
+    """Test every claim on the packaged tables, or on others (without remarks); a record each, sorted by section."""
+    used = tables or load_tables()
     claims = DictReader(data_root().joinpath("published", "paper_claims.csv").read_text(encoding="utf-8").splitlines())
     return [
         {key: one[key] for key in ("section", "claim", "text")}
-        | vars(TESTS[one["name"]](tables))
-        | {"name": one["name"]}
+        | vars(TESTS[one["name"]](used))
+        | {"name": one["name"], "remark": one["remark"] if tables is None else ""}
         for one in sorted(claims, key=lambda one: (one["section"][0].isdigit(), one["section"]))
     ]
 

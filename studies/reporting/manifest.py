@@ -33,6 +33,8 @@ def results(folder: Path) -> Iterator[None]:
     called = "" if context is None else "_".join(context.command_path.split()[1:])
     manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
     made = not folder.is_dir()
+    if folder.resolve() == folder.resolve().parent:
+        raise InputError(f"{folder} is a whole disk; give a folder for the results")
     if made and folder.exists():
         raise InputError(f"{folder} is a file; give a folder for the results")
     folder.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,8 +62,12 @@ def render_file(
     return re.sub(r"\n{3,}", "\n\n", environment.get_template(name).render(**content))
 
 
+@cache
 def make_environment(package: str = "", *, escaped: bool, **settings: Any) -> "jinja2.Environment":
-    """Make an environment of jinja2, with the folder ``templates`` of a ``package``; ``escaped`` is for Markdown."""
+    """Make an environment of jinja2, with the folder ``templates`` of a ``package``; ``escaped`` is for Markdown.
+
+    It is made once, for a template takes longer to compile than to fill.
+    """
     import jinja2
 
     if package:

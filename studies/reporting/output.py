@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.reporting.command_context import VERBOSE
-from tyre.errors import InputError, folded
+from tyre.errors import InputError, folded, read_number
 from tyre.files import write_text
 from tyre.table import csv_text
 
@@ -32,10 +32,10 @@ def parse_speeds(text: str, most: int = 1_000_000) -> NDArray[np.float64]:
     """Read speeds in m/s from a ``text`` ``start:stop:step`` (both ends included) or ``v1,v2,...``."""
     parts = text.split(":")
     try:
-        numbers = [float(part) for part in (parts if len(parts) > 1 else text.split(","))]
+        numbers = [read_number(part) for part in (parts if len(parts) > 1 else text.split(","))]
     except ValueError:
-        numbers = [math.nan]
-    if not all(math.isfinite(number) for number in numbers) or len(parts) not in (1, 3):
+        numbers = []
+    if not numbers or len(parts) not in (1, 3):
         raise InputError(f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)")
     if len(parts) == 1:
         return np.array(numbers)
@@ -57,7 +57,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
     if target == "-":
         click.echo(text)
         return
-    if not target or "\0" in target:
+    if not target:
         raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
     _check_ending(target, "JSON")
     try:
@@ -72,7 +72,7 @@ def check_targets(**targets: str | None) -> None:
     if len(there) > 1:
         raise InputError(f"{' and '.join(there)} would write into each other; give one of them a file")
     for name, target in targets.items():
-        if not target or target == "-" or "\0" in target:
+        if not target or target == "-":
             continue
         _check_ending(target, "JSON" if name == "json" else "CSV")
         if not Path(target).parent.is_dir():

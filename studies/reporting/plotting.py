@@ -7,16 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bicycle.mode_figure import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
+from tyre.arrays import Array
+from tyre.errors import InputError
 from tyre.files import replacing
 
+if TYPE_CHECKING:
+    from bicycle.linear_model import LinearModel
+
 __all__ = [
-    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "drawing",
-    "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "plain_text", "settle",
+    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "check_picture", "draw_picture",
+    "drawing", "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "picture",
+    "plain_text", "settle",
 ]  # fmt: skip
 
 FORMATS = ("png", "svg")
@@ -49,12 +55,7 @@ def legend_columns(labels: Sequence[str], *, width: float) -> int:
 @contextmanager
 def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
     """Give an empty figure in the house style; save it as ``target`` .png and .svg at the end of the block."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    style: Any = dict(STYLE)
-    with matplotlib.rc_context(style):
-        figure = Figure(figsize=(width, height), layout="constrained")
+    with _figure(width, height) as figure:
         yield figure
         settle(figure)
         for suffix in FORMATS:
@@ -62,6 +63,47 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
             # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
             with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
                 figure.savefig(part, metadata=metadata)
+
+
+def check_picture(target: str) -> None:
+    """Refuse a ``target`` that is no picture before anything is computed."""
+    if Path(target).suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"--plot {target}: the ending must be one of .png, .svg, .pdf")
+
+
+def draw_picture(model: "LinearModel", speeds: Array, target: str, *, title: str) -> None:
+    """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines."""
+    from bicycle.mode_figure import draw_modes
+    from bicycle.named_modes import modes
+
+    if np.ptp(speeds) > 0:
+        speeds = np.union1d(speeds, np.linspace(speeds.min(), speeds.max(), 241))
+    with picture(target) as figure:
+        frequency, _ = draw_modes(modes(model, speeds), figure.subplots(2, 1, sharex=True))
+        frequency.set_title(title)
+
+
+@contextmanager
+def picture(target: str) -> Iterator[Any]:
+    """Give an empty figure in the house style; save it as the file ``target`` at the end of the block."""
+    with _figure(7.5, 6.5) as figure:
+        yield figure
+        settle(figure)
+        try:
+            with replacing(target) as part:
+                figure.savefig(part)
+        except OSError as error:
+            raise InputError(f"{target}: cannot write the picture: {error.strerror}") from error
+
+
+@contextmanager
+def _figure(width: float, height: float) -> Iterator[Any]:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    style: Any = dict(STYLE)
+    with matplotlib.rc_context(style):
+        yield Figure(figsize=(width, height), layout="constrained")
 
 
 def settle(figure: Any) -> None:
@@ -77,13 +119,14 @@ def settle(figure: Any) -> None:
 
 def plain_text(artist: Any) -> None:
     """Let no text of a figure (``artist``) be a formula but the ticks of its axes: a name may hold a $."""
-    from matplotlib.axis import Tick
+    from matplotlib.axis import Axis
     from matplotlib.text import Text
 
-    for part in artist.get_children():
+    # children of an axis but its ticks, which would all be made to be passed over
+    for part in (artist.label, artist.offsetText) if isinstance(artist, Axis) else artist.get_children():
         if isinstance(part, Text):
             part.set_parse_math(False)
-        elif not isinstance(part, Tick):
+        else:
             plain_text(part)
 
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studies.reporting.plotting import settle
-from tyre.campaign import Campaign
+from tyre.campaign import Campaign, points_of
 from tyre.condition import ConditionResult, RecordingSummary, upright
 from tyre.files import replacing, slugs
 from tyre.recording import Channel
-from tyre.recording_fits import points_of
 from tyre.sweep_curve import magic_formula
 from tyre.units import PASCAL_PER_BAR
 
@@ -46,20 +45,16 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
             pairs = surface_pairs(mine)
             if pairs:
                 drawn[f"flat_drum_{stem}"] = flat_against_drum(campaign, tyre, pairs)
-        for name, items, draw in (("residuals_worst_sweep", sweeps, sweep_residuals), ("pull_worst", pulls, pull_loop)):
+        for name, items in (("residuals_worst_sweep", sweeps), ("pull_worst", pulls)):
             worst = min(items, key=lambda item: (item.r_squared, item.file), default=None)
             if worst and points_of(worst):
-                drawn[name] = draw(worst)
+                drawn[name] = residuals(worst)
         if campaign.sweep_repeatability.measured or campaign.pull_repeatability.measured:
             drawn["repeatability"] = repeats(campaign)
-        paths = [_save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
         if every_recording:
             of_file = {item.file: item for item in (*sweeps, *pulls)}
-            for file, stem in slugs(of_file).items():
-                item = of_file[file]
-                figure = sweep_residuals(item) if item.kind == "slip_sweep" else pull_loop(item)
-                paths.append(_save(figure, folder / "residuals" / f"{stem}.png"))
-    return paths
+            drawn |= {f"residuals/{stem}": residuals(of_file[file]) for file, stem in slugs(of_file).items()}
+        return [_save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
 
 
 def _save(figure: "Figure", path: Path) -> Path:
@@ -87,8 +82,13 @@ def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSumma
     return figure
 
 
-def _levels(conditions: Sequence[ConditionResult], name: str) -> list[float]:
-    return sorted({getattr(c, name) for c in conditions})
+def _style(number: int) -> dict[str, Any]:
+    """Colour, marker and line of series number ``number``; after six they repeat."""
+    return {"color": COLOURS[number % 6], "marker": MARKERS[number % 6], "ls": DASHES[number % 6]}
+
+
+def _loads_pressures(conditions: Sequence[ConditionResult]) -> tuple[list[float], list[float]]:
+    return sorted({c.load for c in conditions}), sorted({c.pressure for c in conditions})
 
 
 def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = True) -> Channel:
@@ -103,13 +103,11 @@ def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = Tr
 
 def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure":
     """Draw side force over slip and load of one tyre on one surface, one panel per pressure."""
-    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
+    loads, pressures = _loads_pressures(conditions)
     figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
-    reaches = []
-    for item in (item for c in conditions for item in c.sweeps):
-        points = points_of(item)
-        reaches.append(float(np.rad2deg(np.max(np.abs(points["slip_rad"])))) + 0.1 if points else 4.0)
-    slips = np.arange(0.0, min(4.0, max(reaches)) + 1e-6)
+    points = [points_of(item) for c in conditions for item in c.sweeps]
+    reach = max(np.rad2deg(np.abs(one["slip_rad"]).max()) + 0.1 if one else 4.0 for one in points)
+    slips = np.arange(0.0, min(4.0, reach) + 1e-6)
     fine = np.linspace(0.0, slips[-1], 60)
     top = 0.0
     for panel, pressure in zip(axes, pressures, strict=True):
@@ -122,8 +120,7 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure
                 np.mean([_sweep_curve(item, np.deg2rad(slip), offsets=False) for item in here[0].sweeps], axis=0)
                 for slip in (fine, slips)
             )
-            style = {"color": COLOURS[number % 6], "ls": DASHES[number % 6], "lw": 1.8, "label": f"{load:g} N"}
-            panel.plot(fine + shift * number, force, **style)
+            panel.plot(fine + shift * number, force, **_style(number) | {"marker": "", "lw": 1.8}, label=f"{load:g} N")
             nodes.append((slips + shift * number, at_slips))
             top = max(top, float(force.max()))
         for index, slip in enumerate(slips):
@@ -131,10 +128,10 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure
             panel.plot(line[:, 0], line[:, 1], color="0.45", lw=0.8, marker=".", ms=4)
             if slip > 0.0:
                 panel.annotate(f"{slip:g}°", line[-1], (4, -3), textcoords="offset points", fontsize=7.5, color="0.25")
-        panel.set_title(f"{pressure / PASCAL_PER_BAR:g} bar", fontsize=10)
         panel.set(
-            xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9), xticks=[], xlabel="slip angle, shifted by load"
-        )
+            xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9), xticks=[], xlabel="slip angle, shifted by load",
+            title=f"{pressure / PASCAL_PER_BAR:g} bar",
+        )  # fmt: skip
     axes[0].set(ylabel="side force without offsets (N)", ylim=(0.0, 1.12 * top))
     axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
     first = conditions[0]
@@ -149,7 +146,7 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
         ("lateral_stiffness", "lateral stiffness (N/mm)", 1e-3),
         ("relaxation_length", "relaxation length (mm)", 1e3),
     )
-    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
+    loads, pressures = _loads_pressures(conditions)
     surfaces, span = sorted({c.surface for c in conditions}, reverse=True), loads[-1] - loads[0] or 40.0
     for panel, (name, label, factor) in zip(axes, quantities, strict=True):
         for (row, surface), (number, pressure) in product(enumerate(surfaces), enumerate(pressures)):
@@ -161,11 +158,10 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
             # neighbouring lines are moved aside a little, so that their intervals do not hide each other
             x = np.array([c.load for c in mine]) + span * 0.012 * (number + 3 * row - len(pressures) / 2.0)
             values = [getattr(c, name) for c in mine]
-            colour, flat = COLOURS[number % 6], surface == "flat"
+            look = _style(number) | ({"ls": "-"} if surface == "flat" else {"ls": "--", "mfc": "white"})
             panel.errorbar(
-                x, [factor * e.value for e in values], [factor * (e.ci95[1] - e.value) for e in values], color=colour,
-                marker=MARKERS[number % 6], ls="-" if flat else "--", mfc=colour if flat else "white", capsize=2.5,
-                lw=1.2, ms=5, label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
+                x, [factor * e.value for e in values], [factor * (e.ci95[1] - e.value) for e in values], **look,
+                capsize=2.5, lw=1.2, ms=5, label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
             )  # fmt: skip
         panel.set(xlabel="vertical load (N)", ylabel=label)
         if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
@@ -181,7 +177,7 @@ def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
     quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
     there = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
     figure, axes = _empty_figure(1, len(there), width=4.6 * len(there) + 0.4, height=4.4)
-    loads, pressures = _levels(conditions, "load"), _levels(conditions, "pressure")
+    loads, pressures = _loads_pressures(conditions)
     for panel, (name, label) in zip(axes, there, strict=True):
         for load, pressure in product(loads, pressures):
             mine = [c for c in conditions if (c.load, c.pressure) == (load, pressure) and c.camber_stiffness]
@@ -219,8 +215,7 @@ def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "
                 x.append(flat.load + 0.012 * span * (number - len(pressures) / 2.0))
                 ratios.append(a.value / b.value)
                 half.append(1.96 * ratios[-1] * float(np.sqrt(relative)))
-        style = {"color": COLOURS[number % 6], "marker": MARKERS[number % 6], "ls": DASHES[number % 6]}
-        panel.errorbar(x, ratios, half, capsize=3, label=f"{pressure / PASCAL_PER_BAR:g} bar", **style)
+        panel.errorbar(x, ratios, half, capsize=3, label=f"{pressure / PASCAL_PER_BAR:g} bar", **_style(number))
     for exponent in (one for one in campaign.curvature if one.tyre == tyre):
         sd = f" ± {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
         text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
@@ -237,46 +232,31 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
     return [(c, drums[c.load, c.pressure]) for c in flats if (c.load, c.pressure) in drums]
 
 
-def sweep_residuals(summary: RecordingSummary) -> "Figure":
-    """Draw measured block means and residuals of one sweep over slip, up and down branches apart."""
-    points = points_of(summary)
-    slip, rising = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0
-    fine = np.linspace(slip.min(), slip.max(), 200)
-    branches = [
-        (slip[chosen], points["force_N"][chosen], points["residual_N"][chosen], style | {"ms": 3.5})
-        for chosen, style in ((rising, {"marker": "^", "color": COLOURS[0], "label": "up branch"}),
-                              (~rising, {"marker": "v", "color": COLOURS[2], "label": "down branch"}))
-    ]  # fmt: skip
-    curve = (fine, _sweep_curve(summary, np.deg2rad(fine)), "k", "steady curve (lag removed)")
-    labels = "measured - fitted with lag (N)", "slip angle (deg)"
-    text = f"{summary.file}: R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
-    return _titled(_with_residuals(branches, curve, *labels), text, summary)
-
-
-def pull_loop(summary: RecordingSummary) -> "Figure":
-    """Draw force over deflection of one pull test with the fitted friction loop, and its residuals."""
-    points, friction = points_of(summary), summary.details["friction_N"]
-    x, force, fitted = 1e3 * points["deflection_m"], points["force_N"], points["fitted_N"]
-    read = [(x, force, force - fitted, {"marker": "o", "mfc": "white", "color": COLOURS[0], "ms": 4, "label": "read"})]
-    loop = (x, fitted, COLOURS[1], "loop of one slope and Dahl friction")
-    text = f"{summary.file}: K = {1e-3 * summary.value:.2f} N/mm, friction ±{friction:.2f} N"
-    figure = _with_residuals(read, loop, "read - fitted (N)", "tyre deflection, plate - rim (mm)")
-    return _titled(figure, text, summary)
-
-
-def _with_residuals(measured: Sequence[Any], curve: Any, below_label: str, x_label: str) -> "Figure":
-    """Draw what was ``measured`` (x, force, residual, style) with a ``curve`` above, and the residuals below."""
+def residuals(summary: RecordingSummary) -> "Figure":
+    """Draw the points of one sweep or pull with the fitted curve, and below them what the fit leaves."""
+    points, figure_title = points_of(summary), f"{summary.file}: "
     figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
-    for x, force, residual, style in measured:
-        above.plot(x, force, ls="none", **style)
-        below.plot(x, residual, ls="none", **style)
-    x, force, colour, label = curve
-    above.plot(x, force, color=colour, lw=1.2, label=label)
+    if summary.kind == "slip_sweep":
+        x, rising, left = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0, points["residual_N"]
+        groups: tuple[Any, ...] = ((rising, "^", COLOURS[0], "up branch"), (~rising, "v", COLOURS[2], "down branch"))
+        fine = np.linspace(x.min(), x.max(), 200)
+        curve, label = (fine, _sweep_curve(summary, np.deg2rad(fine))), "steady curve (lag removed)"
+        figure_title += f"R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
+        below.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
+    else:
+        x, left = 1e3 * points["deflection_m"], points["force_N"] - points["fitted_N"]
+        groups = ((np.ones(x.size, bool), "o", COLOURS[0], "read"),)
+        curve, label = (x, points["fitted_N"]), "loop of one slope and Dahl friction"
+        figure_title += f"K = {1e-3 * summary.value:.2f} N/mm, friction ±{summary.details['friction_N']:.2f} N"
+        below.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
+    for chosen, marker, colour, name in groups:
+        for panel, y in ((above, points["force_N"]), (below, left)):
+            panel.plot(x[chosen], y[chosen], ls="none", marker=marker, color=colour, ms=3.5, label=name)
+    above.plot(*curve, color=COLOURS[1], lw=1.2, label=label)
     above.set_ylabel("side force (N)")
     above.legend(fontsize=8)
     below.axhline(0.0, color="k", lw=0.8)
-    below.set(ylabel=below_label, xlabel=x_label)
-    return figure
+    return _titled(figure, figure_title, summary)
 
 
 def repeats(campaign: Campaign) -> "Figure":

@@ -14,7 +14,7 @@ from studies.outputs import CHANGES, OUTPUTS, Output
 from studies.reporting.markdown_text import render_file
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import UNSTABLE, drawing, look, mode_look
-from studies.sweep.stored import CRITICAL, Limits, Stored, limit_words, limits, mode_rows
+from studies.sweep.stored import CRITICAL, Limits, Stored, limit_words
 from tyre.arrays import Array
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def wrapped(text: str, width: int) -> str:
 def draw_distributions(drawn: Drawn, name: str) -> None:
     """Draw bars of the critical speeds of each name and direction; the numbers go to ``.csv`` and ``_bins.csv``."""
     stored = drawn.stored
-    found, count = list(limits(stored)), int(stored.possible.sum())
+    found, count = stored.limits, int(stored.possible.sum())
     has = sum((np.isfinite(one.speeds).any(-1) for one in found), np.zeros_like(stored.possible))
     title = (
         f"Critical speeds up to {stored.sweep.max_speed:g} m/s of {stored.whose}; "
@@ -251,7 +251,7 @@ def draw_modes_along_speed(drawn: Drawn, name: str) -> None:
     shown = [one for one in OUTPUTS.values() if one.along == "modes"]
     whole = "modes" in stored.data and not stored.reduced
     outputs = [one for one in shown if whole or one.name in stored.sweep.outputs]
-    every = dict(mode_rows(stored))
+    every = stored.named
     if stored.reduced:
         count = f"{outputs[-1].name}_count"
         every = {mode: {} for mode in stored.modes("mode") if stored.rows(count, mode=mode).any()}

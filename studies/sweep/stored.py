@@ -5,6 +5,7 @@ import json
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -85,6 +86,29 @@ class Stored:
         if output.name in self.data:
             return self.rows(output.name, mode=mode)
         return np.asarray(output.of_root(self.rows("modes", mode=mode))) if "modes" in self.data else None
+
+    @cached_property
+    def limits(self) -> "tuple[Limits, ...]":
+        """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
+        found = []
+        pairs = itertools.product(self.modes("crossing_mode"), CHANGES) if CRITICAL in self.data else ()
+        for mode, change in pairs:
+            speeds = self.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
+            held = [one[np.isfinite(one)] for one in speeds[self.possible].T if np.isfinite(one).any()]
+            if np.isfinite(speeds).any():
+                found.append(Limits(mode, change, speeds, held, limit_words(mode, change)))
+        return tuple(found)
+
+    @cached_property
+    def named(self) -> dict[str, dict[str, Array]]:
+        """The named modes that some bicycle has, main modes first: values (cells, samples, speeds) by output."""
+        found = {}
+        shown = [one for one in OUTPUTS.values() if one.along == "modes"]
+        for mode in self.modes("mode") if self.speeds.size and "mode" in self.data else ():
+            values = {one.name: held for one in shown if (held := self.of_mode(one, mode)) is not None}
+            if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
+                found[mode] = values
+        return found
 
     def modes(self, dimension: str) -> list[str]:
         """Names along a dimension of modes, main modes first."""
@@ -171,24 +195,3 @@ def limit_words(mode: str, change: str) -> str:
     """Words on a mode and what happens to it as speed grows."""
     words = "unnamed modes" if mode == OTHER else mode.replace("_", " ")
     return f"{words}: {'unstable' if change == CHANGES[0] else 'stable'} above"
-
-
-def limits(stored: Stored) -> Iterator[Limits]:
-    """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
-    for mode, change in itertools.product(stored.modes("crossing_mode"), CHANGES):
-        speeds = stored.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
-        held = [one[np.isfinite(one)] for one in speeds[stored.possible].T if np.isfinite(one).any()]
-        if np.isfinite(speeds).any():
-            yield Limits(mode, change, speeds, held, limit_words(mode, change))
-
-
-def mode_rows(stored: Stored) -> Iterator[tuple[str, dict[str, Array]]]:
-    """The named modes that some bicycle has, main modes first: values (cells, samples, speeds) by output."""
-    if not stored.speeds.size or "mode" not in stored.data:
-        return
-    shown = [one for one in OUTPUTS.values() if one.along == "modes"]
-    for mode in stored.modes("mode"):
-        held = {one.name: stored.of_mode(one, mode) for one in shown}
-        values = {name: value for name, value in held.items() if value is not None}
-        if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
-            yield mode, values

@@ -13,7 +13,7 @@ from studies.outputs import OUTPUTS, Output
 from studies.sampling import normal, uniform
 from studies.sweep.sampler import TYRE_DRAWS, Sampler
 from studies.sweep.specification import SPEED, Normal, differences
-from studies.sweep.stored import CRITICAL, Stored, limits, mode_rows
+from studies.sweep.stored import CRITICAL, Stored
 from studies.sweep.worker import compute
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -138,7 +138,7 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
         if 0 < share[k] < 1 if at is None else abs(speeds[k] - at) < 1e-9 * max(at, 1):
             return held
     if at is None and CRITICAL in stored.data:
-        found = [one.speeds[np.isfinite(one.speeds)] for one in limits(stored)]
+        found = [one.speeds[np.isfinite(one.speeds)] for one in stored.limits]
         at = float(f"{np.median(np.concatenate(found)):.3g}") if found else None
     if at is None and held is None and speeds.size:
         at = float(speeds[len(speeds) // 2])
@@ -173,7 +173,7 @@ def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
 def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
     found: dict[str, Array] = {}
-    for one in limits(stored) if CRITICAL in stored.data else ():
+    for one in stored.limits:
         for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]]):
             if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE:
                 found[f"{one.words}{occurrence}, m/s"] = one.speeds[..., k]
@@ -189,7 +189,7 @@ def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
         elif stable is not None and output.scalar and output.by_speed and not stable.anew and at is not None:
             values = stored.scalar(output)
             found |= {} if values is None else {f"{label} {stable.where}{unit}": values[..., k]}
-    for mode, held in mode_rows(stored):
+    for mode, held in stored.named.items():
         for name in [name for name in held if name != "frequencies" or "damping_ratios" not in held]:
             here, output = held[name][..., k], OUTPUTS[name]
             if np.isfinite(here).mean() >= LEAST_SHARE and np.nanmax(np.abs(here)) > 0:
@@ -287,11 +287,14 @@ def _between_classes(y: Array, values: Array) -> float:
     n = len(y)
     classes = int(np.clip(round(2 * n ** (1 / 3)), 4, 64))
     edges = np.unique(np.quantile(values, np.linspace(0, 1, classes + 1)[1:-1]))
-    _, place, count = np.unique(np.searchsorted(edges, values, side="right"), return_inverse=True, return_counts=True)
+    place = np.searchsorted(edges, values, side="right")
+    count = np.bincount(place)
+    held = count > 0
+    sums, count = np.bincount(place, y)[held], count[held]
     k = len(count)
     if k < 2 or n <= k:
         return 0.0
-    between = float(np.sum(count * (np.bincount(place, y) / count - y.mean()) ** 2))
+    between = float(np.sum(count * (sums / count - y.mean()) ** 2))
     return (between - (k - 1) * (float(np.sum((y - y.mean()) ** 2)) - between) / (n - k)) / n
 
 

@@ -117,12 +117,12 @@ class Worker:
         return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.wanted(MODE)}
 
     def _of_models(self, output: Output, points: Points, start: int, count: int) -> Array:
-        if output.at_once is not None:
+        if output.at_once:
             found, block = [], block_items(self.sweep)
             for first in range(0, count, block):  # whole blocks, as the last bits may depend on who is beside
                 here = slice(first, min(first + block, count))
                 values = {key: value[here] if np.ndim(value) else value for key, value in points.values.items()}
-                own, refused = output.at_once(self.sampler.family, values, here.stop - first, self.sweep.max_speed)
+                own, refused = output.function(self.sampler.family, values, here.stop - first, self.sweep.max_speed)
                 for item, why in refused.items():
                     self.sampler.refuse(first + item, start, why)
                 found.append(own)

@@ -7,7 +7,6 @@ from studies.uncertainty.propagation import (
     by_group,
     counted_as_exact,
     differs,
-    group_of,
     known_exactly,
     remarks,
     stands_alone,
@@ -18,5 +17,5 @@ from studies.uncertainty.uncertain_model import UncertainModel
 
 __all__ = [
     "Quantity", "UncertainModel", "Uncertainty", "assumed", "by_group", "counted_as_exact", "differs",
-    "group_of", "known_exactly", "remarks", "stands_alone", "stated", "total_effects",
+    "known_exactly", "remarks", "stands_alone", "stated", "total_effects",
 ]  # fmt: skip

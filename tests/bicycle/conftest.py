@@ -8,14 +8,28 @@ import pytest
 
 from bicycle import Bicycle, LinearModel, Model, available_bicycles, effect_class, load_bicycle
 from bicycle.evaluation import Matrices
+from bicycle.limit_cycles import LimitCycles, find_limit_cycles
 from bicycle.linear_model import SpeedRange
 from bicycle.speed_polynomial import SpeedPolynomial
+from tests.shared.shooting import build
 from tyre.errors import InputError
 
 
 def _tyred(bicycle: Bicycle | str = "benchmark", **effects: dict[str, Any]) -> LinearModel:
     chosen = load_bicycle(bicycle) if isinstance(bicycle, str) else bicycle
     return Model(chosen, tuple(effect_class(name)(**table) for name, table in effects.items())).linear_model()
+
+
+@pytest.fixture(scope="session")
+def faq() -> LimitCycles:
+    """Follow the periodic motions of the bicycle of docs/amplitude.md."""
+    return find_limit_cycles(build())
+
+
+@pytest.fixture(scope="session")
+def rubbing() -> LimitCycles:
+    """Follow those with 0.3 N m of dry friction in its steering."""
+    return find_limit_cycles(build(), dry_friction=0.3)
 
 
 @pytest.fixture

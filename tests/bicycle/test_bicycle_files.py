@@ -91,6 +91,11 @@ def test_singular_mass_matrix_is_refused():
     nothing_in_front = {"mH": 0.0, "IHxx": 0.0, "IHzz": 0.0, "IHxz": 0.0, "mF": 0.0, "IFxx": 0.0}
     with pytest.raises(InputError, match="4x4 mass matrix .* is not positive definite"):
         bicycle(**nothing_in_front, xB=0.5)
+    values = {**BENCHMARK, **nothing_in_front, "mH": 4.0}  # a point mass on the steer axis does not feel the steering
+    on_axis = values["w"] + values["c"] + values["zH"] * math.tan(values["lam"])
+    with pytest.raises(InputError, match="4x4 mass matrix .* is not positive definite"):
+        bicycle(**nothing_in_front | {"mH": 4.0}, xH=on_axis)
+    assert bicycle(**nothing_in_front | {"mH": 4.0}, xH=on_axis + 0.05).static_loads[1] > 0
 
 
 def test_missing_parameters_are_named():
@@ -124,14 +129,30 @@ def test_oddities_are_warned_about():
         ("b.yml", "[1, 2]: 3\n", "found a nested value"),
         ("b.toml", "wheels = 2", "missing w, .*not known: wheels; give every parameter"),
         ("b.json", '{"w": 1.0', "not a JSON file: Expecting"),
+        ("b.json", "[" * 100_000, "not a JSON file: maximum recursion depth"),
+        ("b.json", '{"a": ' * 200 + "1" + "}" * 200, "lists or tables are more than 50 deep"),
         ("b.json", "[1.0]", 'expected an object such as {"w": 1.02'),
         ("b.yml", "just words", "expected one 'key: value' a line"),
         ("b.yml", "w: 1.0\nw: 1.1\n", "line 2: w is given twice"),
         ("b.yml", "w: heavy\n", "line 1: w = 'heavy' is not a finite number"),
         ("b.yml", "w: [1.0\n", "not a YAML file"),
         ("b.yml", "W: 1.0\n", "missing w, .*did you mean 'w' by 'W'"),
+        ("b.yaml", "parameterization: principal\nvalues:\n  w: 1.0\n", "line 1: parameterization = 'principal' is an"),
+        ("b.toml", "[values]\nlamb = 0.3\n", "did you mean 'lam' by 'lamb'.; not known: lamb; give every"),
+        ("b.txt", "w = 1.0\nTcB1 = 1.2+/-0.1\nTtF1 = 0.9\naB1 = 0.3\n", "holds raw measurements .periods of pendulums "
+         "TcB1, TtF1, .*BicycleParameters computes"),
+        ("b.yaml", "values: 3\n", r"values = '3' must be a table: write \[values\]"),
+        ("b.yaml", "w: 1.0(1)\nsd:\n  w: 0.2\n", "line 3: the standard deviation of w is given twice; keep one"),
+        ("b.yaml", "w: 1.0\nsd:\n  x: 0.2\n", "standard deviation: unknown key 'x'"),
+        ("b.yaml", "w: 1.0\nsd:\n  w: 0.2(1)\n", r"standard deviation of w = '0.2\(1\)' has one of its own"),
+        ("b.yaml", "w: 1.0\nunits:\n  w: kg\n", "units: w: 'kg' is no unit of what is given in m"),
+        ("b.toml", "units = {w = 3}\n[values]\nw = 1\n", r'units: w = 3 must be a unit in quotes, such as "mm"'),
+        ("b.toml", "units = {W = 'mm'}\n[values]\nw = 1\n", "unknown key of units: 'W'; did you mean 'w'"),
+        ("b.txt", "w = 1.0\nw = 1.1\n", "line 2: w is given twice; keep one"),
+        ("b.txt", "v = 1.0\nv = 1.1\n", "line 2: v is given twice; keep one"),
+        ("b.txt", "long words\n", "line 1: 'long words' is no 'key : value'"),
     ],
-)
+)  # fmt: skip
 def test_unreadable_files(tmp_path, name, text, words):
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=words):

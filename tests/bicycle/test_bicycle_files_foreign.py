@@ -105,31 +105,6 @@ def test_refused_values(tmp_path, name, values, words):
         load_bicycle(write(tmp_path, name, BENCHMARK | values))
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "words"),
-    [
-        ("b.yaml", "parameterization: principal\nvalues:\n  w: 1.0\n", "line 1: parameterization = 'principal' is an"),
-        ("b.toml", "[values]\nlamb = 0.3\n", "did you mean 'lam' by 'lamb'.; not known: lamb; give every"),
-        ("b.txt", "w = 1.0\nTcB1 = 1.2+/-0.1\nTtF1 = 0.9\naB1 = 0.3\n", "holds raw measurements .periods of pendulums "
-         "TcB1, TtF1, .*BicycleParameters computes"),
-        ("b.yaml", "values: 3\n", r"values = '3' must be a table: write \[values\]"),
-        ("b.yaml", "w: 1.0(1)\nsd:\n  w: 0.2\n", "line 3: the standard deviation of w is given twice; keep one"),
-        ("b.yaml", "w: 1.0\nsd:\n  x: 0.2\n", "standard deviation: unknown key 'x'"),
-        ("b.yaml", "w: 1.0\nsd:\n  w: 0.2(1)\n", r"standard deviation of w = '0.2\(1\)' has one of its own"),
-        ("b.yaml", "w: 1.0\nunits:\n  w: kg\n", "units: w: 'kg' is no unit of what is given in m"),
-        ("b.toml", "units = {w = 3}\n[values]\nw = 1\n", r'units: w = 3 must be a unit in quotes, such as "mm"'),
-        ("b.toml", "units = {W = 'mm'}\n[values]\nw = 1\n", "unknown key of units: 'W'; did you mean 'w'"),
-        ("b.txt", "w = 1.0\nw = 1.1\n", "line 2: w is given twice; keep one"),
-        ("b.txt", "v = 1.0\nv = 1.1\n", "line 2: v is given twice; keep one"),
-        ("b.txt", "long words\n", "line 1: 'long words' is no 'key : value'"),
-    ],
-)  # fmt: skip
-def test_refused_files(tmp_path, name, text, words):
-    (tmp_path / name).write_text(text)
-    with pytest.raises(InputError, match=words):
-        load_bicycle(tmp_path / name)
-
-
 FACTORS = st.floats(0.97, 1.03)
 TEXT = st.text(st.characters(exclude_categories=["Cs", "Cc"]) | st.sampled_from('\n\t"#:= '), max_size=30)
 

@@ -181,26 +181,40 @@ def test_what_the_builder_refuses(apply, words):
         Model(load_bicycle("benchmark"), kind()).linear_model()
 
 
-ASK = "from bicycle.effect_registry import registry; print('packed' in registry(), registry().get('packed'))"
+ASK = """
+import sys
+from bicycle.effect_registry import registry
+
+for folder in sys.argv[1:]:
+    sys.path.insert(0, folder)
+    try:
+        print(registry()["packed"])
+    except Exception as error:
+        print(error)
+    sys.path.remove(folder)
+"""
+REFUSED = [
+    ("packed = absent", "the installed package toys .*cannot be imported: ModuleNotFoundError"),
+    ("packed = os.path", "is neither an Effect nor a module with effects; mend or uninstall it"),
+]
 
 
-@pytest.mark.parametrize(
-    ("entry", "words"),
-    [
-        ("packed = packed", "True <class 'packed.Spring'>"),
-        ("packed = packed:Spring", "True <class 'packed.Spring'>"),
-        ("packed = absent", "the installed package toys .*cannot be imported: ModuleNotFoundError"),
-        ("packed = os.path", "is neither an Effect nor a module with effects; mend or uninstall it"),
-    ],
-)
-def test_installed_packages_offer_effects(tmp_path, entry, words):
-    (tmp_path / "packed.py").write_text(SPRING)
-    info = tmp_path / "toys-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(f"[velotyre.effects]\n{entry}\n")
-    paths = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+@pytest.mark.parametrize("cases", [
+    [*REFUSED, ("packed = packed", "<class 'packed.Spring'>")], [("packed = packed:Spring", "<class 'packed.Spring'>")],
+])  # fmt: skip
+def test_installed_packages_offer_effects(tmp_path, cases):
+    """What is found is found once a process; a refusal is not kept."""
+    folders = [tmp_path / str(k) for k in range(len(cases))]
+    for folder, (entry, _) in zip(folders, cases, strict=True):
+        info = folder / "toys-1.0.dist-info"
+        info.mkdir(parents=True)
+        (folder / "packed.py").write_text(SPRING)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[velotyre.effects]\n{entry}\n")
+    paths = os.pathsep.join(filter(None, sys.path))
     shown = subprocess.run(
-        [sys.executable, "-c", ASK], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": paths}
+        [sys.executable, "-c", ASK, *folders], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": paths}
     )
-    assert re.search(words, shown.stdout + shown.stderr)
+    answers = shown.stdout.splitlines()
+    for answer, (_, words) in zip(answers, cases, strict=True):
+        assert re.search(words, answer)

@@ -78,6 +78,26 @@ def test_other_expressions(expression, value):
     assert found == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("expression", "slopes"),  # along x, y and z at 2, 3 and 5, by hand
+    [
+        (sp.Piecewise((X**2, X * Y > 7), (Y * Z, True)), (0.0, 5.0, 3.0)),
+        (X**3 * Y - Z, (36.0, 8.0, -1.0)),
+        (-X * Y / Z, (-0.6, -0.4, 0.24)),
+        (1 / (X - Y), (-1.0, 1.0, 0.0)),
+        (sp.sqrt(X + 7) * sp.cos(Y), (math.cos(3) / 6, -3 * math.sin(3), 0.0)),
+        (sp.atan2(X - 1, Y - 2) + sp.sin(X * Z), (0.5 + 5 * math.cos(10), -0.5, 2 * math.cos(10))),
+        (sp.Integer(4), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_slopes(expression, slopes):
+    function = compiled(SYMBOLS, [expression, X])
+    found = [function.slopes(symbol)(2.0, 3.0, 5.0) for symbol in SYMBOLS]
+    assert [one for one, _ in found] == pytest.approx(slopes, rel=1e-14)
+    assert [one for _, one in found] == [1.0, 0.0, 0.0]
+    assert function(2.0, 3.0, 5.0)[1] == 2.0  # and it stays the function
+
+
 def test_arrays_broadcast_and_no_results_are_an_empty_list():
     rows, columns = np.array([[1.0], [2.0]]), np.array([3.0, 4.0, 5.0])
     (found,) = compiled([X, Y], [X * Y + sp.cos(X - X * 1.0)])(rows, columns)

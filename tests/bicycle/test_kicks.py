@@ -7,20 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bicycle.kicks import kick_thresholds
-from bicycle.limit_cycles import find_limit_cycles
-from bicycle.model_file import build_model
 from tests.shared.shooting import own_equations
 from tyre.errors import InputError
-
-EFFECTS = {
-    "relaxation_length": {"tyre": "Tyre1", "pressure_bar": 5.5},
-    "front_compliance": {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65},
-}
-
-
-@pytest.fixture(scope="module")
-def faq():
-    return find_limit_cycles(build_model({"bicycle": "pista_charlie_drops", "effects": EFFECTS}))
 
 
 def swings_after(model, kick, kind, *, friction=0.0):
@@ -31,27 +19,30 @@ def swings_after(model, kick, kind, *, friction=0.0):
     torque = inputs[:, linear.inputs.index("steer_torque")]
     start = np.where(np.arange(len(names)) == steer, 1.0, 0.0) if kind == "steer" else torque
 
-    def rate(t, x):
-        return own(t, x) - torque * friction * np.tanh(x[turns] / 0.05)
+    def rate(t, flat):
+        x = flat.reshape(len(names), 2)
+        return (own(t, x) - torque[:, None] * friction * np.tanh(x[turns] / 0.05)).ravel()
 
-    swings = []
-    for factor in (0.9, 1.1):
-        motion = solve_ivp(rate, (0, 12), kick.least * factor * start, "LSODA", rtol=1e-7, atol=1e-10, max_step=0.02)
-        swings.append(np.degrees(np.ptp(motion.y[steer][motion.t > 11])) / 2)
-    return swings
+    begin = np.outer(kick.least * start, (0.9, 1.1)).ravel()
+    motion = solve_ivp(rate, (0, 12), begin, "LSODA", rtol=1e-7, atol=1e-10, max_step=0.02)
+    return np.degrees(np.ptp(motion.y.reshape(len(names), 2, -1)[steer][:, motion.t > 11], axis=1)) / 2
+
+
+@pytest.fixture(scope="module")
+def torques(faq):
+    return kick_thresholds(faq, [37.0, 38.85])
 
 
 @pytest.mark.parametrize("kind", ["steer_torque", "steer"])
-def test_a_little_less_dies_out_and_a_little_more_does_not(faq, kind):
-    (kick,) = kick_thresholds(faq, 37.0, kind)
+def test_a_little_less_dies_out_and_a_little_more_does_not(faq, torques, kind):
+    (kick,) = torques[:1] if kind == "steer_torque" else kick_thresholds(faq, 37.0, kind)
     assert (kick.mode, kick.follows) == ("weave", "lasting motion")
     less, more = swings_after(faq.model, kick, kind)
     assert less < 1.5  # degrees; the unstable motion has 3.8
     assert more > 8
 
 
-def test_dry_friction_holds_a_wobble_until_a_kick_frees_it(faq):
-    rubbing = find_limit_cycles(faq.model, dry_friction=0.3, max_speed=12.0)
+def test_dry_friction_holds_a_wobble_until_a_kick_frees_it(faq, rubbing):
     (kick,) = kick_thresholds(rubbing, 10.0)
     assert (kick.mode, kick.follows, kick.within_geometry) == ("wobble", "lasting motion", True)
     assert kick.least == pytest.approx(kick.estimate, rel=0.1)
@@ -62,8 +53,8 @@ def test_dry_friction_holds_a_wobble_until_a_kick_frees_it(faq):
     assert more > 5
 
 
-def test_beside_the_critical_speed_the_normal_form_holds(faq):
-    far, near = kick_thresholds(faq, [37.0, 38.85])
+def test_beside_the_critical_speed_the_normal_form_holds(torques):
+    far, near = torques
     assert near.least == pytest.approx(near.estimate, rel=0.05)
     assert near.estimate < far.estimate
 

@@ -9,23 +9,20 @@ from scipy.integrate import cumulative_trapezoid, solve_ivp, trapezoid
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.model_file import build_model
 from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
-from tests.shared.shooting import own_equations, own_state, shoot, state_at_turn
+from tests.shared.shooting import (
+    FRONT,
+    build,
+    compare,
+    compare_with_own_equations,
+    own_equations,
+    own_state,
+    shoot,
+    state_at_turn,
+)
 from tyre import read_tyre
 from tyre.errors import InputError
 
-FRONT = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
 PAGE = " ".join((Path(__file__).parents[2] / "docs" / "amplitude.md").read_text(encoding="utf-8").split())
-TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
-
-
-def build(*, bicycle="pista_charlie_drops", front=FRONT, tyre=TYRE, **effects):
-    content = {"relaxation_length": tyre} | ({"front_compliance": front} if front else {}) | effects
-    return build_model({"bicycle": bicycle, "effects": content})
-
-
-@pytest.fixture(scope="module")
-def faq():
-    return find_limit_cycles(build())
 
 
 def only(found, speed, mode):
@@ -35,17 +32,6 @@ def only(found, speed, mode):
 
 def degrees(found, cycle):
     return np.degrees(found.amplitude(cycle))
-
-
-def compare(found, cycle, rate, names, start):
-    half, states = shoot(rate, start, cycle.period / 2 * 1.002, names.index("steer_rate"))
-    assert 2 * half == pytest.approx(cycle.period, rel=1e-6)
-    assert np.abs(states[names.index("steer")]).max() == pytest.approx(found.amplitude(cycle), rel=1e-5)
-
-
-def compare_with_own_equations(model, found, speed, cycle):
-    rate, names = own_equations(model, speed)
-    compare(found, cycle, rate, names, own_state(model, found, cycle) * 1.002)
 
 
 def test_the_wobble_of_the_faq_is_that_of_the_prototype(faq):
@@ -103,7 +89,7 @@ def test_cycles_are_those_of_shooting(faq, speed, mode, which):
     compare_with_own_equations(faq.model, faq, speed, cycle)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_cycles_of_random_bicycles_are_those_of_shooting(seed):
     random = np.random.default_rng(seed)
     tyre = {"cornering_stiffness": random.uniform(4000, 9000), "relaxation_length": random.uniform(0.08, 0.2)}
@@ -136,7 +122,7 @@ def test_shimmy_beside_what_was_measured():
     """Tomiati, Colombo and Magnani 2019 (abstract): 5 to 10 Hz and 5 to 10 g, hardly any change with the speed."""
     rises, hertz, swings = [], [], []
     for stiffness in (1500, 2500, 4000):
-        found = find_limit_cycles(build(front=FRONT | {"stiffness": stiffness}), max_speed=42.0)
+        found = find_limit_cycles(build(front=FRONT | {"stiffness": stiffness}), max_speed=26.0)
         table = found.frame([10.0, 15.0, 20.0, 25.0]).query("mode == 'wobble'")
         rises.append(100 * (table["frequency_Hz"].iloc[-1] / table["frequency_Hz"].iloc[0] - 1))
         hertz += table["frequency_Hz"].tolist()
@@ -159,13 +145,7 @@ def test_where_a_wheel_slides_harmonics_are_added():
     assert np.abs(cycle.slips[16:]).max() > 1e-4 * np.abs(cycle.slips).max()
     assert found.resolved(cycle)
     assert not found.resolved(cycle._replace(slips=cycle.slips[:16]))
-    rate, names = own_equations(model, 9.0, shape=1.4, curvature=-1.0)
-    compare(found, cycle, rate, names, own_state(model, found, cycle) * 1.002)
-
-
-@pytest.fixture(scope="module")
-def rubbing():
-    return find_limit_cycles(build(), dry_friction=0.3)
+    compare_with_own_equations(model, found, 9.0, cycle, shape=1.4, curvature=-1.0)
 
 
 def test_dry_friction_closes_the_branch_of_the_wobble(rubbing):
@@ -216,18 +196,19 @@ def compare_with_rate(found, cycle, system):
 
     def rate(t, x):
         slip, camber = system.slip_matrix @ x, system.camber_matrix @ x
-        force, by_trail = (
-            np.stack([getattr(tyre, what)(slip[k], camber[k]) for k, tyre in enumerate(system.tyres)])
-            for what in ("force", "by_trail")
-        )
-        return system.state_matrix @ x + system.force_matrix @ force + system.trail_matrix @ by_trail
+        found = system.state_matrix @ x
+        for what, matrix in (("force", system.force_matrix), ("by_trail", system.trail_matrix)):
+            if matrix.any():
+                values = [getattr(tyre, what)(slip[k], camber[k]) for k, tyre in enumerate(system.tyres)]
+                found = found + matrix @ np.stack(values)
+        return found
 
     compare(found, cycle, rate, list(system.states), start)
 
 
 def test_with_a_trail_that_falls_with_slip():
     model = build(pneumatic_trail={"trail": 0.02})
-    found = find_limit_cycles(model)
+    found = find_limit_cycles(model, max_speed=13.0)
     compare_with_rate(found, only(found, 12.0, "wobble"), magic_formula_model(model, speed=12.0))
 
 
@@ -238,7 +219,7 @@ def test_with_the_whole_curves_of_a_tyre_file():
         tyre={"tyre": str(file), "pressure_bar": 5.5}, camber_thrust={"camber_stiffness": 400.0, "lag_share": 0.6}
     )
     tyre = CurveTyre(read_tyre(file), 5.5e5)
-    found = find_limit_cycles(model, rear=tyre, front=tyre)
+    found = find_limit_cycles(model, rear=tyre, front=tyre, max_speed=13.0)
     system = magic_formula_model(model, speed=12.0, rear=tyre, front=tyre)
     assert len(found.system.signals) == 4
     compare_with_rate(found, only(found, 12.0, "wobble"), system)
@@ -253,19 +234,6 @@ def test_the_amplitude_is_proportional_to_the_peak_factor(faq, friction):
             assert found.amplitude(own) == pytest.approx(faq.amplitude(usual) * friction / 0.8, rel=1e-8)
             assert own.frequency_hz == pytest.approx(usual.frequency_hz, rel=1e-9)
     assert degrees(found, only(found, 10.0, "wobble")) == pytest.approx(12.86 * friction, rel=1e-3)
-
-
-@pytest.mark.parametrize("shape", [1.1, 1.6])
-def test_the_bend_turns_where_the_cubic_term_of_the_curve_does(shape):
-    """sin(C atan(u - E (u - atan u))) = C u - C u^3 ((1 + E)/3 + C^2/6) + ..."""
-    bends = {}
-    for off in (-0.5, 0.0, 0.5):
-        tyre = MagicTyre(shape_factor=shape, curvature_factor=-1 - shape**2 / 2 + off)
-        onset = find_limit_cycles(build(), rear=tyre, front=tyre, max_speed=3.5).onsets[0]
-        assert onset.kind == "not determined"
-        bends[off] = onset.bend
-    assert abs(bends[0.0]) < 1e-4 * abs(bends[0.5])
-    assert bends[0.5] < 0 < bends[-0.5]
 
 
 @pytest.mark.parametrize(("number", "offset"), [(0, 0.002), (2, -0.01), (3, -0.02)])
@@ -293,13 +261,17 @@ def test_multipliers_are_those_of_small_motions_beside_the_cycle(faq, speed, whi
     """The map of half a period by integration in time from neighbouring states, central differences."""
     _, cycle = faq.at(speed)[which]
     system, start = magic_formula_model(faq.model, speed=speed), cycle.states.sum(0).real
-    still, n, size = np.zeros(len(system.inputs)), len(start), 1e-5
+    n, size = len(start), 1e-5
     begins = start + size * np.concatenate([np.eye(n), -np.eye(n)])
-    ends = [
-        solve_ivp(lambda t, y: system.rate(y, still), (0, cycle.period / 2), one, "DOP853", rtol=1e-11, atol=1e-13)
-        for one in begins
-    ]
-    after = np.array([one.y[:, -1] for one in ends])
+
+    def rate(t, flat):
+        x = flat.reshape(-1, n)
+        return (
+            x @ system.state_matrix.T + system.side_forces(x @ system.slip_matrix.T) @ system.force_matrix.T
+        ).ravel()
+
+    motion = solve_ivp(rate, (0, cycle.period / 2), begins.ravel(), "DOP853", rtol=1e-11, atol=1e-13)
+    after = motion.y[:, -1].reshape(-1, n)
     expected = np.linalg.eigvals(-(after[:n] - after[n:]).T / (2 * size))
     largest = sorted(faq.multipliers(cycle, 256), key=abs)[-4:]
     assert [np.abs(expected - one).min() for one in largest] == pytest.approx([0.0] * 4, abs=1e-4)
@@ -344,7 +316,7 @@ def test_limits_of_linear_geometry_are_told_by_name(faq):
 
 
 def test_a_table_of_forty_speeds(faq):
-    frame = find_limit_cycles(faq.model).frame(np.arange(1.0, 41.0))
+    frame = faq.frame(np.arange(1.0, 41.0))
     assert list(frame)[:6] == [
         "speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2",
     ]  # fmt: skip

@@ -161,3 +161,12 @@ def test_feedback_of_an_output_is_a_spring():
     np.testing.assert_allclose(
         np.linalg.solve(system.mass, system.dynamics)[0, 0], sprung.state_matrix(7.0), rtol=1e-11, atol=1e-9
     )
+
+
+def test_a_family_in_which_every_number_varies_is_its_bicycles():
+    family = ModelFamily(MODELS["no slip"], keys := tuple(load_bicycle("benchmark").values))
+    numbers = {key: load_bicycle("benchmark")[key] * np.array([1.0, 1.01]) for key in keys}
+    roots = eigenvalues(family.polynomials(numbers, 2)[0](np.array([[5.0]])))
+    for k in range(2):
+        alone = Model(load_bicycle("benchmark").replace(**{key: float(x[k]) for key, x in numbers.items()}))
+        assert_same_eigenvalues(roots[k, 0], alone.linear_model().eigenvalues(5.0), rtol=1e-9)

@@ -67,9 +67,9 @@ def test_half_the_kick_is_a_quarter_of_the_relative_difference(effects):
     while previous > 2e-8:
         nonlinear = system.simulate(time=time, initial=kicked(size), tolerance=1e-12)
         found = relative_difference(nonlinear, respond(linear, speed=6.0, time=time, initial=kicked(size)), still)
-        assert found <= previous / 3.9  # fourfold, up to the next order of the kick
-        size, previous, count = size / 2, found, count + 1
-    assert count >= 8
+        assert found <= previous / 3.9**2  # fourfold at each half, up to the next order of the kick
+        size, previous, count = size / 4, found, count + 1
+    assert count >= 4
 
 
 def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
@@ -81,7 +81,8 @@ def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
     system = magic_formula_model(model, speed=6.0, rear=rear, front=front)
     trim = system.trim()
     state = np.array([trim[name] for name in system.states])
-    slope = system.local_stiffness(system.slip_matrix @ state)
+    at = zip(system.tyres, system.slip_matrix @ state, strict=True)
+    slope = np.array([tyre.slope("force", slip, np.zeros(())) for tyre, slip in at])
     share = slope / np.array([*STIFFNESS.values()])
     assert (share < 0.97).all()
     local = {"cornering_stiffness": dict(zip(STIFFNESS, slope.tolist(), strict=True)),
@@ -168,8 +169,9 @@ def test_refused_models_and_motions():
         system.trim({"steer": 1.0})
     with pytest.raises(InputError, match="no steady motion found at 1 m/s; take smaller offsets or inputs"):
         system.trim({"lateral_force": 5000.0})
-    with pytest.raises(InputError, match="simulation at 1 m/s stops at .* s: .*probably fallen; take less time"):
-        system.simulate(time=[0.0, 400.0], initial={"lean": 1e150}, tolerance=1e-4)
+    for lean in (1e250, 1e290):  # which a few seconds, or the first step, carry out of what numbers hold
+        with pytest.raises(InputError, match="simulation at 1 m/s stops at .* s: .*probably fallen; take less time"):
+            system.simulate(time=[0.0, 400.0], initial={"lean": lean}, tolerance=1e-4)
 
 
 @pytest.mark.parametrize(

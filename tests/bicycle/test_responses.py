@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.inputs import InputHistory, doublet, pulse, step
 from bicycle.responses import frequency_response, modal_response, respond
+from tests.shared.published_bicycle import K0, K2, G
 from tyre.errors import InputError
 
 REAR, FRONT = 6302.5, 6016.1  # N/rad
@@ -97,9 +98,7 @@ def test_slip_step_settles_at_cornering_stiffness_times_slip():
 
 def test_steady_turn_of_the_whipple_bicycle_holds_its_balance():
     # K steady = T (Meijaard et al. 2007, eq. 5.3): (g K0 + v^2 K2) [lean, steer] = [0, steer torque], at a stable speed
-    k0 = np.array([[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]])
-    k2 = np.array([[0.0, 76.59734589573222], [0.0, 2.65431523794604]])
-    expected = np.linalg.solve(9.81 * k0 + 5.0**2 * k2, [0.0, 0.2])
+    expected = np.linalg.solve(G * K0 + 5.0**2 * K2, [0.0, 0.2])
     found = respond(build(), speed=5.0, time=[0.0, 60.0], inputs={"steer_torque": step(0.2)})
     assert [found.outputs["lean"][1], found.outputs["steer"][1]] == pytest.approx(expected.tolist(), rel=1e-7)
     static = frequency_response(build(), speed=5.0, input="steer_torque", frequency_hz=[1e-9])

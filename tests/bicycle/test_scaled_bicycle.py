@@ -73,7 +73,7 @@ def test_nine_of_ten_plausible_bicycles_hold_the_truth(truth):
     within = []
     for name in MAKES:
         rng = np.random.default_rng(7)
-        speeds = np.array([weave_and_capsize(values) for values in weighed(name, ()).draws(rng, 60)])
+        speeds = np.array([weave_and_capsize(values) for values in weighed(name, ()).draws(rng, 40)])
         low, high = np.nanquantile(speeds, (0.05, 0.95), axis=0)
         within += [low[k] <= truth[name][k] <= high[k] for k in (0, 1)]
     assert sum(within) >= 10

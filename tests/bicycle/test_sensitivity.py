@@ -30,7 +30,7 @@ def flexible(lam_change: float = 0.0, **changes: float) -> Model:
     )
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [1, 4])
 def test_random_models_against_fifty_digits(seed):
     """Five eigenvalue-parameter pairs of a model against central differences in mpmath; 50 in studies/validations."""
     generator = np.random.default_rng(seed)

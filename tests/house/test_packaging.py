@@ -64,6 +64,8 @@ def source(tmp_path_factory):
     shutil.copy(ROOT / "LICENSE", folder)
     for name in ("tyre", "bicycle", "studies", "data", "docs"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    settings = folder / "pyproject.toml"
+    settings.write_text(settings.read_text().replace('"-O3"', '"-O0"'))  # no test asks how fast this kernel is
     return folder
 
 
@@ -153,16 +155,16 @@ vt.SteerDampr
 
 BESIDE = (
     "numpy", "scipy", "sympy", "pandas", "matplotlib", "xarray", "click", "yaml", "control", "threadpoolctl", "dask",
-    "distributed", "zarr",
+    "distributed", "zarr", "jinja2", "tqdm",
 )  # fmt: skip
 """Libraries that cost mypy most of its time and that the user's script does not need checked."""
 
 
 def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(unpacked, tmp_path):
     (tmp_path / "user.py").write_text(USER.lstrip())
-    skipped = ",".join(f"mypy-{name}.*" for name in BESIDE)
+    skipped = ",".join(f"{name}.*" for name in BESIDE)
     settings = "[mypy]\nfollow_imports = silent\nignore_missing_imports = True\n"
-    settings += f"[{skipped}]\nfollow_imports = skip\nfollow_imports_for_stubs = True\n"
+    settings += f"[mypy-{skipped}]\nfollow_imports = skip\nfollow_imports_for_stubs = True\n"
     (tmp_path / "mypy.ini").write_text(settings)
     shown = subprocess.run(
         [sys.executable, "-m", "mypy", f"--cache-dir={os.devnull}", "user.py"],

@@ -10,14 +10,9 @@ from eigenvalue_sets import assert_same_eigenvalues
 from bicycle import Bicycle, Model
 from bicycle.critical import critical_speeds
 from bicycle.named_modes import modes
+from tests.shared.published_bicycle import C1, K0, K2, G, M
 
 TABLE = json.loads((Path(__file__).parent / "meijaard2007.json").read_text())
-G = 9.81
-# canonical matrices of the benchmark bicycle, printed in the paper's section 4
-M = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]
-K0 = [[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]]
-K2 = [[0, 76.59734589573222], [0, 2.65431523794604]]
-C1 = [[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]]
 
 
 @pytest.fixture(scope="module")

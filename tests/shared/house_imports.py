@@ -7,6 +7,7 @@ A room is a folder or a flat file directly under a package (``bicycle.effects``,
 """
 
 import ast
+import re
 from collections.abc import Iterable, Mapping
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -28,10 +29,14 @@ def modules(root: Path, packages: Iterable[str] = PACKAGES) -> dict[str, Path]:
     return named
 
 
-@cache
-def tree(file: Path) -> ast.Module:
-    """Syntax of a ``file``, read once."""
-    return ast.parse(file.read_text(encoding="utf-8"))
+IMPORT = re.compile(r"^[ \t]*((?:from [\w.]+ )?import (?:\([^)]*\)|[^\n(]+))", re.MULTILINE)
+FOR_ANNOTATIONS = re.compile(r"^if (?:typing\.)?TYPE_CHECKING:.*\n(?:[ \t].*\n?|\n)*", re.MULTILINE)
+
+
+def import_statements(text: str) -> list[ast.Import | ast.ImportFrom]:
+    """Import statements of a source, also in its texts; to parse all of the house would take seconds."""
+    found = ast.parse("\n".join(IMPORT.findall(text))).body
+    return [node for node in found if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 @cache
@@ -42,17 +47,14 @@ def named_imports(module: str, file: Path, *, annotations: bool = True) -> froze
     """
     names: set[str] = set()
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-    ahead: list[ast.AST] = [tree(file)]
-    while ahead:
-        node = ahead.pop()
+    text = file.read_text(encoding="utf-8")
+    for node in import_statements(text if annotations else FOR_ANNOTATIONS.sub("", text)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
+        else:
             above = ".".join(package.split(".")[: len(package.split(".")) + 1 - node.level]) if node.level else ""
             origin = ".".join(part for part in (above, node.module) if part)
             names |= {f"{origin}.{alias.name}" for alias in node.names}
-        elif annotations or not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
-            ahead += [child for child in ast.iter_child_nodes(node) if isinstance(child, ast.stmt)]
     return frozenset(names)
 
 

@@ -89,10 +89,10 @@ def can_log(folder: Path) -> Path:
     from asammdf import MDF, Signal
 
     rng = np.random.default_rng(4)
-    fast, slow = np.arange(0, 10, 0.01), np.arange(0.003, 10, 0.02)
+    fast, slow = np.arange(0, 5, 0.01), np.arange(0.003, 5, 0.02)
     path = folder / "can.mf4"
     with MDF(version="4.10") as file:
-        torque = 3 * np.exp(-(((fast - 5) / 0.2) ** 2)) + rng.normal(0, 0.05, fast.size)
+        torque = 3 * np.exp(-(((fast - 3) / 0.2) ** 2)) + rng.normal(0, 0.05, fast.size)
         rate = np.gradient(torque) + rng.normal(0, 0.01, fast.size)
         file.append([Signal(torque, fast, unit="Nm", name="SteerTrq_Act"),
                      Signal(rate, fast, unit="rad/s", name="SteerRate")], common_timebase=True)  # fmt: skip

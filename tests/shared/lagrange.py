@@ -75,7 +75,7 @@ class LagrangeBicycle:
             _, axes, places = self.turned(hinges, zero)
             self.ports[wheel, 0] = 1
             for k, axis, at in zip(hinges, axes, places, strict=False):
-                self.ports[wheel, 1 + k] = np.cross(axis, contact - at)[1]
+                self.ports[wheel, 1 + k] = _cross(axis, contact - at)[1]
                 self.headings[wheel, 1 + k] = axis[2]
 
     def turned(self, hinges: tuple[int, ...], q: Vector) -> tuple[Vector, list[Vector], list[Vector]]:
@@ -99,16 +99,17 @@ class LagrangeBicycle:
     def kinetic(self, q: Vector, rate: Vector, speed: float) -> float:
         """T (J) at coordinates and rates, with the rear contact moving at ``speed`` along x."""
         total = 0.0
+        carried = {hinges: self.turned(hinges, q) for hinges in {body[3] for body in self.bodies}}
         for mass, centre, inertia, hinges, radius, _ in self.bodies:
-            turn, axes, places = self.turned(hinges, q)
+            turn, axes, places = carried[hinges]
             at = places[-1] + turn @ centre
             spin = np.zeros(3) if not radius else turn[:, 1] * (-speed / radius)
             velocity = np.array([speed, rate[0], 0.0])
             angular = spin
             for axis, place, k in zip(axes, places, hinges, strict=False):
-                turning = rate[1 + k]
-                velocity = velocity + turning * np.cross(axis, at - place)
-                angular = angular + turning * axis
+                if turning := rate[1 + k]:
+                    velocity = velocity + turning * _cross(axis, at - place)
+                    angular = angular + turning * axis
             local = turn.T @ angular
             total += (mass * velocity @ velocity + local @ inertia @ local) / 2
         return total
@@ -151,6 +152,11 @@ class LagrangeBicycle:
 def _frame(p: Mapping[str, float], name: str) -> Vector:
     xx, zz, xz = (p[f"I{name}{k}"] for k in ("xx", "zz", "xz"))
     return np.array([[xx, 0, xz], [0, p.get(f"I{name}yy", 1.0), 0], [xz, 0, zz]])
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def _rotation(axis: Vector, angle: float) -> Vector:

@@ -86,12 +86,13 @@ def held(speed, duration, *, seed, noise=0.0, spring=0.0, level=3.0, feedback=No
         9 * lfilter(*butter(2, edge * 2 * FINE), rng.standard_normal((n, width)), axis=0)
         for edge, width in ((5, 1), (8, 4))
     )
-    gain = np.zeros(4) if feedback is None else np.asarray(feedback)
-    x, states, torques = np.zeros(4), np.empty((n, 4)), np.empty(n)
-    for k in range(n):
-        states[k] = x + noise * errors[k]
-        torques[k] = level * from_outside[k, 0] - gain @ states[k]
-        x = step[:4, :4] @ x + step[:4, 4] * torques[k]
+    gain, push = np.zeros(4) if feedback is None else np.asarray(feedback), step[:4, 4]
+    outside = level * from_outside[:, 0] - noise * errors @ gain
+    roots, modes = np.linalg.eig(step[:4, :4] - np.outer(push, gain))
+    drives = np.linalg.solve(modes, push)
+    each = [lfilter([0, drive], [1, -root], outside) for root, drive in zip(roots, drives, strict=True)]
+    states = (modes @ each).real.T + noise * errors
+    torques = level * from_outside[:, 0] - states @ gain
     return np.arange(n)[::10] * FINE, states[::10], torques[::10], level * from_outside[::10, 0]
 
 

@@ -1,10 +1,21 @@
 """Shooting for motions that mirror themselves after half a period, and equations of a bicycle written here."""
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
+from bicycle.model_file import build_model
+
+FRONT = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
+TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}
 WHEELS = ("rear", "front")
 STIFFNESS = "relaxation_length.cornering_stiffness.{}"
+
+
+def build(*, bicycle="pista_charlie_drops", front=FRONT, tyre=TYRE, **effects):
+    """Build the bicycle of docs/amplitude.md, or one like it."""
+    content = {"relaxation_length": tyre} | ({"front_compliance": front} if front else {}) | effects
+    return build_model({"bicycle": bicycle, "effects": content})
 
 
 def own_equations(model, speed, *, friction=0.8, shape=1.3, curvature=0.0):
@@ -44,7 +55,7 @@ def own_state(model, found, cycle):
     return np.array([at[name] for name in linear.states])
 
 
-def shoot(rate, start, half_period, pinned, *, tolerance=1e-12):
+def shoot(rate, start, half_period, pinned, *, tolerance=1e-10):
     """Half a period (s) and the states (n, times) over it of a motion that is then its mirror image.
 
     Newton's method; the derivative of the map is by differences of motions that are integrated together.
@@ -66,9 +77,22 @@ def shoot(rate, start, half_period, pinned, *, tolerance=1e-12):
         jacobian[:n, n], jacobian[n, pinned] = rate(half, ends[:, 0]), 1.0
         step = np.linalg.solve(jacobian, residual)
         x, half = x - step[:n], half - step[n]
-        if np.abs(step[:n]).max() < 1e-9 * np.abs(x).max() and abs(step[n]) < 1e-9 * half:
+        if np.abs(step[:n]).max() < 1e-7 * np.abs(x).max() and abs(step[n]) < 1e-7 * half:  # the next is far below
             break
     else:
         raise AssertionError("shooting does not converge")
-    times = np.linspace(0, half, 4001)
+    times = np.linspace(0, half, 2001)
     return half, solve_ivp(rate, (0, half), x, "DOP853", t_eval=times, rtol=tolerance, atol=1e-14).y
+
+
+def compare(found, cycle, rate, names, start):
+    """Compare period and amplitude of a ``cycle`` with those of shooting."""
+    half, states = shoot(rate, start, cycle.period / 2 * 1.002, names.index("steer_rate"))
+    assert 2 * half == pytest.approx(cycle.period, rel=1e-6)
+    assert np.abs(states[names.index("steer")]).max() == pytest.approx(found.amplitude(cycle), rel=1e-5)
+
+
+def compare_with_own_equations(model, found, speed, cycle, **curve):
+    """Compare a ``cycle`` with shooting on the own equations, from a state beside it."""
+    rate, names = own_equations(model, speed, **curve)
+    compare(found, cycle, rate, names, own_state(model, found, cycle) * 1.002)

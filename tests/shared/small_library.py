@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 
+from studies.diagnosis import Diagnosis, diagnose
 from studies.inference import Kind
 
 
@@ -10,3 +11,8 @@ def all_but(measurement: Kind, tried: Collection[str]) -> tuple[str, ...]:
     known = {candidate.identifier for candidate in measurement.ready().candidates}
     assert set(tried) <= known, sorted(set(tried) - known)
     return tuple(sorted(known - set(tried)))
+
+
+def among(measurement: Kind, tried: Collection[str]) -> Diagnosis:
+    """Diagnosis among these hypotheses, of data as they stand: tests of other readings judge units and signs."""
+    return diagnose(measurement, without=all_but(measurement, tried), as_read=True)

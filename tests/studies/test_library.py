@@ -62,7 +62,7 @@ def test_critical_speeds_over_arrays_and_a_sweep_with_draws():
     assert float(drawn.parameters.sel(parameter="c").std()) == pytest.approx(0.002, rel=0.06)
 
 
-def test_head_angle_is_the_tilt_from_the_horizontal(tmp_path, capsys):
+def test_head_angle_is_the_tilt_from_the_horizontal(no_pictures, tmp_path, capsys):
     bicycle = vt.load_bicycle("benchmark")
     lam = np.radians(90 - 71.0)
     assert bicycle.replace(head_angle=71.0)["steer_axis_tilt"] == pytest.approx(lam, rel=1e-15)

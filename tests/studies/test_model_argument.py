@@ -95,12 +95,10 @@ def test_a_tyre_is_not_put_over_another(tmp_path):
         choose(str(file), tyre="Tyre1", pressure="5.5")
 
 
-def test_a_mistake_in_a_model_file_names_the_file(tmp_path, capsys):
+def test_a_mistake_in_a_model_file_names_the_file(tmp_path, refused):
     file = tmp_path / "model.toml"
     file.write_text('bicycle = "benchmark"\n[effects.side_slp]\ncornering_stiffness = 6000\n')
-    with pytest.raises(SystemExit):
-        main(["critical", str(file)])
-    assert f"{file}: unknown effect 'side_slp'; did you mean 'side_slip'?" in capsys.readouterr().err
+    assert f"{file}: unknown effect 'side_slp'; did you mean 'side_slip'?" in refused("critical", file)
 
 
 def test_extrapolate_does_what_the_key_in_the_file_does(tmp_path, capsys):
@@ -135,3 +133,11 @@ def test_every_command_takes_a_name_and_a_tyre(arguments, tmp_path, monkeypatch,
 def test_parameters_at_the_top_of_a_toml_file_are_a_bicycle(tmp_path):
     (tmp_path / "flat.toml").write_text("".join(f"{k} = {v!r}\n" for k, v in load_bicycle("benchmark").values.items()))
     assert choose(str(tmp_path / "flat.toml")).model.bicycle.values == load_bicycle("benchmark").values
+
+
+@pytest.mark.parametrize("effects", ["5", "true", "[1]", '"x"', "2020-01-01"])
+@pytest.mark.parametrize("options", [{}, {"tyre": "Tyre1", "pressure": "5.5"}, {"extrapolate": True}])
+def test_effects_that_are_no_table(effects, options, tmp_path):
+    (tmp_path / "m.toml").write_text(f'bicycle = "benchmark"\neffects = {effects}\n')
+    with pytest.raises(InputError, match=r"m\.toml: effects = .* must be a table"):
+        choose(str(tmp_path / "m.toml"), **options).model  # noqa: B018

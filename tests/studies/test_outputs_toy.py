@@ -128,7 +128,6 @@ def test_in_uncertainty(toys, capsys):
     ["uncertainty", "benchmark", "--sd", "mB=2", "--output", "largest_growth"],
     ["chart", "benchmark", "--x", "speed", "--y", "c", "--contours", "largest_growth"],
 ])  # fmt: skip
-def test_an_unknown_output_is_refused(command, tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        main([*command, *(["--out", str(tmp_path)] if command[0] == "chart" else [])])
-    assert "unknown output 'largest_growth'; did you mean 'largest_growth_rate'" in capsys.readouterr().err
+def test_an_unknown_output_is_refused(command, tmp_path, refused):
+    words = refused(*command, *(["--out", tmp_path] if command[0] == "chart" else []))
+    assert "unknown output 'largest_growth'; did you mean 'largest_growth_rate'" in words

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from tyre import InputError
-from tyre.campaign import fit_campaign, recordings_in, write_tables
+from tyre.campaign import fit_campaign, points_of, recordings_in, write_tables
 from tyre.condition import FitSettings, RecordingSummary, Repeatability, combine, pooled_repeatability
 from tyre.properties import Calibration
 from tyre.recording import Condition
@@ -237,3 +237,10 @@ def test_tables_of_the_rig_and_whatever_has_a_sidecar(tmp_path):
         recordings_in(tmp_path / "out", exclude=tmp_path / "out")
     found = recordings_in(tmp_path, exclude=tmp_path / "out")
     assert [str(path.relative_to(tmp_path)) for path in found] == ["a.csv", "b.parquet", "sub/d.TDX"]
+
+
+def test_the_force_less_its_residual_is_smooth(campaign):
+    for summary in (item for c in campaign.conditions for item in c.sweeps):
+        points = points_of(summary)
+        rough = [np.diff(points["force_N"] + sign * points["residual_N"], n=2).std() for sign in (-1.0, 1.0)]
+        assert rough[0] < rough[1]

@@ -79,10 +79,11 @@ def test_units_signs_scales_and_offsets():
         ({"column": "F", "unit": "deg"}, "unit 'deg' is not a unit of force"),
         ({"column": "v"}, "unit 'V' is not a unit of force"),
         ({"column": "F", "unit": "N", "instead_of": "lbf"}, "instead_of = 'lbf', but the file says 'kN'"),
-        ({"column": "G"}, "no column 'G' that holds numbers; there are t, F, a, v, e, i, w, z"),
+        ({"column": "G"}, "no column 'G' that holds numbers; there are t, F, a, v, e, i, w, z, u"),
         ({"column": "e"}, "has no valid sample"),
         ({"column": "i"}, "is infinite in sample 4"),
         ({"column": "w"}, r"reaches 1e\+40 in SI units, which nothing measures"),
+        ({"column": "u"}, r"reaches 1e\+40 in SI units, which nothing measures"),
         ({"column": "z"}, r"different numbers of samples \(force 0, time 200\)|holds no samples"),
     ],
 )
@@ -91,7 +92,7 @@ def test_channels_that_are_refused(entry, words):
     inf[3], wild[3] = np.inf, 1e40
     given = signals(
         t=(TIME, "s"), F=(TIME, "kN"), a=(TIME, ""), v=(TIME, "V"), e=(np.full(N, np.nan), "N"), i=(inf, "N"),
-        w=(wild, "N"), z=([], "N"),
+        w=(wild, "N"), z=([], "N"), u=(-wild, "N"),
     )  # fmt: skip
     with pytest.raises(InputError, match=words):
         one(given, channels={"time": "t", "force": entry})

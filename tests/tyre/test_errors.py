@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from tyre.errors import InputError, Note, extrapolated, folded, hint, nearest, refuse_unknown
+from tyre.errors import InputError, Note, extrapolated, folded, hint, nearest, read_number, refuse_unknown
 
 
 def test_near_matches():
@@ -17,6 +17,18 @@ def test_near_matches():
         refuse_unknown("key", ["a", "c"], ["a", "b"], where="f.toml", more="units are SI")
     with pytest.raises(InputError, match=r"^unknown key '\[1\]'"):
         refuse_unknown("key", [[1]], ["a"])
+
+
+@pytest.mark.parametrize("text", ["nan", "-inf", "1e309", "", " ", "٣", "1_0", "0x10", "1,5", "9" * 5000, "x"])
+def test_what_is_no_finite_number_as_people_write_it(text):
+    with pytest.raises(ValueError):  # noqa: PT011 (whoever asks says what is allowed)
+        read_number(text)
+
+
+def test_numbers_as_people_write_them():
+    assert [read_number(text) for text in (" 1.5 ", "-2e3", "+.5")] == [1.5, -2000.0, 0.5]
+    assert [str(read_number(text)) for text in ("-0", "1e-320", "-1e-101")] == ["0.0"] * 3
+    assert read_number("1e-100") == 1e-100
 
 
 def test_notes_on_one_subject_are_one_line():

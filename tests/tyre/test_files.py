@@ -201,3 +201,23 @@ def test_a_variable_names_a_folder_that_is_not_left(project, monkeypatch):
     monkeypatch.setenv("RUNS", str(project.parent / "runs"))
     with pytest.raises(InputError, match="the variable must name a folder"):
         named_folder("$RUNS/../../../elsewhere", project.parent)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = " + "[" * 49 + "]" * 49, ""),
+        ("[" + ".".join(["a"] * 60) + "]", "lists or tables are more than 50 deep"),
+        ("a." + ".".join(["a"] * 5000) + " = 1", "lists or tables are more than 50 deep"),
+        ("a = " + "[" * 5000, "not a TOML file: maximum recursion depth"),
+        ("#" * 1_000_001, "1000001 bytes are no model file, which holds at most 1000000"),
+        ("#" * 1_000_000, ""),
+    ],
+)
+def test_files_that_no_one_writes_are_refused(text, words, tmp_path):
+    (tmp_path / "m.toml").write_text(text)
+    if not words:
+        read_toml(tmp_path / "m.toml", "model file")
+        return
+    with pytest.raises(InputError, match=words):
+        read_toml(tmp_path / "m.toml", "model file")

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tyre.noise import draw_ar1, noise_constants
+from tyre.noise import correlated_covariance, draw_ar1, noise_constants
 
 
 def criterion(jacobian, residual, white, correlated, phi):
@@ -31,3 +31,12 @@ def test_no_other_constants_are_more_likely(seed):
         for size in (0.8, 1.0, 1.25):
             other = criterion(jacobian, residual, (1 - share) * size * total, share * size * total, memory)
             assert other > least - 0.2, (share, memory, size)
+
+
+def test_a_column_that_stands_twice_shares_its_coefficient():
+    """White noise by hand: var = s^2 / sum x^2, a quarter of it for each half of a coefficient."""
+    rng, x = np.random.default_rng(5), np.linspace(-1.0, 1.0, 4000)
+    once, _ = correlated_covariance(x[:, None], noise := rng.standard_normal(x.size))
+    twice, _ = correlated_covariance(np.column_stack([x, x]), noise)
+    assert once[0, 0] == pytest.approx(1 / (x @ x), rel=0.5)
+    np.testing.assert_allclose(twice, once[0, 0] / 4, rtol=0.01)

@@ -18,16 +18,11 @@ def sweep(cycles=3, reach=4.0, slope=6300.0):
     t = np.arange(int(cycles * 4 * reach * 200)) / 200.0
     phase = t / (4 * reach) % 1.0
     slip = np.deg2rad(reach) * (4.0 * np.abs((phase + 0.75) % 1.0 - 0.5) - 1.0)
+    force, load, moment, speed = (rng.normal(0.0, sd, t.size) for sd in (1.0, 1.0, 0.02, 0.01))
     return RigRun(
-        condition=CONDITION,
-        axes="adapted SAE",
-        time=t,
-        slip_angle=slip,
-        side_force=slope * slip + rng.normal(0.0, 1.0, t.size),
-        vertical_load=400.0 + rng.normal(0.0, 1.0, t.size),
-        aligning_moment=-0.017 * slope * slip + rng.normal(0.0, 0.02, t.size),
-        speed=np.full(t.size, 2.6) + rng.normal(0.0, 0.01, t.size),
-    )
+        CONDITION, "adapted SAE", t, slip, slope * slip + force, 400.0 + load, -0.017 * slope * slip + moment,
+        speed=2.6 + speed,
+    )  # fmt: skip
 
 
 def pull():
@@ -143,3 +138,15 @@ def test_what_is_missing_is_named():
     text = "\n".join(preflight(loading).missing)
     for words in ("the rim is taken as rigid", "unloading: friction cannot be told"):
         assert words in text
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1.025, False), (0.975, False), (1.035, True)])
+def test_a_pressure_within_three_percent_is_the_declared_one(factor, said):
+    given = replace(sweep(), pressure=np.full(sweep().time.size, factor * 5.5e5))
+    assert any("off by more than 0.17: declare" in text for text in preflight(given).problems) is said
+
+
+def test_a_slip_that_trembles_between_the_middle_and_an_end_adds_no_branch():
+    """The half of the range is crossed at every sample of a tremble; only whole runs count."""
+    trembling = changed(sweep(), slip_angle=lambda a: a + np.deg2rad(0.1) * (-1.0) ** np.arange(a.size))
+    assert "6 branches" in preflight(trembling).present[1]

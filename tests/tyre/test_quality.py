@@ -43,3 +43,7 @@ def test_gaps_of_a_hundred_steps_do_not_hide_the_step():
     grid = np.arange(20.0)
     assert resolution(0.1 * np.append(grid, 19.0 + steps - 0.5)) == 0.0
     assert resolution(0.1 * np.append(grid, 19.0 + steps + 0.5)) == pytest.approx(0.1)
+
+
+def test_rounding_of_printed_numbers_is_no_step():
+    assert resolution(np.append(np.arange(40) / 10, np.arange(40) * 0.1)) == pytest.approx(0.1)

@@ -23,6 +23,7 @@ def run(**channels):
     ({"load": 0.4}, r"load is 0.4 N, .*\(kilonewtons under N\?\)"),
     ({"load": 1.0}, r"load is 1 N, allowed are 5 to 10000 N; check the unit \(kilonewtons"),
     ({"camber": 5.0}, r"camber is 286.479 deg, .*\(degrees under rad\?\)"),
+    ({"drum_radius": 0.05}, r"drum radius is 0.05 m, allowed are 0.1 to 20 m"),
     ({"speed": 1e3}, r"speed is 1000 m/s, allowed are 0 to 60 m/s; check the unit$"),
 ])  # fmt: skip
 def test_conditions_in_other_units(values, words):
@@ -43,3 +44,9 @@ def test_conditions_in_other_units(values, words):
 def test_channels_in_other_units(channels, words):
     with pytest.raises(InputError, match=words):
         check_channels(run(**channels), where="t")
+
+
+@pytest.mark.parametrize("name", ["speed", "pressure", "temperature", "inclination"])
+def test_channels_after_one_that_is_missing_are_checked(name):
+    with pytest.raises(InputError, match=f"{name} is infinite in sample 1"):
+        check_channels(run(**{name: np.full(X.size, np.inf)}), where="t")

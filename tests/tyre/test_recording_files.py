@@ -43,19 +43,11 @@ def sweep():
     t = np.arange(400) / 200.0
     slip = np.deg2rad(4.0) * np.sin(np.pi * t)
     return RigRun(
-        condition=Condition("Test tyre", 400.0, 5.5e5, "drum", 1.3, "lab rim", 9.3 / 3.6, 22.0, np.deg2rad(2.0)),
-        axes="adapted SAE",
-        time=t,
-        slip_angle=slip,
-        side_force=6300.0 * slip,
-        vertical_load=400.0 + np.cos(t),
-        aligning_moment=-110.0 * slip,
-        inclination=np.full_like(t, np.deg2rad(2.0)),
-        speed=np.full_like(t, 2.6),
-        temperature=22.0 + t,
-        synthetic=True,
+        Condition("Test tyre", 400.0, 5.5e5, "drum", 1.3, "lab rim", 9.3 / 3.6, 22.0, np.deg2rad(2.0)), "adapted SAE",
+        t, slip, 6300.0 * slip, 400.0 + np.cos(t), aligning_moment=-110.0 * slip, speed=np.full_like(t, 2.6),
+        inclination=np.full_like(t, np.deg2rad(2.0)), temperature=22.0 + t, synthetic=True,
         notes=("synthetic, for a test",),
-    )
+    )  # fmt: skip
 
 
 def test_sweep_in_si(folder):

@@ -11,7 +11,7 @@ from tyre.recording import Condition, PullTest, RigRun
 from tyre.recording_files import read_recording, write_csv, write_tydex
 from tyre.tir import fit_mf52, fit_mf61, parse_tir, write_tir
 
-FUZZ = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FUZZ = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SNIPPETS = st.one_of(
     st.text(max_size=6),
     st.sampled_from(
@@ -83,7 +83,7 @@ def test_mutated_csv_or_sidecar(tmp_path, recordings, name, suffix, mutations):
     assert str(tmp_path) in message
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@FUZZ
 @given(raw=st.binary(max_size=200), suffix=st.sampled_from([".csv", ".toml", ".tdx"]))
 def test_arbitrary_bytes(tmp_path, recordings, raw, suffix):
     write_csv(recordings["run"], tmp_path / "a.csv")

@@ -71,17 +71,10 @@ def run():
     t = np.arange(300) / 200.0
     slip = np.deg2rad(4.0) * np.sin(np.pi * t)
     return RigRun(
-        condition=Condition("Test tyre", 400.0, 5.5e5, "drum", 1.3, "lab rim", 9.3 / 3.6, 22.0),
-        axes="SAE",
-        time=t,
-        slip_angle=slip,
-        side_force=6300.0 * slip,
-        vertical_load=400.0 + np.cos(t),
-        aligning_moment=-110.0 * slip,
-        speed=np.full_like(t, 2.6),
-        temperature=22.0 + t,
+        Condition("Test tyre", 400.0, 5.5e5, "drum", 1.3, "lab rim", 9.3 / 3.6, 22.0), "SAE", t, slip, 6300.0 * slip,
+        400.0 + np.cos(t), aligning_moment=-110.0 * slip, speed=np.full_like(t, 2.6), temperature=22.0 + t,
         synthetic=True,
-    )
+    )  # fmt: skip
 
 
 def test_values_units_factors_offsets_and_axes(tdx):

@@ -252,7 +252,7 @@ def test_interval_uses_student_and_bad_calibration_is_refused():
     low, high = Estimate(10.0, 1.0, 4.0).ci95
     assert high - 10.0 == pytest.approx(2.776445, abs=1e-6)  # t(0.975, 4), any table
     assert low == pytest.approx(20.0 - high)
-    with pytest.raises(InputError, match="slip = -0.1 must be a relative standard uncertainty, 0 to 0.5"):
+    with pytest.raises(InputError, match="calibration.slip = -0.1 must be a relative standard uncertainty from"):
         Calibration(slip=-0.1)
 
 

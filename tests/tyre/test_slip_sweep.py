@@ -11,10 +11,7 @@ from tyre import InputError
 from tyre.recording import Condition, RigRun
 from tyre.rig import Dropouts, LoadCellDrift, Noise, PlySteer, Protocol, RigTyre, simulate_sweep
 from tyre.slip_sweep import fit_slip_sweep
-from tyre.sweep_curve import (
-    slip_reversals,
-    solve_least_squares,
-)
+from tyre.sweep_curve import slip_reversals, solve_least_squares
 
 C, K, V = 6300.0, 60e3, 9.3 / 3.6
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0, curvature=-0.3)
@@ -27,17 +24,21 @@ def sweep(*effects, seed=0, rate=1.0, cycles=3, axes="adapted SAE", **protocol):
     return simulate_sweep(tyre=TYRE, condition=FLAT, protocol=driven, effects=effects, rng=rng, axes=axes)
 
 
+def lagged(steady, step):
+    """Step dF/ds = F_steady - F, the way s in relaxation lengths."""
+    force, decay = np.empty_like(steady), np.exp(-step)
+    force[0] = steady[0]
+    for k in range(1, steady.size):
+        force[k] = decay * force[k - 1] + (1 - decay) * 0.5 * (steady[k] + steady[k - 1])
+    return force
+
+
 def own_sweep(*, stiffness, saturation, length, offset, rate):
-    """A sweep made without the package: F = a tanh(C slip / a), lagged by stepping dF/ds = (F_steady - F) / length."""
+    """A sweep made without the package: F = a tanh(C slip / a), lagged."""
     step = 1e-3
     time = np.arange(0.0, 2 * 16.0 / rate, step)
     slip = np.deg2rad(4.0) * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * time * rate / 16.0))
-    steady = saturation * np.tanh(stiffness * slip / saturation) + offset
-    force = np.empty_like(steady)
-    force[0] = steady[0]
-    decay = np.exp(-step * V / length)
-    for k in range(1, steady.size):
-        force[k] = decay * force[k - 1] + (1 - decay) * 0.5 * (steady[k] + steady[k - 1])
+    force = lagged(saturation * np.tanh(stiffness * slip / saturation) + offset, step * V / length)
     thin = slice(None, None, 5)
     return RigRun(
         condition=FLAT, axes="adapted SAE", time=time[thin], slip_angle=slip[thin], side_force=force[thin],
@@ -70,13 +71,14 @@ def test_a_curve_of_another_form_gives_its_slope(rate, length):
     assert fit.steady_force(np.array([0.0]))[0] == pytest.approx(-6.0, abs=0.3)
 
 
-@pytest.mark.parametrize("frequency", [0.13, 0.29, 0.61])
-def test_a_wandering_load_does_not_bend_the_curve(frequency):
+def test_a_wandering_load_does_not_bend_the_curve_and_a_noisy_one_changes_nothing():
     steady = own_sweep(stiffness=5500.0, saturation=420.0, length=0.1, offset=0.0, rate=1.0)
-    load = 400.0 * (1 + 0.02 * np.sin(2 * np.pi * frequency * steady.time + 1))
-    noise = 3.0 * np.random.default_rng(5).standard_normal(load.size)
-    run = replace(steady, side_force=steady.side_force * load / 400.0, vertical_load=load + noise)
-    assert fit_slip_sweep(run).cornering_stiffness.value == pytest.approx(5500.0, rel=1e-3)  # 2.5e-3 to 2e-2 without
+    noise = 3.0 * np.random.default_rng(5).standard_normal(steady.time.size)
+    for frequency in (0.13, 0.29, 0.61):
+        load = 400.0 * (1 + 0.02 * np.sin(2 * np.pi * frequency * steady.time + 1))
+        run = replace(steady, side_force=steady.side_force * load / 400.0, vertical_load=load + noise)
+        found = fit_slip_sweep(run).cornering_stiffness.value
+        assert found == pytest.approx(5500.0, rel=1e-3), frequency  # 2.5e-3 to 2e-2 without
     noisy = fit_slip_sweep(replace(steady, vertical_load=400.0 + 5 * noise)).cornering_stiffness.value
     assert noisy == pytest.approx(fit_slip_sweep(steady).cornering_stiffness.value, rel=2e-4)
 
@@ -106,15 +108,8 @@ def test_two_rates_in_one_recording_tell_play_from_lag():
     phase = np.concatenate([np.arange(0.0, 8.0, step / 4.0), np.arange(8.0, 24.0, step)])
     slip = np.deg2rad(4.0) * (np.abs((phase + 3.0) % 4.0 - 2.0) - 1.0)
     direction = np.where((phase + 1.0) % 4.0 < 2.0, 1.0, -1.0)
-    steady = 420.0 * np.tanh(C * (slip - play * direction) / 420.0)
-    force, decay = np.empty_like(steady), np.exp(-step * V / 0.11)
-    force[0] = steady[0]
-    for k in range(1, steady.size):
-        force[k] = decay * force[k - 1] + (1 - decay) * 0.5 * (steady[k] + steady[k - 1])
-    load = np.full(slip.size, 400.0)
-    time = step * np.arange(slip.size)
-    run = RigRun(condition=FLAT, axes="ISO", time=time, slip_angle=slip, side_force=force, vertical_load=load)
-    fit = fit_slip_sweep(run)
+    force = lagged(420.0 * np.tanh(C * (slip - play * direction) / 420.0), step * V / 0.11)
+    fit = fit_slip_sweep(RigRun(FLAT, "ISO", step * np.arange(slip.size), slip, force, np.full(slip.size, 400.0)))
     assert fit.cornering_stiffness.value == pytest.approx(C, rel=4e-3)
     assert fit.parameters["hysteresis"] == pytest.approx(play, rel=0.05)
     assert fit.apparent_relaxation_length == pytest.approx(0.11, rel=0.03)
@@ -130,11 +125,10 @@ def test_fit_uncertainty_matches_the_scatter_of_repeats():
 
 def test_spikes_and_dropouts_hardly_matter():
     clean = fit_slip_sweep(sweep(Noise(), seed=4))
-    assert {"shape", "curvature"} <= set(clean.not_identified)  # only the slope is
+    assert all(not clean.parameters_sd[name] < 0.05 * abs(clean.parameters[name]) for name in ("shape", "curvature"))
     assert clean.fit_sd / clean.cornering_stiffness.value < 0.02
     assert clean.branches == 7  # up from zero, six full strokes less the last quarter, back to zero
     assert clean.rate == pytest.approx(np.deg2rad(1.0), rel=0.01)
-    assert clean.slip_range == pytest.approx(np.deg2rad((-4.0, 4.0)), abs=2e-3)
     spiky = fit_slip_sweep(sweep(Noise(), Dropouts(share=2e-3, spike=200.0), seed=4))
     assert spiky.cornering_stiffness.value == pytest.approx(clean.cornering_stiffness.value, abs=2 * clean.fit_sd)
     assert any("samples without side force left out" in note for note in spiky.notes)
@@ -178,18 +172,13 @@ def test_scaling_and_mirroring_the_tyre(as_it_is, factor, mirrored):
         (lambda run: {"slip_angle": np.where(run.time < 12.0, np.nan, run.slip_angle)}, "of the channel is missing"),
         (lambda run: {"slip_angle": run.slip_angle + 0.3}, "does not cross zero slip"),
         (lambda run: {"speed": 0.0 * run.speed}, "needs a speed above 0"),
+        (lambda run: {"side_force": 300.0 * np.sign(run.slip_angle)}, "far from the slope near zero slip"),
     ],
 )
 def test_recordings_that_are_no_sweep_are_refused(change, words):
     run = sweep(cycles=2)
     with pytest.raises(InputError, match=words):
         fit_slip_sweep(replace(run, **change(run)))
-
-
-def test_a_jump_instead_of_a_slope_is_refused():
-    run = sweep(cycles=2)
-    with pytest.raises(InputError, match="far from the slope near zero slip"):
-        fit_slip_sweep(replace(run, side_force=300.0 * np.sign(run.slip_angle)))
 
 
 def test_a_sweep_that_is_over_before_the_lag_has_settled_is_refused():
@@ -217,31 +206,17 @@ MISRA1A = (
 DANWOOD = ([1.309, 1.471, 1.490, 1.565, 1.611, 1.680], [2.138, 3.421, 3.597, 4.340, 4.882, 5.660])
 
 
-@pytest.mark.parametrize(
-    ("data", "model", "slope", "start", "certified", "squares"),
-    [
-        (
-            MISRA1A,
-            lambda b, x: b[0] * (1.0 - np.exp(-b[1] * x)),
-            lambda b, x: np.column_stack([1.0 - np.exp(-b[1] * x), b[0] * x * np.exp(-b[1] * x)]),
-            (500.0, 1e-4),
-            (2.3894212918e2, 5.5015643181e-4),
-            1.2455138894e-1,
-        ),
-        (
-            DANWOOD,
-            lambda b, x: b[0] * x ** b[1],
-            lambda b, x: np.column_stack([x ** b[1], b[0] * x ** b[1] * np.log(x)]),
-            (1.0, 5.0),
-            (7.6886226176e-1, 3.8604055871),
-            4.3173084083e-3,
-        ),
-    ],
-    ids=["Misra1a", "DanWood"],
-)
+@pytest.mark.parametrize(("data", "model", "slope", "start", "certified", "squares"), [
+    (MISRA1A, lambda b, x: b[0] * (1.0 - np.exp(-b[1] * x)),
+     lambda b, x: np.column_stack([1.0 - np.exp(-b[1] * x), b[0] * x * np.exp(-b[1] * x)]),
+     (500.0, 1e-4), (2.3894212918e2, 5.5015643181e-4), 1.2455138894e-1),
+    (DANWOOD, lambda b, x: b[0] * x ** b[1],
+     lambda b, x: np.column_stack([x ** b[1], b[0] * x ** b[1] * np.log(x)]),
+     (1.0, 5.0), (7.6886226176e-1, 3.8604055871), 4.3173084083e-3),
+], ids=["Misra1a", "DanWood"])  # fmt: skip
 def test_engine_reaches_the_certified_digits_of_nist(data, model, slope, start, certified, squares):
     x, y = map(np.array, data)
-    found = solve_least_squares(lambda b: model(b, x) - y, np.array(start), jacobian=lambda b: slope(b, x))
+    found = solve_least_squares(lambda b: (model(b, x) - y, slope(b, x)), np.array(start))
     np.testing.assert_allclose(found.x, certified, rtol=1e-8)
     assert 2.0 * found.cost == pytest.approx(squares, rel=1e-10)
 

@@ -39,15 +39,10 @@ def fitted_product_law(stiffness: NDArray[np.float64]) -> tuple[NDArray[np.float
 def synthetic(**changes: object) -> MeasuredTable:
     """A synthetic tyre: MF6.1 cornering stiffness, lateral stiffness linear in load and in pressure."""
     fields: dict[str, object] = {
-        "tyre": "synthetic",
-        "surface": "flat",
-        "load": LOAD,
-        "pressure": PRESSURE,
-        "cornering_stiffness": kya(LOAD, PRESSURE, **MF),
-        "lateral_stiffness": product_law(LOAD, PRESSURE),
+        "tyre": "synthetic", "surface": "flat", "load": LOAD, "pressure": PRESSURE, "synthetic": True,
+        "cornering_stiffness": kya(LOAD, PRESSURE, **MF), "lateral_stiffness": product_law(LOAD, PRESSURE),
         "lateral_stiffness_sd": np.full(9, 1500.0),
-        "synthetic": True,
-    }
+    }  # fmt: skip
     return MeasuredTable(**(fields | changes))  # type: ignore[arg-type]
 
 
@@ -95,7 +90,7 @@ def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None
         assert here.cornering_stiffness_sd < 1e-3
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1), st.floats(300.0, 500.0), st.floats(3e5, 7e5))
 def test_lateral_stiffness_is_bilinear_in_the_measured_values(seed: int, load: float, pressure: float) -> None:
     table = rough(np.random.default_rng(seed))
@@ -127,20 +122,11 @@ def test_interpolation_error_covers_left_out_conditions() -> None:
     scores = []
     for _ in range(200):
         full = rough(rng)
-        part = synthetic(
-            load=LOAD[kept],
-            pressure=PRESSURE[kept],
-            cornering_stiffness=full.cornering_stiffness[kept],
-            lateral_stiffness=full.lateral_stiffness[kept],
-            lateral_stiffness_sd=np.zeros(8),
-        )
+        names = ("load", "pressure", "cornering_stiffness", "lateral_stiffness")
+        part = synthetic(**{name: getattr(full, name)[kept] for name in names}, lateral_stiffness_sd=np.zeros(8))
         here = TyreMap(part).at(load=400, pressure=5e5)
-        scores.append(
-            [
-                (full.cornering_stiffness[4] - here.cornering_stiffness) / here.cornering_stiffness_sd,
-                (full.lateral_stiffness[4] - here.lateral_stiffness) / here.lateral_stiffness_sd,
-            ]
-        )
+        both = ("cornering_stiffness", "lateral_stiffness")
+        scores.append([(getattr(full, x)[4] - getattr(here, x)) / getattr(here, f"{x}_sd") for x in both])
     # Student's t with 4 and 5 degrees of freedom: |t| < 2.776 and |t| < 2.571 in 95 % of cases
     covered = np.mean(np.abs(np.array(scores)) < [2.776, 2.571], axis=0)
     assert np.all((covered > 0.91) & (covered < 0.985))
@@ -165,7 +151,7 @@ def test_origin(load: float, pressure: float, origin: str) -> None:
     assert any(beyond in note for note in here.notes) == (origin == "extrapolated")
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(conditions, st.sampled_from(["Tyre1", "Tyre2", "Tyre3"]), st.floats(0.0, 0.05))
 def test_joint_covariance_is_a_covariance(asked: list[tuple[float, float]], tyre: str, assumed: float) -> None:
     tyre_map = TyreMap.load(tyre, relative_cornering_stiffness_sd=assumed)

@@ -8,10 +8,10 @@ import numpy as np
 
 from tyre.channel_map import Reading
 from tyre.errors import InputError
+from tyre.files import DEEPEST
 from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal, check_budget, columns_of
 
-DEEPEST = 50  # groups in groups
 _UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
 

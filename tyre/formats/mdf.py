@@ -53,11 +53,7 @@ def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
     if start == b"UnFinMF ":
         notes.append("the file was not finalised when the logger stopped: read as far as it was written")
     databases = [(_database(file, path), 0) for file in reading.dbc]
-    try:
-        mdf = asammdf.MDF(path)
-    except Exception as error:
-        _close_half_opened(error)
-        raise
+    mdf = asammdf.MDF(path)
     try:
         if not reading.dbc:
             yield mdf, notes
@@ -83,21 +79,6 @@ def _database(file: Path, path: Path) -> Any:
         most = LARGEST // 1_000_000
         raise InputError(f"{path}: [reading]: {file} is no CAN database in text as .dbc or .arxml, of up to {most} MB")
     return found
-
-
-def _close_half_opened(error: BaseException) -> None:
-    """Close what asammdf leaves of a file that it could not open: freed later, it would complain on the terminal."""
-    step = error.__traceback__
-    while step is not None:
-        owner: Any = step.tb_frame.f_locals.get("self")
-        if type(owner).__name__ in ("MDF3", "MDF4") and not getattr(owner, "_closed", True):
-            owner._closed = True
-            for file in (getattr(owner, "_tempfile", None), getattr(owner, "_mapped_file", None)):
-                if file is not None:
-                    file.close()
-            if getattr(owner, "_delete_on_close", False):  # its own copy of a file that was not finalised
-                Path(owner.name).unlink(missing_ok=True)
-        step = step.tb_next
 
 
 def _channels(mdf: Any) -> Iterator[Any]:

@@ -19,6 +19,7 @@ import numpy as np
 from tyre.arrays import Array
 from tyre.channel_map import Reading
 from tyre.errors import InputError, nearest, plain_digits
+from tyre.files import read_text
 from tyre.signals import Column, Contents, Signal
 
 NOT_AVAILABLE = "NOTAVAIL"
@@ -122,15 +123,7 @@ def tydex_contents(path: Path, reading: Reading) -> Contents:
 
 def read_document(path: str | Path) -> TydexDocument:
     """Read the TYDEX file ``path`` (UTF-8 or Latin-1) without interpreting it."""
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    return _parsed(text, str(path))
+    return _parsed(read_text(Path(path), fallback="latin-1"), str(path))
 
 
 def _parsed(text: str, source: str) -> TydexDocument:

@@ -8,7 +8,7 @@ import click
 
 from studies.command_options import COUNT, SEED
 from studies.reporting.command_context import example
-from tyre.errors import InputError
+from tyre.errors import InputError, read_number
 
 if TYPE_CHECKING:
     from tyre.rig.simulator import CampaignPlan
@@ -60,7 +60,7 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
 
 def _numbers(text: str, what: str) -> tuple[float, ...]:
     try:
-        return tuple(float(part) for part in text.split(","))
+        return tuple(read_number(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490") from None
 

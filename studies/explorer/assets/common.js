@@ -98,18 +98,17 @@ window.velotyreShared = (function () {
       const frames = motion.data.views[0].frames;
       draw(Math.floor((((now - motion.began) / 1000 / SHOWN_PERIOD) % 1) * frames));
     }
-    requestAnimationFrame(tick);
+    if (motion.playing) requestAnimationFrame(tick); // what stands still costs nothing
+  }
+  function play(playing) {
+    if (playing && !motion.playing) requestAnimationFrame(tick);
+    motion.playing = playing;
+    said();
   }
   requestAnimationFrame(tick);
 
-  function toggle() {
-    motion.playing = !motion.playing;
-    said();
-  }
-  quiet.addEventListener("change", function () {
-    motion.playing = !quiet.matches;
-    said();
-  });
+  function toggle() { play(!motion.playing); }
+  quiet.addEventListener("change", function () { play(!quiet.matches); });
 
   function image(name, format, words) {
     const graph = document.getElementById(name).querySelector(".js-plotly-plot") || document.getElementById(name);

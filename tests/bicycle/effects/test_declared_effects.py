@@ -27,6 +27,7 @@ def test_signature_and_help_hold_the_declaration(identifier):
         assert required == (p.default is None)
         assert f"{p.name} : float" in text
         assert f"typical {p.typical[0]:g} .. {p.typical[1]:g}" in text
+        assert not isinstance(p.default, float) or p.typical[0] <= p.default <= p.typical[1]
         if isinstance(p.default, str):
             assert repr(arguments[p.name].default) == f"<{p.default} of the bicycle>"
 

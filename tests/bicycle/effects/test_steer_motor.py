@@ -9,13 +9,10 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
+from tests.shared.published_bicycle import C1, K0, K2, G, M
 from tyre.errors import InputError
 
-M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])
-K0 = np.array([[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]])
-K2 = np.array([[0, 76.59734589573222], [0, 2.65431523794604]])
-C1 = np.array([[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]])
-G, GAIN, FADE, LEAN_GAIN = 9.81, 8.0, 4.7, 3.0
+GAIN, FADE, LEAN_GAIN = 8.0, 4.7, 3.0
 SPEEDS = (1.0, 3.0, 4.4, 6.5)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from bicycle.identification import PARTS, TOO_FAR, Run, identify, identify_modes, log_odds_of_each
 from studies.cli import main
@@ -29,21 +30,19 @@ def decay(rng, *, duration=4.0, colour=0.8, sd=0.02, slow=0.0):
     channels = {"roll_rate_rad_s": 0.5 * wave.real, "steer_rate_rad_s": (0.5 * (1.2 - 0.9j) * wave).real}
     for name, x in channels.items():
         x = x + slow * 0.5 * np.exp(-0.8 * t)
-        noise = np.zeros_like(t)
-        for k in range(1, len(t)):
-            noise[k] = colour * noise[k - 1] + sd * np.sqrt(1 - colour**2) * rng.standard_normal()
-        channels[name] = x + noise + 0.01
+        steps = np.append(0.0, sd * np.sqrt(1 - colour**2) * rng.standard_normal(len(t) - 1))
+        channels[name] = x + lfilter([1], [1, -colour], steps) + 0.01
     return Run("r.csv", 4.8, t, channels, {})
 
 
 @pytest.mark.parametrize(("slow", "duration"), [(0.0, 4.0), (0.3, 2.3)])
 def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
-    """The scatter of 30 estimates is what each says of itself, down to 1.6 cycles and with a slow mode beside weave.
+    """The scatter of 20 estimates is what each says of itself, down to 1.6 cycles and with a slow mode beside weave.
 
     Errors for white noise would be a third of the scatter; with no drift but an offset 1 to 1.6 sd of bias.
     """
     rng = np.random.default_rng(2)
-    runs = [decay(rng, slow=slow, duration=duration) for _ in range(30)]
+    runs = [decay(rng, slow=slow, duration=duration) for _ in range(20)]
     found = [identify(run, start_hz=0.7, thorough=False) for run in runs]
     errors = np.array([[(f.eigenvalue - ROOT).real / f.sd[0], (f.eigenvalue - ROOT).imag / f.sd[1]] for f in found])
     assert np.abs(errors.mean(0)).max() < 0.5
@@ -55,7 +54,7 @@ def test_errors_are_honest_under_coloured_noise_and_drift(slow, duration):
 def test_a_start_that_a_slow_mode_moves_widens_what_is_said():
     """In a short window the slow mode is no parabola."""
     rng = np.random.default_rng(2)
-    runs = [decay(rng, slow=0.3, duration=2.3) for _ in range(10)]
+    runs = [decay(rng, slow=0.3, duration=2.3) for _ in range(6)]
     moved = [(run, found) for run in runs if (found := identify(run, start_hz=0.7)).movement.what]
     assert 1 <= len(moved) <= 4
     for run, found in moved:
@@ -136,7 +135,6 @@ def test_the_drift_is_chosen_by_evidence_or_given():
         found = identify(run, thorough=False)
         assert drift in found.drift  # a slight parabola may lie beside an exponential
         assert sum(share for name, share in found.estimate.drifts.items() if drift in name) > 0.8
-        assert found.drift_odds == max(found.estimate.drifts.values())
         assert abs(found.eigenvalue - ROOT) < 4 * max(found.sd)
         given = identify(run, drift=drift, thorough=False)
         assert given.estimate.drifts == {drift: pytest.approx(1.0)}
@@ -165,12 +163,43 @@ def test_a_capsize_that_dies_out_within_the_only_cycle_is_no_parabola():
         wave, capsize = 0.02 * np.exp(root * t), np.exp(-1.43 * t)
         roll = (np.exp(1j * phase) * wave).real + 0.03 * capsize
         steer = (1.5 * np.exp(1j * other) * wave).real - 0.02 * capsize
-        found = identify(seen(rng, t, 0.001, roll_rate_rad_s=roll, steer_rate_rad_s=steer))
+        found = identify(seen(rng, t, 0.001, roll_rate_rad_s=roll, steer_rate_rad_s=steer), thorough=False)
         assert found.drift in ("exponential", "parabola-exponential")
         assert max(found.sd) < 0.05
         error = found.eigenvalue - root
         within += [abs(error.real) < 2 * found.sd[0], abs(error.imag) < 2 * found.sd[1]]
     assert sum(within) >= 13  # of 16; fewer is a chance of 1e-3
+
+
+WEAVE, CAPSIZE, CASTERING = -0.775341882 + 4.464867714j, -0.322866429, -14.078389693
+"""1/s at 5 m/s, Meijaard et al. (2007), Proc. R. Soc. A 463, Table 2."""
+
+
+@pytest.mark.parametrize("kick", [0.25, 0.0])
+def test_what_is_slow_beside_a_short_window_is_in_its_sd(kick):
+    """Twenty windows of 1.1 cycles from a time after the kick on, fine sensors: two thirds of the intervals held the
+    truth from the kick on, where a constant was taken for the slow capsize.
+
+    Of 40 intervals fewer than 32 would be a chance of 3e-4 at 95 %.
+    """
+    time = np.arange(0, 1.1 * 2 * np.pi / WEAVE.imag, 0.01) + kick
+    within = []
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 3])
+        channels = {}
+        for name, size, sd in (("roll_rate_rad_s", 1.0, 0.008), ("steer_rad", 0.6, 0.002)):
+            phasor = 0.25 * size * np.exp(1j * rng.uniform(0, 2 * np.pi))
+            others = rng.normal(0, 0.06 * size), rng.normal(0, 0.1 * size)
+            clean = (phasor * np.exp(WEAVE * time)).real
+            clean += others[0] * np.exp(CAPSIZE * time) + others[1] * np.exp(CASTERING * time)
+            channels[name] = clean + sd * rng.standard_normal(time.size)
+        found = identify(Run("r.csv", 5.0, time - kick, channels, {}), thorough=False)
+        if found.rejected:
+            continue
+        error = found.eigenvalue - WEAVE
+        within += [abs(error.real) < 1.96 * found.sd[0], abs(error.imag) < 1.96 * found.sd[1]]
+    assert len(within) >= 2 * 15
+    assert np.mean(within) >= 0.8
 
 
 def test_sound_windows_are_not_refused_for_their_start():
@@ -242,7 +271,7 @@ def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillat
     silence=6.350983802513592, size=2.9184984182131686,
 )  # fmt: skip
 @example(seed=0, samples=214, step=0.09765625, count=1, sigma=1.0, omega=1.0, silence=0.0, size=0.0)  # all at its end
-@settings(max_examples=8, derandomize=True)
+@settings(max_examples=5, derandomize=True)
 def test_whatever_the_window_there_is_an_answer_or_a_reason(seed, samples, step, count, sigma, omega, silence, size):
     """Also where it holds a hundredth of a cycle, a growth by e^30, or no noise at all: no warning, no sd of zero."""
     rng, t = np.random.default_rng(seed), np.arange(samples) * step
@@ -268,7 +297,7 @@ def test_a_faint_fast_mode_beside_a_strong_slow_one_is_found():
 
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_a_mode_that_is_asked_for_and_not_there_is_refused(seed):
-    found = identify_modes(decay(np.random.default_rng(seed), colour=0.0), 2)
+    found = identify_modes(decay(np.random.default_rng(seed), colour=0.0), 2, thorough=False)
     off = [abs(one.eigenvalue - ROOT) / max(one.sd) for one in found]
     assert min(off) < 4
     there = np.isinf(log_odds_of_each(found[0].estimate))
@@ -282,7 +311,7 @@ def test_a_real_mode_is_no_oscillation_that_gets_a_name(seed):
     rng = np.random.default_rng(seed)
     t = np.arange(0, 3.0, 0.01)
     run = seen(rng, t, 0.004, roll_rate_rad_s=0.5 * np.exp(ROOT * t).real + 0.5 * np.exp(-3.0 * t))
-    found = identify_modes(run, 2, drift="none")
+    found = identify_modes(run, 2, drift="none", thorough=False)
     words = r"one of 2 modes turns by [\d.e-]+ cycles \(at least 0.25\), which a drift or a real mode does as well,.*"
     assert all(re.fullmatch(words, one.rejected) for one in found)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle.identification import OWN_LINE, about_one_speed, repeats, surprise
@@ -90,6 +90,7 @@ def test_a_speed_that_scatters_more_has_its_own_sd():
     assert found.sd[0] < 0.6 * found.sd[12]
 
 
+@settings(max_examples=40)
 @given(st.lists(st.floats(-5, 5), min_size=1, max_size=12), st.floats(0.01, 1))
 def test_the_sd_never_falls_below_the_stated_one(values, stated):
     speeds = 4 + 0.5 * (np.arange(len(values)) // 3)
@@ -97,11 +98,11 @@ def test_the_sd_never_falls_below_the_stated_one(values, stated):
 
 
 def test_intervals_hold_a_law_with_and_without_an_outlier():
-    """Three speeds, three runs each (synthetic); sampling error of a share of 2700: 0.4 %."""
+    """Three speeds, three runs each (synthetic); sampling error of a share of 1200: 0.6 %."""
     rng = np.random.default_rng(3)
     for far in (0.0, 2.0):
         held = []
-        for _ in range(300):
+        for _ in range(150):
             speeds = np.repeat([4.0, 5.0, 6.0], 3) * rng.uniform(0.99, 1.01, 9)
             truth = -1 - 0.4 * speeds
             values = truth + rng.normal(0, 0.25, 9)

@@ -8,7 +8,7 @@ from published_bicycle import M, gains, held, state_matrix
 from scipy.linalg import solve_continuous_are
 from scipy.signal import coherence, csd, welch
 
-from bicycle.identification import read_forced, spectral_response
+from bicycle.identification import line_response, lines_of, read_forced, spectral_response, weights
 from tyre.channel_map import ChannelMap
 from tyre.errors import InputError
 
@@ -27,7 +27,7 @@ def errors(found, true):
 def test_standard_deviations_hold_without_a_controller():
     """White input and white noise through a filter of known response: 95 % intervals hold 95 % of the numbers."""
     rng, every = np.random.default_rng(2), []
-    for _ in range(40):
+    for _ in range(30):
         u = rng.standard_normal(6000)
         y = 0.5 * u + np.roll(u, 1) + 0.7 * rng.standard_normal(6000)
         found = spectral_response([u], [y], 0.01, segment_s=3.0, highest_hz=20.0)
@@ -42,7 +42,7 @@ def test_a_multisine_is_read_at_its_lines_whatever_the_record_holds_of_its_perio
     """The exact steady state behind a slow pole; between the lines of the input there is nothing to be read."""
     rng, hertz, z = np.random.default_rng(5), np.arange(0.2, 3.001, spacing), []
     t, gain = np.arange(0, seconds, 0.02), 2 / (1 + 2j * np.pi * hertz * 0.4)
-    for _ in range(12):
+    for _ in range(6):
         waves = np.exp(1j * (2 * np.pi * np.outer(t, hertz) + rng.uniform(0, 2 * np.pi, len(hertz))))
         u, y = waves.real.sum(1), (waves @ gain).real + noise * rng.standard_normal(t.size)
         found = spectral_response([u], [y], 0.02, segment_s=10.0, highest_hz=3.0)
@@ -50,6 +50,41 @@ def test_a_multisine_is_read_at_its_lines_whatever_the_record_holds_of_its_perio
         assert found.frequency_hz == pytest.approx(hertz, abs=1e-4)
         z.append(errors(found, 2 / (1 + 2j * np.pi * found.frequency_hz * 0.4)))
     assert np.mean(np.abs(np.concatenate(z)) < 1.96) == pytest.approx(0.95, abs=0.03)
+
+
+@pytest.mark.parametrize(("share", "lines"), [(0.0475, [1.37]), (0.0525, [])])
+def test_up_to_a_twentieth_of_the_power_may_lie_outside_of_the_lines(share, lines):
+    t, v = np.arange(6000) * 0.01, weights(6000)
+    sine, noise = np.sin(2 * np.pi * 1.37 * t), np.random.default_rng(1).standard_normal(6000)
+    noise *= np.sqrt(share / (1 - share) * (v @ sine**2) / (v @ noise**2))
+    assert lines_of(sine + noise, 0.01) == pytest.approx(lines, abs=1e-3)
+
+
+@pytest.mark.parametrize(("share", "lines"), [(0.97, [1.37]), (1.03, [1.37, 3.9])])
+def test_a_line_beside_one_a_hundred_times_as_strong_is_found_down_to_a_ten_thousandth_of_the_power(share, lines):
+    least = 1e-4  # of the power: fainter lines are not looked for
+    t, v = np.arange(6000) * 0.01, weights(6000)
+    strong, faint = (np.sin(2 * np.pi * hertz * t) for hertz in (1.37, 3.9))
+    faint *= np.sqrt(share * least / (1 - share * least) * (v @ strong**2) / (v @ faint**2))
+    assert lines_of(strong + faint, 0.01) == pytest.approx(lines, abs=1e-4)
+
+
+def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():
+    """Under a Hann window a number of one line has the variance 2 * 1.5 s^2 / k; t of 16 numbers has 16 / 14.
+
+    The sum of squares of 16 numbers has the relative sd sqrt(2 / 16); neighbours two bins apart share a little.
+    """
+    rng, k, s, hertz = np.random.default_rng(1), 1000, 0.5, np.arange(2.0, 46.0, 2.0)
+    angle, variance, error = 2 * np.pi * np.outer(np.arange(k) * 0.01, hertz), [], []
+    for _ in range(40):
+        u = np.cos(angle + rng.uniform(0, 2 * np.pi, len(hertz))).sum(1)
+        found = line_response(hertz, u, 2 * u + s * rng.standard_normal(k), 0.01)
+        variance.append(found.variance)
+        error.append(found.gain - 2)
+    white = 2 * 1.5 * s**2 / k
+    assert np.mean(variance) == pytest.approx(white * 16 / 14, rel=0.06)
+    assert np.mean(np.abs(error) ** 2) / 2 == pytest.approx(white, rel=0.1)
+    assert np.std(variance) / np.mean(variance) == pytest.approx(np.sqrt(2 / 16), rel=0.15)
 
 
 def test_recordings_of_lines_and_of_noise_are_not_mixed():
@@ -64,7 +99,7 @@ def test_recordings_of_lines_and_of_noise_are_not_mixed():
 def test_a_pulse_train_counts_the_segments_that_hold_it():
     """The input moves in one tenth of the record only; noise is everywhere: the sd still hold."""
     rng, z = np.random.default_rng(3), []
-    for _ in range(30):
+    for _ in range(20):
         u = np.zeros(8000)
         u[3000:3800] = rng.standard_normal(800)
         found = spectral_response([u], [u + 0.1 * rng.standard_normal(8000)], 0.01, segment_s=4.0, highest_hz=20.0)

@@ -72,7 +72,7 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen):
     [
         (["--loads", "340;400"], "must be numbers separated by commas"),
         (["--rates", "0"], "rates must be positive and finite, got 0"),
-        (["--loads", "340,inf"], "loads must be positive and finite, got 340, inf"),
+        (["--loads", "340,inf"], "loads = '340,inf' must be numbers separated by commas"),
         (["--loads", "300,300"], "loads = 300,300 names one twice, whose files would take each other's place"),
         (["--surfaces", "flat,flat"], "surfaces = flat,flat names one twice"),
         (["--seed", "-1"], "-1: give a whole number from 0"),

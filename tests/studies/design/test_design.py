@@ -62,10 +62,10 @@ def nothing(**more):
     return Wanted(**({"costs": {}, "sd": {}, "limits": {}, "samples": 50} | more))
 
 
-def wobble_growth(content, numbers):
-    """Largest real part (m,) of pairs between 4.5 and 14 Hz over all speeds, by numpy; numbers (m,) by key."""
+def wobble_growth(content, numbers, speeds=SPEEDS):
+    """Largest real part (m,) of pairs between 4.5 and 14 Hz over speeds, by numpy; numbers (m,) by key."""
     family = ModelFamily(build_model(content))
-    roots = np.linalg.eigvals(family.state_matrices(numbers, SPEEDS[None]))
+    roots = np.linalg.eigvals(family.state_matrices(numbers, speeds[None]))
     own = (roots.imag > FASTER) & (roots.imag < 2 * np.pi * 14)
     return np.where(own, roots.real, -np.inf).max((1, 2))
 
@@ -85,7 +85,7 @@ def test_the_optimum_of_three_numbers_is_confirmed_by_a_grid():
     low, high = found.problem.limits.low, found.problem.limits.high
     points = points[((points >= low) & (points <= high)).all(1)]
     assert len(points) > 300
-    assert wobble_growth(PLAIN, dict(zip(keys, points.T, strict=True))).min() > 0
+    assert wobble_growth(PLAIN, dict(zip(keys, points.T, strict=True)), SPEEDS[::5]).min() > 0
     at, beyond = (start + share * (x - start) for share in (1.0, 1.02))
     growth = wobble_growth(PLAIN, {key: np.array([a, b]) for key, a, b in zip(keys, at, beyond, strict=True)})
     assert abs(growth[0]) < 2e-3
@@ -345,11 +345,8 @@ def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp
         (["--vary", ",", "--up-to", "5", "--out", "a.toml"], "--vary: give at least one parameter"),
     ],
 )
-def test_commands_that_are_none(options, message, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["design", "benchmark", "--keep", "weave", "stable", *options])
-    assert stop.value.code == 2
-    assert message in capsys.readouterr().err
+def test_commands_that_are_none(options, message, refused):
+    assert message in refused("design", "benchmark", "--keep", "weave", "stable", *options)
 
 
 def test_a_demand_on_wobble_binds_the_root_that_is_wobble():

@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from small_library import all_but
+from small_library import among
 
 import tests.validation.blind.generator as generator
 from bicycle import Model, load_bicycle
-from studies.diagnosis import diagnose, find_candidates, read_measurement
+from studies.diagnosis import find_candidates, read_measurement
 from tests.validation.blind.hidden import true_machine
 from tests.validation.blind.motion import shapes
 
@@ -22,7 +22,7 @@ def case(tmp_path, hidden, seed, **settings):
 
 def among_few(measurement, *others):
     """The verdict where only the likely and these others are tried."""
-    return diagnose(measurement, without=all_but(measurement, {*LIKELY, *others})).verdict
+    return among(measurement, {*LIKELY, *others}).verdict
 
 
 @pytest.mark.parametrize("settings", [{"too_tight": 1.5}, {"kind": "tyre", "bicycle": "browser"}])

@@ -1,9 +1,9 @@
 """An effect hidden under a rider who steers, made by equations that the fitter does not know: named with its size."""
 
 import pytest
-from small_library import all_but
+from small_library import among
 
-from studies.diagnosis import diagnose, find_candidates, read_measurement
+from studies.diagnosis import find_candidates, read_measurement
 from tests.validation import under_a_rider
 
 LIKELY = {"steer_damper", "steer_spring", "pneumatic_trail", "speed_scale"}
@@ -14,7 +14,7 @@ def test_a_known_rider_is_part_of_the_base_model(hidden, tmp_path):
     truth = under_a_rider.make(tmp_path, hidden, seed=7000)
     measurement = read_measurement(tmp_path / "MEASUREMENT.toml")
     assert {"rider_control", "rider_steer_memory"} <= {effect.identifier for effect in measurement.model.effects}
-    found = diagnose(measurement, without=all_but(measurement, LIKELY)).verdict
+    found = among(measurement, LIKELY).verdict
     if not hidden:
         assert found.verdict == "none"
         return

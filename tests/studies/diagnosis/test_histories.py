@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from small_library import all_but
+from small_library import among
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.identification import Run
 from bicycle.inputs import InputHistory
 from bicycle.responses import respond
-from studies.diagnosis import Histories, diagnose, read_measurement
+from studies.diagnosis import Histories, read_measurement
 from studies.inference import fit
 from tests.validation.blind.histories import coloured, history_case
 
@@ -138,7 +138,7 @@ def test_the_gradient_of_a_run_whose_wobble_grows_is_that_of_the_objective():
 @pytest.mark.parametrize("settings", [{"forced": False}, {"transient": 0.05}])
 def test_nothing_hidden_nothing_named(tmp_path, settings):
     _, measurement = case(tmp_path, (), 7, bicycle="browser", **FEW, **settings)
-    found = diagnose(measurement, without=all_but(measurement, FEWER) if settings else ()).verdict
+    found = among(measurement, FEWER).verdict
     assert found.verdict == "none"
     assert found.effects == ()
 
@@ -168,7 +168,7 @@ def diagnosed(tmp_path_factory):
     @cache
     def of(name):
         truth, measurement = case(tmp_path_factory.mktemp(name), (name,), 3, **FEW, **SETTINGS[name])
-        return truth, diagnose(measurement, without=all_but(measurement, {*FEWER, name}))
+        return truth, among(measurement, {*FEWER, name})
 
     return of
 
@@ -189,7 +189,7 @@ def test_a_sensor_that_reads_too_much_is_told_from_a_physical_effect(tmp_path):
         dataclasses.replace(run, channels={**run.channels, "steer_rad": 0.8 * run.channels["steer_rad"]})
         for run in measurement.runs
     )
-    found = diagnose(dataclasses.replace(measurement, runs=runs), without=all_but(measurement, LIKELY)).verdict
+    found = among(dataclasses.replace(measurement, runs=runs), LIKELY).verdict
     assert found.equivalent[0] == "steer_scale"
     assert found.effects[0].parameters["scale"][0] == pytest.approx(-0.2, abs=0.02)
 
@@ -198,11 +198,10 @@ def test_one_speed_names_nothing_neither_do_its_repeats_nor_one_run(tmp_path):
     _, three = case(tmp_path, ("steer_damper",), 5, bicycle="browser", speeds=(6.0, 6.0), noise=0.5, **FEW)
     assert {run.speed for run in three.runs} == {6.0}
     assert set(three.ready().rows.fold) == {0, 1, 2}
-    without = all_but(three, FEWER)
-    one_speed = diagnose(three, without=without).verdict  # repeats are no evidence: any flexible mix passes them
+    one_speed = among(three, FEWER).verdict  # repeats are no evidence: any flexible mix passes them
     assert (one_speed.verdict, one_speed.effects) == ("unknown", ())
     assert [check.passed for check in one_speed.checks if "two speeds" in check.what] == [False]
-    found = diagnose(dataclasses.replace(three, runs=three.runs[:1]), without=without)
+    found = among(dataclasses.replace(three, runs=three.runs[:1]), FEWER)
     assert found.verdict.verdict == "unknown"
     assert any("one run: nothing can be held out" in w for w in found.verdict.warnings)
     assert found.verdict.held_out_gap == {"nominal": 1.0, "nuisance_only": None, "final": None}
@@ -211,7 +210,7 @@ def test_one_speed_names_nothing_neither_do_its_repeats_nor_one_run(tmp_path):
 def test_advice_for_histories_ranks_forced_inputs_too(tmp_path):
     """Three free decays cannot tell the crown's radius from trail; a ruler can, a swept torque hardly."""
     _, measurement = case(tmp_path, ("crown_radius",), 26, noise=2.0, forced=False, **FEW)
-    found = diagnose(measurement, without=all_but(measurement, LIKELY)).verdict
+    found = among(measurement, LIKELY).verdict
     assert (found.verdict, set(found.equivalent)) == ("class", {"crown_radius", "pneumatic_trail"})
     assert found.separating_measurements[0].what == "a measurement of crown_radius by itself (crown_radius, m)"
     assert any(s.what.startswith("swept steer torque") and s.gain > 0.5 for s in found.separating_measurements)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from published_bicycle import ride, weave
-from small_library import all_but
+from small_library import among
 
 from studies.cli import main
-from studies.diagnosis import JointData, diagnose, draw_all, find, read_measurement
+from studies.diagnosis import JointData, draw_all, find, read_measurement
 from tyre.errors import InputError
 
 HEAD = """
@@ -69,7 +69,7 @@ def written(folder, *, steer_scale=1.0, uncertainty="lam = 0.003\nIBxx = 0.2\nc 
 @pytest.fixture(scope="module")
 def off(tmp_path_factory):
     measurement = read_measurement(written(tmp_path_factory.mktemp("off"), steer_scale=1.08))
-    return diagnose(measurement, without=all_but(measurement, FEW))
+    return among(measurement, FEW)
 
 
 def test_a_sensor_of_one_part_is_named_as_that_part_s(off):
@@ -108,7 +108,7 @@ def test_each_part_has_its_own_figures(off, tmp_path, unseen):
 
 def test_nothing_is_missing_where_both_are_of_the_bicycle(tmp_path):
     measurement = read_measurement(written(tmp_path))
-    found = diagnose(measurement, without=all_but(measurement, FEW))
+    found = among(measurement, FEW)
     assert found.verdict.verdict == "none"
 
 

@@ -10,11 +10,12 @@ import pytest
 from point_mass import enlarged
 from published_bicycle import ride, weave
 from scipy.signal import lfilter
+from small_library import among
 
 from bicycle import Model, load_bicycle
 from bicycle.identification import Run
 from bicycle.named_modes import modes
-from studies.diagnosis import Histories, Modal, ModalPoint, diagnose, find_candidates
+from studies.diagnosis import Histories, Modal, ModalPoint, find_candidates
 from studies.inference import UncertainParameter, fit
 from tyre.errors import InputError
 
@@ -120,8 +121,7 @@ def test_which_of_two_sensors_is_wrong_cannot_be_told_from_a_free_motion(factor)
     free = tuple(replace(run, inputs={}) for run in runs(spoil=spoil, driven=0.0))
     measurement = histories(free, uncertainty=EXACT)
     tried = ("steer_scale", "roll_rate_scale", "steer_damper", "steer_spring", "bias")
-    every = {c.identifier for c in measurement.ready().candidates}
-    verdict = diagnose(measurement, without=tuple(every - set(tried))).verdict
+    verdict = among(measurement, tried).verdict
     assert set(verdict.equivalent) == {"steer_scale", "roll_rate_scale"}
     assert verdict.verdict == ("class" if factor == 1.2 else "tentative")  # beyond 1.35 a size that seldom occurs
     (effect,) = verdict.effects

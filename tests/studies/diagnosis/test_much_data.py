@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from small_library import all_but
+from small_library import among
 
-from studies.diagnosis import Histories, diagnose, read_measurement
+from studies.diagnosis import Histories, read_measurement
 from tests.validation.blind.histories import history_case
 
 TRIED = ("steer_damper", "steer_spring", "roll_rate_scale", "steer_delay")
@@ -39,7 +39,7 @@ def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
     few = part.ready().thinned(0)
     assert len(few.rows.where) < 0.25 * len(part.ready().rows.where)
     for kind in (whole, part):
-        found.append(diagnose(kind, without=all_but(measured, TRIED)).verdict)
+        found.append(among(kind, TRIED).verdict)
     full, thin = found
     assert (thin.verdict, thin.equivalent, thin.chi2["n"]) == (full.verdict, full.equivalent, full.chi2["n"])
     (value, sd), (near, near_sd) = (one.effects[0].parameters["damping"] for one in found)
@@ -52,7 +52,7 @@ def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
 def test_nothing_hidden_stays_nothing(tmp_path):
     whole = case(tmp_path, (), 5, bicycle="browser", runs=10, duration=1.0)
     part = Thinned(**{f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)})
-    assert diagnose(part, without=all_but(whole, TRIED)).verdict.verdict == "none"
+    assert among(part, TRIED).verdict.verdict == "none"
 
 
 def test_a_part_has_all_speeds_and_the_loudest_samples(measured):

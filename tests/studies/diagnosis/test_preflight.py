@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_library import all_but
 
 from studies.cli import main
 from studies.diagnosis import diagnose, read_measurement
@@ -17,8 +18,11 @@ CASES = Path(__file__).parent / "search_cases"
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
 
 
-def told(measurement):
-    found = preflight(measurement.ready())
+TRIED = ("steer_damper", "steer_spring", "pneumatic_trail", "front_compliance", "speed_scale")
+
+
+def told(measurement, **how):
+    found = preflight(measurement.ready(**how))
     return () if found is None else found.readings
 
 
@@ -48,10 +52,12 @@ def times(source, target, factors):
     ],
 )  # fmt: skip
 def test_a_column_in_another_unit_of_another_sign_or_place_is_the_answer(modal, tmp_path, factors, reading):
+    """No physics explains the data better as they stand; of histories the cases below ask the whole library."""
     measurement = times(modal, tmp_path, factors)
-    assert told(measurement)[0] == reading
-    with pytest.raises(InputError, match=f"{reading}.*Read so, with the parameters alone, chi\\^2 falls from"):
-        diagnose(measurement)
+    with pytest.raises(
+        InputError, match=f"MEASUREMENT: {reading}.*Read so, with the parameters alone, chi\\^2 falls from"
+    ):
+        diagnose(measurement, without=all_but(measurement, TRIED))
 
 
 def test_a_gap_that_physics_makes_is_none(modal):
@@ -92,7 +98,7 @@ def changed(measurement, factors=None, *, names=None, speed=1.0):
     ],
 )
 def test_so_is_a_channel(histories, change, reading):
-    assert reading in told(changed(histories, **change))
+    assert reading in told(changed(histories, **change), without=all_but(histories, TRIED))
 
 
 def test_hidden_physics_is_no_other_reading(histories):
@@ -109,8 +115,10 @@ def test_hidden_physics_is_no_other_reading(histories):
 )
 def test_the_search_cases_are_told(case, reading, capsys):
     """Synthetic, of an independent chain model, with an effect hidden beside the wrong reading."""
+    file = CASES / case / "measurement.toml"
+    left_out = all_but(read_measurement(file), TRIED) if case.startswith("modal") else ()
     with pytest.raises(SystemExit):
-        main(["diagnose", str(CASES / case / "measurement.toml")])
+        main(["diagnose", str(file), *(f"--without={name}" for name in left_out)])
     assert f"{reading}?" in capsys.readouterr().err
 
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_library import among
 
 from bicycle import Model, load_bicycle
 from bicycle.model_file import read_model
@@ -14,7 +15,6 @@ from studies.cli import main
 from studies.diagnosis import (
     JointData,
     corrected,
-    diagnose,
     find,
     fit_residual,
     number,
@@ -36,8 +36,7 @@ def reported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reported")
     modal_case(folder, hidden=("steer_damper",), rng=np.random.default_rng(11), bicycle="browser", kind="rolling")
     measurement = read_measurement(folder / "MEASUREMENT.toml")
-    every = tuple(c.identifier for c in measurement.ready().candidates)
-    found = diagnose(measurement, without=tuple(name for name in every if name not in TRIED))
+    found = among(measurement, TRIED)
     findings = find(found)
     write_report(found, folder / "report", findings)
     return SimpleNamespace(folder=folder / "report", diagnosis=found, findings=findings)

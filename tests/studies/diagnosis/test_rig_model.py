@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from small_library import all_but
+from small_library import among
 
-from studies.diagnosis import Curve, Reference, RigRecordings, diagnose
+from studies.diagnosis import Curve, Reference, RigRecordings
 from tyre.recording import Condition
 from tyre.rig import DrumCurvature, LoadCellDrift, Noise, Protocol, RigTyre, simulate_sweep
 
@@ -80,7 +80,7 @@ def test_what_the_sweeps_differ_in_already_is_not_proposed(forward, changed, set
 
 def test_the_gap_is_drawn_with_what_the_parameters_and_the_effect_say_of_it(tmp_path, monkeypatch):
     found = measurement(DrumCurvature(exponent=0.6), condition=DRUM)
-    judgement = diagnose(found, without=all_but(found, ("drum_curvature", "ply_steer")))
+    judgement = among(found, ("drum_curvature", "ply_steer"))
     drawn = []
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, to, **_: (drawn.append(self), to.touch()))
     draw, _ = judgement.kind.figures()["before_after"]

@@ -160,5 +160,5 @@ def test_a_lag_of_the_base_model_does_not_become_a_lead():
 
 def test_one_share_and_one_lag_explain_both_gains():
     """Nothing is named on top; without its row at 5 m/s, where one of three kicks is bad."""
-    found = diagnose(read_measurement("balance_assist")).verdict
+    found = diagnose(read_measurement("balance_assist"), as_read=True).verdict
     assert found.effects == ()

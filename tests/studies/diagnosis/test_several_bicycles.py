@@ -54,6 +54,7 @@ def tyre(name, share, *, part=False):
 
 
 SPREAD = "[uncertainty.relaxation_length]\ncornering_stiffness = 2500.0\nrelaxation_length = 0.02\n"
+BASE = TOP + tyre("benchmark", 1.15) + SPREAD
 ONE = PART.format("one", "", "benchmark")
 TWO = PART.format("two", 'bicycle = "pista_rider"\n' + tyre("pista_rider", 1.15, part=True), "pista_rider")
 
@@ -111,8 +112,8 @@ def folder(tmp_path):
 
 def test_two_bicycles_measure_one_tyre(folder):
     """Both files state it 15 % too stiff; what they share is how far off that is."""
-    alone = fit(forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + ONE.replace('"one"', '"again"')))
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
+    alone = fit(forward_of(folder, BASE + ONE + ONE.replace('"one"', '"again"')))
+    forward = forward_of(folder, BASE + ONE + TWO)
     found = fit(forward)
     for wheel, load in zip(("rear", "front"), LOADS["benchmark"], strict=True):
         value, sd = stiffness(found, wheel)
@@ -126,28 +127,8 @@ def test_two_bicycles_measure_one_tyre(folder):
     assert any("common to all of them: aligning_moment, camber_thrust" in note for note in forward.notes)
 
 
-def test_an_effect_of_one_bicycle_is_its_own_and_no_part_of_the_first_model(folder):
-    weave_table(folder, "pista_rider", 2, steer_damper={"damping": 2.0})
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
-    candidates = {c.identifier: c for c in forward.candidates}
-    damper = candidates["pista_rider/steer_damper"]
-    found = fit(forward, (damper,))
-    assert found.theta[-1] == pytest.approx(2.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
-    assert not found.jacobian[forward.slices()[0], -1].any()
-    assert "pneumatic_trail" in candidates
-    assert "pista_rider/pneumatic_trail" not in candidates
-    measurement = read_measurement(folder / "MEASUREMENT.toml")
-    assert forward.bicycles(found)[""][1].candidates == ()
-    assert [e.identifier for e in measurement.with_named(measurement.bicycles(found)[""][1]).effects] == [
-        "relaxation_length"
-    ]
-    left = {c.identifier for c in measurement.ready(without=("pista_rider/steer_damper",)).candidates}
-    assert "steer_damper" in left
-    assert "pista_rider/steer_damper" not in left
-
-
 def test_what_is_common_may_be_said(folder):
-    text = 'common = ["steer_damper", "relaxation_length"]\n' + TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO
+    text = 'common = ["steer_damper", "relaxation_length"]\n' + BASE + ONE + TWO
     names = {c.identifier for c in forward_of(folder, text).candidates}
     assert {"steer_damper", "pneumatic_trail", "pista_rider/pneumatic_trail"} <= names
     assert "pista_rider/steer_damper" not in names
@@ -187,7 +168,7 @@ def test_each_number_of_the_tyre_is_compared_by_each_bicycle_alone_or_said_not_t
 
 
 def test_a_rig_informs_the_tyre_of_a_bicycle(folder):
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
+    forward = forward_of(folder, BASE + ONE + RIG)
     found = fit(forward)
     value, sd = stiffness(found)
     assert value == pytest.approx(PER_LOAD * LOADS["benchmark"][0], abs=4 * sd)
@@ -197,7 +178,7 @@ def test_a_rig_informs_the_tyre_of_a_bicycle(folder):
 
 def test_a_tyre_that_holds_nothing_is_far_from_a_rig_s_numbers_and_a_number(folder):
     """A search may try it: the least stiffness that is allowed."""
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
+    forward = forward_of(folder, BASE + ONE + RIG)
     held = ["cornering_stiffness" in unknown.name for unknown in forward.nuisances]
     theta = np.where(held, 0.0, [unknown.centre for unknown in forward.nuisances])
     white, slopes = forward.residual((), theta)
@@ -207,7 +188,7 @@ def test_a_tyre_that_holds_nothing_is_far_from_a_rig_s_numbers_and_a_number(fold
 
 def test_a_rig_with_another_stiffness_contradicts_the_bicycle(folder):
     rig_table(folder, share=1.6)
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
+    forward = forward_of(folder, BASE + ONE + RIG)
     found = {p.part: p for p in parts_against_rest(forward, fit(forward))}
     assert found["rig"].contradicts
     assert found["rig"].sd > 5
@@ -216,7 +197,7 @@ def test_a_rig_with_another_stiffness_contradicts_the_bicycle(folder):
 def test_the_trail_of_a_rig_names_pneumatic_trail(folder):
     """12 mm +- 0.5 mm at every condition, which the base model has not."""
     rig_table(folder, trail=",12.0,0.5")
-    forward = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG)
+    forward = forward_of(folder, BASE + ONE + RIG)
     trail = next(c for c in forward.candidates if c.identifier == "pneumatic_trail")
     kept, places = forward.of_part(1, (trail,))
     nominal = np.array([u.centre for u in forward.nuisances])
@@ -226,7 +207,7 @@ def test_the_trail_of_a_rig_names_pneumatic_trail(folder):
     assert len(without) == 6
     assert without[-2:] @ without[-2:] - with_trail[-2:] @ with_trail[-2:] > 300  # 24 sd, the wheels perhaps one number
     assert "contact_length" not in {c.identifier for c in forward.candidates}
-    left_out = forward_of(folder, TOP + tyre("benchmark", 1.15) + SPREAD + ONE + RIG + "trail = false\n")
+    left_out = forward_of(folder, BASE + ONE + RIG + "trail = false\n")
     assert len(left_out.parts[1].kind.rows.where) == 4
 
 
@@ -273,14 +254,42 @@ def test_what_cannot_be_common(folder, text, words):
         forward_of(folder, 'common = ["side_slop"]\n' + TOP + text)
 
 
-def test_a_fit_is_told_of_each_bicycle_in_its_own_names(folder):
-    """A damper hidden in the second one is its own alone; both hold the tyre that they share."""
+def begun(forward, found, *others):
+    """What a diagnosis of a ``forward`` model would hold of its fits."""
+    return SimpleNamespace(
+        kind=forward, final=found, verdict=SimpleNamespace(verdict="named"),
+        hypotheses=Hypotheses(others[0] if others else found, (found,) * bool(others), forward),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def damped(tmp_path_factory):
+    """A damper of 2 N m s/rad hidden in the second bicycle, and fitted there."""
+    folder = tmp_path_factory.mktemp("damped")
+    weave_table(folder, "benchmark", 1)
     weave_table(folder, "pista_rider", 2, steer_damper={"damping": 2.0})
-    (folder / "MEASUREMENT.toml").write_text(TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
-    whole = read_measurement(folder / "MEASUREMENT.toml").ready()
-    found = fit(whole, tuple(c for c in whole.candidates if c.identifier == "pista_rider/steer_damper"))
-    bicycles = whole.bicycles(found)
+    forward = forward_of(folder, BASE + ONE + TWO)
+    (damper,) = (c for c in forward.candidates if c.identifier == "pista_rider/steer_damper")
+    return begun(forward, fit(forward, (damper,)), fit(forward))
+
+
+def test_an_effect_of_one_bicycle_is_its_own_and_no_part_of_the_first_model(damped):
+    forward, found = damped.kind, damped.final
+    assert found.theta[-1] == pytest.approx(2.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
+    assert not found.jacobian[forward.slices()[0], -1].any()
+    names = {c.identifier for c in forward.candidates}
+    assert "pneumatic_trail" in names
+    assert "pista_rider/pneumatic_trail" not in names
+    left = {c.identifier for c in forward.ready(without=("pista_rider/steer_damper",)).candidates}
+    assert "steer_damper" in left
+    assert "pista_rider/steer_damper" not in left
+
+
+def test_a_fit_is_told_of_each_bicycle_in_its_own_names(damped):
+    """The damper is the second one's alone; both hold the tyre that they share."""
+    found, bicycles = damped.final, damped.kind.bicycles(damped.final)
     assert list(bicycles) == ["", "pista_rider"]
+    assert bicycles[""][1].candidates == ()
     first, second = (own.with_named(final) for own, final in bicycles.values())
     assert {e.identifier for e in first.effects} == {"relaxation_length"}
     assert {e.identifier for e in second.effects} == {"relaxation_length", "steer_damper"}
@@ -293,51 +302,32 @@ def test_a_fit_is_told_of_each_bicycle_in_its_own_names(folder):
         assert final.covariance[j, j] == found.covariance[k, k]
 
 
-def test_each_bicycle_has_a_corrected_model_that_other_commands_read(folder):
-    """A damper hidden in the second one is in its file alone; both hold the tyre that they share."""
-    weave_table(folder, "pista_rider", 2, steer_damper={"damping": 2.0})
-    (folder / "MEASUREMENT.toml").write_text(TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
-    measurement = read_measurement(folder / "MEASUREMENT.toml")
-    forward = measurement.ready()
-    found = fit(forward, tuple(c for c in forward.candidates if c.identifier == "pista_rider/steer_damper"))
-    verdict = SimpleNamespace(verdict="named")
-    diagnosis = SimpleNamespace(
-        kind=forward, final=found, verdict=verdict,
-        hypotheses=Hypotheses(fit(forward), (found,), forward),
-    )  # fmt: skip
-    made = corrected(diagnosis)
+def test_each_bicycle_has_a_corrected_model_that_other_commands_read(damped, tmp_path):
+    found, made = damped.final, corrected(damped)
     assert model_files(made) == {"": "model.toml", "pista_rider": "model_pista_rider.toml"}
     for name, text in made.texts.items():
-        (folder / model_files(made)[name]).write_text(text)
-    first, second = (read_model(folder / name) for name in ("model.toml", "model_pista_rider.toml"))
-    assert {e.identifier for e in first.effects} == {"relaxation_length"}
+        (tmp_path / model_files(made)[name]).write_text(text)
+    models = {n: read_model(tmp_path / f"{f}.toml") for n, f in zip(NAMES, ("model", "model_pista_rider"), strict=True)}
+    second = models["pista_rider"]
+    assert {e.identifier for e in models["benchmark"].effects} == {"relaxation_length"}
     assert {e.identifier for e in second.effects} == {"relaxation_length", "steer_damper"}
     assert second.parameters["steer_damper.damping"] == pytest.approx(found.theta[-1])
-    for name in ("benchmark", "pista_rider"):
-        model = {"benchmark": first, "pista_rider": second}[name]
+    for name, model in models.items():
         for wheel, load in zip(("rear", "front"), LOADS[name], strict=True):
             value = model.parameters[f"relaxation_length.cornering_stiffness.{wheel}"]
             assert value == pytest.approx(PER_LOAD * load, rel=0.2)
         assert 0 < model.sd["relaxation_length.cornering_stiffness.front"] < 0.2 * value
         assert model.sd["IBxx"] > 0
     assert second.sd["steer_damper.damping"] == pytest.approx(np.sqrt(found.covariance[-1, -1]), rel=0.2)
-    machine = {"IBxx": "pista_rider/IBxx", "mB": "pista_rider/mB"}
-    for own, whole in machine.items():
-        k = [u.name for u in forward.nuisances].index(whole)
-        assert second.bicycle[own] == pytest.approx(float(forward.nuisances[k].value(found.theta[k])))
+    for own in ("IBxx", "mB"):
+        k = [u.name for u in found.nuisances].index(f"pista_rider/{own}")
+        assert second.bicycle[own] == pytest.approx(float(found.nuisances[k].value(found.theta[k])))
 
 
-def test_other_models_that_cannot_be_are_said(folder):
-    (folder / "MEASUREMENT.toml").write_text(TOP + tyre("benchmark", 1.15) + SPREAD + ONE + TWO)
-    measurement = read_measurement(folder / "MEASUREMENT.toml")
-    forward = measurement.ready()
-    found = fit(forward)
-    theta = found.theta.copy()
-    theta[[u.name for u in forward.nuisances].index("pista_rider/mB")] = -3.0
-    broken = SimpleNamespace(
-        kind=forward, final=dataclasses.replace(found, theta=theta),
-        verdict=SimpleNamespace(verdict="none"), hypotheses=Hypotheses(found, (), forward),
-    )  # fmt: skip
-    made = corrected(broken)
+def test_other_models_that_cannot_be_are_said(damped):
+    null = damped.hypotheses.null
+    theta = null.theta.copy()
+    theta[[u.name for u in null.nuisances].index("pista_rider/mB")] = -3.0
+    made = corrected(begun(damped.kind, dataclasses.replace(null, theta=theta), null))
     assert "mB" in made.of_others
     assert list(made.texts) == [""]

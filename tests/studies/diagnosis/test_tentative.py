@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from small_library import all_but
+from small_library import among
 
-from studies.diagnosis import diagnose, find, read_measurement
+from studies.diagnosis import find, read_measurement
 
 TRIED = ("front_compliance", "steer_spring", "steer_damper", "pneumatic_trail", "crown_radius", "camber_thrust",
          "speed_scale")  # fmt: skip
@@ -28,7 +28,7 @@ CASES = Path(__file__).parent / "search_cases"
 )
 def test_what_explains_everything_is_said_with_its_reservation(case, hidden, parameter, truth, reservation, nothing):
     measurement = read_measurement(CASES / case / "measurement.toml")
-    verdict = diagnose(measurement, without=all_but(measurement, TRIED)).verdict
+    verdict = among(measurement, TRIED).verdict
     assert verdict.verdict == "tentative"
     (effect,) = verdict.effects
     assert effect.identifier == hidden
@@ -43,7 +43,7 @@ def test_what_explains_everything_is_said_with_its_reservation(case, hidden, par
 def test_what_may_be_nothing_is_told_from_nothing():
     """A name that does not survive doubled uncertainties."""
     measurement = read_measurement(CASES / "modal_009" / "measurement.toml")
-    found = diagnose(measurement, without=all_but(measurement, TRIED))
+    found = among(measurement, TRIED)
     (failed,) = (check for check in found.verdict.checks if not check.passed)
     assert failed.what == "survives doubling the uncertainty of the parameters"
     findings = find(found)

@@ -54,28 +54,46 @@ def browser():
         found.close()
 
 
-@pytest.fixture
-def opened(browser, address):
-    """Open the page at a state in a browser of its own; at the end the console must be free of errors.
+STILL = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True, "reduced_motion": "reduce"}
+"""What moves unasked would be drawn all the time."""
 
-    Where ``path`` is None, nothing is opened yet.
+
+@pytest.fixture(scope="session")
+def pages(browser):
+    """Pages that tests share; reading the programs of one costs more than what is done on it."""
+    return []
+
+
+@pytest.fixture
+def opened(browser, address, pages):
+    """Open the page at a state (None: nothing yet); at the end the console must be free of errors.
+
+    A page in a browser of its own where it is ``new`` or has other settings; else the one that tests share, which goes
+    to the state as from a link.
     """
-    contexts, errors = [], []
+    own, errors = [], []
 
     def heard(message):
         errors.extend([message.text] if message.type in ("error", "warning") else [])
 
-    def at(state="", path="", **settings):
-        usual = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True}
-        contexts.append(browser.new_context(**(usual | settings)))
-        page = contexts[-1].new_page()
+    def failed(error):
+        errors.append(str(error))
+
+    def at(state="bicycle=benchmark", *, new=False, **settings):
+        alone = new or settings or state is None
+        if alone or not pages:
+            (own if alone else pages).append(browser.new_context(**(STILL | settings)).new_page())
+        page = (own if alone else pages)[-1]
         page.on("console", heard)
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        if path is not None:
-            page.goto(f"{address}{path}#{state}" if state else f"{address}{path}")
+        page.on("pageerror", failed)
+        if state is not None:
+            page.goto(f"{address}#{state}" if state else address)
         return page
 
     yield at
-    for context in contexts:
-        context.close()
+    for page in own:
+        page.context.close()
+    for page in pages:
+        page.remove_listener("console", heard)
+        page.remove_listener("pageerror", failed)
     assert errors == []

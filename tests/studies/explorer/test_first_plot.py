@@ -47,7 +47,7 @@ def held(opened, address):
 
     The event of a page that is loaded would wait for Dash where the first plot, which asks for it, comes before.
     """
-    page, may_come = opened(path=None), threading.Event()
+    page, may_come = opened(None), threading.Event()
     waiting = []
 
     def hold(route):
@@ -92,7 +92,7 @@ def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
 
 def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_end_of_a_move(opened):
     """By its last value where it is faster than the page, and every figure with it."""
-    page = opened(DAMPED)
+    page = opened(DAMPED, new=True)
     settled(page)
     until(page, NOTHING_WAITS)
     asked = questions(page)
@@ -103,7 +103,7 @@ def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_
     assert asked["along.data"] == 2  # the first value and the last one
     assert asked["damping.data"] == asked["motion.data"] == 1
     assert page.url.endswith(f"{DAMPER}={values[-1]}")
-    other = opened(f"bicycle=benchmark&{DAMPER}={values[-1]}")
+    other = opened(f"bicycle=benchmark&{DAMPER}={values[-1]}", new=True)
     settled(other)
     until(other, f"{NOTHING_WAITS} && {LOCUS}.length")
     assert page.locator("#locus").bounding_box()["y"] > 900  # it is not seen, yet drawn anew
@@ -116,7 +116,7 @@ def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_
 
 
 def test_a_server_that_ended_or_refuses_is_told_in_words(browser, address):
-    context = browser.new_context()
+    context = browser.new_context(reduced_motion="reduce")
     page = context.new_page()
     page.goto(f"{address}#{DAMPED}")
     settled(page)

@@ -65,7 +65,7 @@ def test_numbers_of_a_tyre_model_are_those_of_its_state_matrix_and_travel_with_t
     assert np.sort_complex([z for every in found.values() for z in every]) == pytest.approx(
         expected, rel=1e-9, abs=1e-9
     )
-    other = opened(page.url.partition("#")[2])
+    other = opened(page.url.partition("#")[2], new=True)
     settled(other, "7")
     assert other.url == page.url
     assert rows(other, "damping") == rows(page, "damping")
@@ -74,7 +74,7 @@ def test_numbers_of_a_tyre_model_are_those_of_its_state_matrix_and_travel_with_t
 
 
 def test_the_keyboard_is_enough_and_the_way_back_ends_at_the_published_numbers(opened):
-    page = opened()
+    page = opened("", new=True)
     settled(page)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
@@ -110,6 +110,10 @@ def test_what_is_taken_away_opens(opened, tmp_path, browser):
     page = opened(TYRES + "&name=x")
     settled(page, "7")
     page.wait_for_selector("#motion-views path", state="attached")
+    still = page.locator("#motion-views path:not(.ghost)").first.get_attribute("d")
+    page.click("#play")
+    until(page, f"document.querySelector('#motion-views path:not(.ghost)').getAttribute('d') !== {still!r}")
+    page.click("#play")
 
     def saved(button, name):
         with page.expect_download() as found:
@@ -133,7 +137,7 @@ def test_what_is_taken_away_opens(opened, tmp_path, browser):
 
     whole = saved("#save-page", "benchmark.html")
     assert whole.stat().st_size < 2_000_000
-    context = browser.new_context(offline=True)
+    context = browser.new_context(offline=True, reduced_motion="reduce")
     other, asked, errors = context.new_page(), [], []
     other.on("request", lambda request: asked.append(request.url))
     other.on("pageerror", lambda error: errors.append(str(error)))
@@ -185,7 +189,8 @@ def test_refusals_are_words_and_names_are_text(opened):
     page = opened("bicycle=benchmark&name=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E&effects.steer_damper.damping=-3")
     until(page, "document.getElementById('message').textContent")
     assert page.inner_text("#message") == (
-        "effect 'steer_damper': damping = -3 N m s/rad is outside 0 .. inf N m s/rad (wrong sign?)"
+        "effect 'steer_damper': damping = -3 N m s/rad is outside 0 .. inf N m s/rad (wrong sign?) "
+        "(The figures show the last model that could be computed.)"
     )
     values = "&".join(
         f"bicycle.{key}={value!r}" for key, value in build_model({"bicycle": "pista"}).bicycle.values.items()

@@ -5,16 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from studies.diagnosis import diagnose, read_measurement
-from studies.inference import (
-    Candidate,
-    Fit,
-    Kind,
-    Rows,
-    UncertainParameter,
-    left_over,
-    whiteness,
-    within_uncertainty,
-)
+from studies.inference import Candidate, Fit, Kind, Rows, UncertainParameter, left_over, whiteness, within_uncertainty
 
 COUNT = 400
 

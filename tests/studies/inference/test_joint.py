@@ -15,11 +15,14 @@ from studies.inference import (
     Part,
     Rows,
     UncertainParameter,
+    WithoutOne,
     accept,
     disagreement,
     fit,
+    fits,
     judge,
     parts_against_rest,
+    without_each,
 )
 
 N = 40
@@ -243,3 +246,68 @@ def test_what_did_not_converge_is_not_named():
     assert [(check.passed, check.figure) for check in refused.checks if check.what == "the fit converged"] == [
         (False, "no")
     ]
+
+
+# ---- the odd one: a part of the line was measured at another level
+
+
+def long(name, seed, *, level=0.3, kink=0.0, low=0.0):
+    """A part of the line 0.8 x over an interval of 2, of which slope and level are all that is asked."""
+    made = part(name, low, low + 2, slope=0.8, offset=level - 0.3, seed=seed, candidates=(SLOPE,))
+    bent = made.kind.y + kink * np.abs(made.kind.x - low - 1)
+    return Part(name, replace(made.kind, y=bent))
+
+
+def told(*parts):
+    """The joint verdict of some ``parts``, each against the others, and what is said without each."""
+    judged = judge(Joint(parts))
+    against, together = parts_against_rest(judged.kind, judged.final), fits(judged.verdict)
+    names = [p.part for p in against if p.contradicts or not together]
+    return judged, {p.part: p for p in against}, without_each(judged.kind, names, single_out=not together)
+
+
+THREE = long("near", 1), long("other", 2, level=0.9), long("far", 3, low=1.0)
+
+
+@pytest.fixture(scope="module")
+def three():
+    return told(*THREE)
+
+
+def test_the_part_without_which_everything_else_fits_is_the_first(three):
+    """The slope of the others is that of one straight line through their points, by the normal equations."""
+    judged, against, without = three
+    assert judged.verdict.goodness_of_fit_p < 1e-9
+    assert [one.part for one in without.values() if one.clear] == ["other"]
+    assert against["other"].contradicts
+    assert next(iter(without)) == "other"
+    assert set(without) == {"near", "other", "far"}
+    assert not any(fits(without[name].rest) for name in ("near", "far"))
+    x, y = (np.concatenate([getattr(p.kind, of) for p in (THREE[0], THREE[2])]) for of in "xy")
+    columns = np.stack([np.ones(2 * N), x], 1) / 0.1
+    _, slope = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
+    (effect,) = without["other"].rest.effects
+    assert effect.parameters["size"][0] == pytest.approx(slope, rel=1e-4)
+    assert fits(without["other"].alone)
+
+
+def test_a_part_that_does_not_fit_by_itself_either_is_judged_so():
+    _, _, without = told(THREE[0], long("bent", 2, level=0.9, kink=0.5), THREE[2])
+    assert without["bent"].clear
+    assert not fits(without["bent"].alone)
+
+
+def test_of_two_parts_that_each_fit_neither_is_singled_out():
+    _, _, without = told(*THREE[:2])
+    assert {one.part for one in without.values() if one.clear} == {"near", "other"}
+    assert [one.alone.verdict for one in without.values()] == ["named", "named"]
+
+
+def test_parts_that_fit_together_accuse_none():
+    judged, _, without = told(*THREE[::2])
+    assert (fits(judged.verdict), without) == (True, {})
+
+
+def test_a_clear_verdict_is_one_that_fits_without_a_reservation():
+    for word, p, clear in (("named", 0.02, True), ("tentative", 0.5, False), ("named", 0.01, False)):
+        assert WithoutOne("a", SimpleNamespace(verdict=word, goodness_of_fit_p=p)).clear is clear

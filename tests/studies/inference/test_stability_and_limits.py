@@ -79,6 +79,12 @@ def by_grid(forward, scale, lowest):
     return float(np.interp(0.95, both[rate >= 0] / below[-1], rate[rate >= 0]))
 
 
+def limits_of(forward):
+    """Limits beside nothing, of candidates of which no fit is known."""
+    null = fit(forward)
+    return upper_limits(forward, Hypotheses(null, (), forward), null)
+
+
 def test_a_level_moves_as_the_weighted_mean_says():
     forward = line(0.0)
     null = fit(forward)
@@ -113,16 +119,14 @@ def test_limits_are_those_of_the_posterior_added_up(rate, lowest):
     (found,) = upper_limits(forward, Hypotheses(null, (fit(forward, (candidate,)),), forward), null)
     assert found.values["rate"] == pytest.approx(by_grid(forward, 1.0, lowest), rel=5e-3)
     assert (found.two_sided, found.least) == (lowest < 0, False)
-    (stepped,) = upper_limits(forward, Hypotheses(null, (), forward), null)  # no fit is known
+    (stepped,) = limits_of(forward)
     assert stepped.values["rate"] == pytest.approx(found.values["rate"], rel=1e-3)
 
 
 def test_a_limit_no_narrower_than_the_prior_is_none():
-    forward = line(0.0, growth("linear", scale=0.02))
-    null = fit(forward)
-    (found,) = upper_limits(forward, Hypotheses(null, (), forward), null)
+    (found,) = limits_of(line(0.0, growth("linear", scale=0.02)))
     assert not found.limited
-    (tight,) = upper_limits(line(0.0, growth("linear", scale=50.0)), Hypotheses(null, (), forward), null)
+    (tight,) = limits_of(line(0.0, growth("linear", scale=50.0)))
     assert tight.limited
     assert tight.share < 0.1
 
@@ -131,8 +135,7 @@ def test_a_compliance_is_limited_from_below_by_wheel():
     u = UncertainParameter("stiffness", "N/m", {"r": 1.2, "f": 0.8}, 0.0, 1.0, 1e-4, power=-1, size=True,
                            labels=("rear", "front"))  # fmt: skip
     forward = line(0.0, Candidate("stiff", (u,)), seed=3)
-    null = fit(forward)
-    (found,) = upper_limits(forward, Hypotheses(null, (), forward), null)
+    (found,) = limits_of(forward)
     assert found.least
     edge = by_grid(forward, 1.0, 0.0)
     assert found.values["stiffness.rear"] == pytest.approx(1.2 / edge, rel=0.01)
@@ -140,10 +143,7 @@ def test_a_compliance_is_limited_from_below_by_wheel():
 
 
 def test_a_model_that_does_not_fit_limits_less():
-    quiet, loud = (line(0.0, growth("linear"), noise=noise) for noise in (1.0, 4.0))
-    null = fit(loud)
-    (wide,) = upper_limits(loud, Hypotheses(null, (), loud), null)
-    (narrow,) = upper_limits(quiet, Hypotheses(fit(quiet), (), quiet), fit(quiet))
+    (narrow,), (wide,) = (limits_of(line(0.0, growth("linear"), noise=noise)) for noise in (1.0, 4.0))
     assert wide.share > 1.3 * narrow.share
 
 

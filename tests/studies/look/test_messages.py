@@ -32,7 +32,7 @@ def refused(capsys, *arguments):
 
 
 def motion(tmp_path):
-    return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]", [(k / 100, np.sin(k / 7)) for k in range(300)])
+    return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]", [(k / 100, k % 9) for k in range(40)])
 
 
 def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
@@ -80,7 +80,8 @@ def test_nothing_to_fit_never_stands_alone(tmp_path):
         assert use.remedies
 
 
-def test_columns_without_units_are_asked_for(tmp_path, capsys):
+def test_columns_without_units_are_asked_for(tmp_path, capsys, unseen):
+    unseen()
     path = table(tmp_path / "a.csv", "time,roll rate,steer torque", [(k / 100, k % 9, k % 7) for k in range(100)])
     shown = said(capsys, path, "--out", tmp_path / "d")
     assert "time: the file says no unit of time; taken as s: 100 Hz" in shown
@@ -109,21 +110,20 @@ def test_oddities_of_channels(tmp_path, capsys):
     assert "az: shows gravity: its axis points up" in shown
 
 
-def test_drafts_are_not_overwritten(tmp_path, capsys):
-    path = motion(tmp_path)
+def test_drafts_are_not_overwritten(tmp_path, capsys, unseen):
+    unseen()
+    path = table(tmp_path / "a.csv", "t [s],U1 [V]", [(k, k % 7) for k in range(50)])
     said(capsys, path, "--out", tmp_path / "d")
     mine = tmp_path / "d" / "a.channels.toml"
-    mine.write_text("mine", encoding="utf-8")
-    assert "there already and not overwritten; take another --out, or --force" in refused(
-        capsys, path, "--out", tmp_path / "d"
-    )
-    assert mine.read_text(encoding="utf-8") == "mine"
+    made = drafts(look(path), tmp_path / "d")
+    write_drafts(made, tmp_path / "d", force=False)  # a draft that nobody changed: what a stopped command left
+    for changed in ("mine", mine.read_text(encoding="utf-8") + "\n"):
+        mine.write_text(changed, encoding="utf-8")
+        with pytest.raises(InputError, match="there already and not overwritten; take another --out, or --force"):
+            write_drafts(made, tmp_path / "d", force=False)
+        assert mine.read_text(encoding="utf-8") == changed
     said(capsys, path, "--out", tmp_path / "d", "--force")
-    assert mine.read_text(encoding="utf-8") != "mine"
-    said(capsys, path, "--out", tmp_path / "d")  # a draft that nobody changed: what a stopped command left
-    mine.write_text(mine.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="not overwritten"):
-        write_drafts(drafts(look(path), tmp_path / "d"), tmp_path / "d", force=False)
+    assert mine.read_text(encoding="utf-8") == made[0].text
 
 
 def test_files_that_cannot_be_read(tmp_path, capsys):
@@ -213,13 +213,14 @@ def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, c
         assert word in shown
 
 
-def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys):
+def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys, unseen):
     """As `velotyre simulate` writes them, one folder a ride; and two formats of one log."""
     rows = "".join(f"{0.01 * k:.2f},{np.exp(-0.02 * k) * np.sin(0.05 * k):.6f}\n" for k in range(300))
     files = [tmp_path / name for name in ("a/recording.csv", "b/recording.csv", "b/log.csv", "b/log.txt")]
     for file in files:
         file.parent.mkdir(exist_ok=True)
         file.write_text("time_s,roll_rate_rad_s\n" + rows)
+    unseen()
     main(["look", *map(str, files), "--out", str(tmp_path / "drafts")])
     assert "already" not in capsys.readouterr().err
     written = {path.name for path in (tmp_path / "drafts").glob("*.channels.toml")}

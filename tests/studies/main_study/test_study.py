@@ -139,7 +139,8 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
         (["--surface", "drum"], "--surface drum is of a measured tyre; give --tyre too, for example --tyre Tyre1"),
         (["--json", "a.csv"], "a.csv: what is written is JSON; give a name that ends in .json"),
         (["--out", ""], "is no folder name; give a folder to write into, for example out"),
-        (["--out", "a\0b"], "is no folder name; give a folder to write into, for example out"),
+        (["--out", "a\0b"], "NUL"),
+        (["--out", "/"], "/ is a whole disk; give a folder for the results"),
         (["--out", "taken"], "taken' is a file; give a folder to write into"),
     ],
 )

@@ -9,7 +9,6 @@ from by_hand import ARMS, FRONT, by_hand
 from eigenvalue_sets import assert_same_eigenvalues
 
 from studies.main_study import Comparison, Finding, compared, findings, model, tables, write_tables
-from tyre.errors import InputError
 
 QUANTITIES = {
     "wobble_frequency_Hz", "onset_m_s", "end_m_s", "steer_over_roll", "frequency_change", "weave_shift_m_s",
@@ -173,23 +172,3 @@ def test_our_edges_and_weave_speeds_are_those_of_the_results(racing):
     }
     shifts = [abs(weave[f"{name}3.5 bar"] - weave[f"{name}7.5 bar"]) for name in racing.names]
     assert ours(racing, "Bulsink", "weave_shift_m_s") == pytest.approx((min(shifts), max(shifts)))
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"lo": 1.0}, "unknown key 'lo'"), ({"quantity": "onset"}, "unknown quantity 'onset'"),
-        ({"low": "4"}, "low"), ({"low": 9.0}, "low"), ({"hands": "one"}, "hands"), ({"who": None}, "who"),
-    ],
-)  # fmt: skip
-def test_a_data_file_that_is_wrong_is_refused(change, words, tmp_path, monkeypatch):
-    entry = {
-        "who": "X (2000)", "quantity": "onset_m_s", "low": 4.0, "high": 6.0, "words": "w", "read": "abstract only",
-        "source": "s",
-    } | change  # fmt: skip
-    lines = [f"{key} = {value!r}" for key, value in entry.items() if value is not None]
-    (tmp_path / "published").mkdir()
-    (tmp_path / "published" / "wobble.toml").write_text("[[finding]]\n" + "\n".join(lines) + "\n")
-    monkeypatch.setattr("studies.main_study.published.data_root", lambda: tmp_path)
-    with pytest.raises(InputError, match=words):
-        findings()

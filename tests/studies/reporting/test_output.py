@@ -142,7 +142,8 @@ def test_a_legend_of_many_labels_stays_within_its_figure():
     for width in (5.0, 7.0, 9.6, 14.0):
         columns = legend_columns(LABELS, width=width)
         figure = Figure(figsize=(width, 6))
-        lines = [figure.add_subplot().plot([], [], label=label)[0] for label in LABELS]
+        axes = figure.add_subplot()
+        lines = [axes.plot([], [], label=label)[0] for label in LABELS]
         legend = figure.legend(handles=lines, loc="lower center", ncols=columns, fontsize=8.5)
         figure.draw_without_rendering()
         assert legend.get_window_extent().width <= width * figure.dpi

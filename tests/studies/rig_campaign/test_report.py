@@ -87,7 +87,7 @@ def test_names_in_the_report_are_no_markup(rig_campaign, tmp_path):
     assert "- remark on &lt;script&gt;" in text
 
 
-def test_one_load_is_one_tick_and_a_name_no_formula(rig_campaign, tmp_path):
+def test_one_load_is_one_tick_and_a_name_no_formula(rig_campaign, tmp_path, no_pictures):
     campaign = rig_campaign[0]
     load = campaign.conditions[0].load
     one = tuple(replace(c, tyre="a$b_{1$", sweeps=(), pulls=()) for c in campaign.conditions if c.load == load)

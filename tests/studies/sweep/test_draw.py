@@ -172,13 +172,11 @@ def test_a_grid(unseen, tmp_path, capsys):
     assert (shares["half_width_95"] == 0).all()
     assert shares["total"].between(0, 1.0001).all()
     main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "z.zarr"), "--plot", "--json", "-"])
-    json.loads(capsys.readouterr().out)  # nothing but the record
+    record = json.loads(capsys.readouterr().out)  # nothing but the record
+    assert set(record["figures"]) == {"critical_speeds_each", "pairs", "variance_shares"}
     for name in ("critical_speeds_each", "pairs", "variance_shares"):
         one, other = (tmp_path / f"{kind}_figures" / f"{name}.csv" for kind in "gz")
         assert one.read_text() == other.read_text()
-    main(["sweep", str(tmp_path / "z.zarr"), "--figures", str(tmp_path / "d"), "--json", str(tmp_path / "d.json")])
-    record = json.loads((tmp_path / "d.json").read_text())
-    assert set(record["figures"]) == {"critical_speeds_each", "pairs", "variance_shares"}
 
 
 def test_a_reduced_result(unseen, tmp_path):
@@ -263,6 +261,8 @@ def test_a_sweep_without_critical_speeds_is_finished_and_says_so(unseen, tmp_pat
     assert "remark: " in said
     assert "no bicycle has a critical speed up to 2 m/s, so none are drawn" in said
     assert "no bicycle has a critical speed up to 2 m/s" in refused("sweep", out, "--plot")
-    main(["sweep", str(out), "--plot", "--at", "5"])  # growth rates at 5 m/s are computed anew
+    call = ["sweep", str(out), "--plot", "--at", "5", "--json", str(tmp_path / "record.json")]
+    main(call)  # growth rates at 5 m/s are computed anew
+    assert "pairs" in json.loads((tmp_path / "record.json").read_text())["figures"]
     rows = pd.read_csv(tmp_path / "none_figures" / "pairs.csv")
     assert rows["unstable"][1] == 0  # c = 0.08 m: between 4.3 and 6.0 m/s (Meijaard et al. 2007)

@@ -2,54 +2,67 @@
 
 import os
 import signal
-import subprocess
 import sys
 import warnings
+from importlib import import_module
+from multiprocessing import get_all_start_methods, get_context
 
 import numpy as np
 import pytest
 from sweep_examples import RANDOM, write_file
 from sweep_results import tree
 
+from studies.cli import main
 from studies.sweep import build_sweep, in_loop, in_processes, in_threads, open_parts, pieces, read_sweep, run_sweep
 from tyre.errors import InputError
-
-KILLED = """
-import sys
-from studies.sweep import Parts
-from studies.sweep import run_sweep
-from studies.sweep import read_sweep
-write, written = Parts.write, []
-def slowly(self, piece, arrays):
-    write(self, piece, arrays)
-    written.append(piece)
-    print(len(written), flush=True)
-    if len(written) == int(sys.argv[3]):
-        sys.stdin.read()  # wait for the kill
-Parts.write = slowly
-run_sweep(read_sweep(sys.argv[1]), sys.argv[2])
-"""
 
 
 def pieces_of(content):
     return list(pieces(build_sweep(content)))
 
 
-def kill(program, *arguments):
-    """Start a program with ``kill -9`` at the first line that it writes."""
-    if not hasattr(signal, "SIGKILL"):
-        pytest.skip("needs kill -9")
-    command = [sys.executable, "-c", program, *map(str, arguments)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        process.stdout.readline()
-        process.send_signal(signal.SIGKILL)
-    assert process.returncode == -signal.SIGKILL
+@pytest.fixture(scope="module")
+def fresh():
+    """Fresh processes, forked from one that has imported what a sweep needs."""
+    if "forkserver" not in get_all_start_methods():
+        pytest.skip("needs kill -9, and limits of the operating system")
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["studies.cli", "studies.sweep.file", "studies.sweep.run", "zarr", "netCDF4"])
+    return context
 
 
-def test_killed_it_continues_and_ends_with_the_same_bits(reference, tmp_path):
+def kill(fresh, file, out, place, number):
+    """Run a sweep in a process with ``kill -9`` right after call ``number`` of a function at a ``place``."""
+    here, there = fresh.Pipe()
+    process = fresh.Process(target=run_and_wait, args=(file, out, place, number, there), daemon=True)
+    process.start()
+    assert here.poll(60)
+    process.kill()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL
+
+
+def run_and_wait(file, out, place, number, told):
+    module, owner, name = place
+    owner = getattr(import_module(module), owner) if owner else import_module(module)
+    work, calls = getattr(owner, name), []
+
+    def slowly(*arguments, **settings):
+        made = work(*arguments, **settings)
+        calls.append(name)
+        if len(calls) == number:
+            told.send("now")
+            signal.pause()
+        return made
+
+    setattr(owner, name, slowly)
+    run_sweep(read_sweep(file), out)
+
+
+def test_killed_it_continues_and_ends_with_the_same_bits(fresh, reference, tmp_path):
     content = RANDOM | {"points_per_part": 300}
     file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
-    kill(KILLED, file, out, 1)
+    kill(fresh, file, out, ("studies.sweep", "Parts", "write"), 1)
     parts = tmp_path / "result.zarr.parts"
     finished = {part: part.stat().st_mtime_ns for part in parts.glob("*.part")}
     assert len(finished) == 1
@@ -77,36 +90,21 @@ def test_a_damaged_part_is_not_taken(tmp_path, damage):
         parts.read((0, 3))
 
 
-@pytest.mark.parametrize("ending", ["zarr", "nc"])
-def test_killed_in_the_middle_of_putting_together(tmp_path, ending):
-    """The kill comes after the second part is written into the store, and after the first array of a netCDF file."""
+@pytest.mark.parametrize(
+    ("ending", "place"),
+    [("zarr", ("studies.sweep.result", "", "write_rows")), ("nc", ("netCDF4", "Dataset", "createVariable"))],
+)
+def test_killed_in_the_middle_of_putting_together(fresh, tmp_path, ending, place):
+    """The kill comes after the second part is written into the store, and after two arrays of a netCDF file."""
     pytest.importorskip("netCDF4")
     file, out = write_file(tmp_path, RANDOM | {"points_per_part": 300}), tmp_path / f"result.{ending}"
-    kill(KILLED_LATER, file, out, ending)
+    kill(fresh, file, out, place, 2)
     assert not out.exists()
     assert (tmp_path / f"result.{ending}.partial").exists()
     run_sweep(read_sweep(file), out, engine=in_threads(2))
     other = run_sweep(read_sweep(file), tmp_path / f"other.{ending}")
     assert [tree(path) for path in (out, other)] == [tree(out)] * 2
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([file.name, out.name, other.name])
-
-
-KILLED_LATER = """
-import sys
-import netCDF4
-from studies.sweep import read_sweep, result, run_sweep
-module, name = {"zarr": (result, "write_rows"), "nc": (netCDF4.Dataset, "createVariable")}[sys.argv[3]]
-work, calls = getattr(module, name), []
-def slowly(*arguments, **settings):
-    made = work(*arguments, **settings)
-    calls.append(name)
-    if len(calls) == 2:
-        print("now", flush=True)
-        sys.stdin.read()  # wait for the kill
-    return made
-setattr(module, name, slowly)
-run_sweep(read_sweep(sys.argv[1]), sys.argv[2])
-"""
 
 
 def test_interrupted_it_says_what_is_kept(reference, tmp_path, capsys):
@@ -121,30 +119,32 @@ def test_interrupted_it_says_what_is_kept(reference, tmp_path, capsys):
     assert tree(run_sweep(sweep, out)) == tree(reference)
 
 
-FULL = """
-import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]),) * 2)  # the operating system refuses to write more
-from studies.cli import main
-main(["sweep", sys.argv[1], "--out", sys.argv[2], "--workers", "1"])
-"""
-
-
-def refused_on_a_full_disk(file, out, size):
+def refused_on_a_full_disk(fresh, file, out, size):
     """What is said last where the operating system lets no file have more than ``size`` bytes."""
-    if not hasattr(os, "fork"):
-        pytest.skip("needs limits of the operating system")
-    command = [sys.executable, "-c", FULL, str(file), str(out), str(size)]
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert process.returncode == 2, process.stderr
-    return process.stderr.strip().splitlines()[-1]
+    said = file.with_suffix(".txt")
+    process = fresh.Process(target=sweep_on_a_full_disk, args=(file, out, size, said))
+    process.start()
+    process.join()
+    lines = said.read_text().strip().splitlines()
+    said.unlink()
+    assert process.exitcode == 2, lines
+    return lines[-1]
 
 
-def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
+def sweep_on_a_full_disk(file, out, size, said):
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))  # the operating system refuses to write more
+    with said.open("w") as sys.stderr:
+        main(["sweep", str(file), "--out", str(out), "--workers", "1"])
+
+
+def test_a_full_disk_is_reported_and_loses_nothing(fresh, reference, tmp_path):
     content = RANDOM | {"points_per_part": 4000}
     file, out = write_file(tmp_path, content), tmp_path / "result.zarr"
     last = pieces_of(content)[-1]
     assert last[1] - last[0] < pieces_of(content)[0][1]  # the last part is small and fits
-    line = refused_on_a_full_disk(file, out, 300_000)
+    line = refused_on_a_full_disk(fresh, file, out, 300_000)
     assert "File too large: cannot write to" in line
     done, _, rest = line.partition("; ")[2].partition(" of ")
     assert int(done) in (0, last[1] - last[0])  # the last part may be written before the first one fails, or not
@@ -154,11 +154,11 @@ def test_a_full_disk_is_reported_and_loses_nothing(reference, tmp_path):
     assert tree(run_sweep(read_sweep(file), out)) == tree(reference)
 
 
-def test_a_disk_too_full_for_netcdf_is_reported_and_loses_nothing(tmp_path):
+def test_a_disk_too_full_for_netcdf_is_reported_and_loses_nothing(fresh, tmp_path):
     pytest.importorskip("netCDF4")
     content = RANDOM | {"points_per_part": 300, "outputs": ["eigenvalues"]}
     file, out = write_file(tmp_path, content), tmp_path / "result.nc"
-    line = refused_on_a_full_disk(file, out, 450_000)
+    line = refused_on_a_full_disk(fresh, file, out, 450_000)
     assert "as it does when the disk is full: cannot write to" in line
     assert "1400 of 1400 bicycles are finished and kept in" in line
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.nc.parts", "sweep.toml"]

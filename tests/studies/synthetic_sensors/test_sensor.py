@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle.responses import Response
@@ -44,6 +44,7 @@ def test_scale_offset_drift_delay_and_resolution():
     assert np.abs(steps * 0.05 - 0.2 * TIME).max() <= 0.025 + 1e-12
 
 
+@settings(max_examples=25)
 @given(correlation=st.floats(0.0, 0.95), sd=st.floats(1e-3, 10.0))
 def test_noise_has_the_sd_and_colour_that_were_asked(correlation, sd):
     time = np.arange(100_000) / 100

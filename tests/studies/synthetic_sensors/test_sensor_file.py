@@ -7,6 +7,7 @@ from studies.cli import main
 from studies.synthetic_sensors import Sensor, read_sensors
 from tyre.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("no_pictures")
 FILE = "rate_hz = 50\n[channels.roll_rate_rad_s]\nnoise_sd = 0.01\n[channels.steer_rad]\n"
 RIDE = ["--speed", "5", "--duration", "1", "--initial", "lean_rate=0.3"]
 
@@ -19,13 +20,6 @@ def file(tmp_path):
 
 def simulate(*options):
     main(["simulate", "benchmark", *RIDE, *map(str, options)])
-
-
-def refused(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(list(map(str, arguments)))
-    assert stop.value.code == 2
-    return capsys.readouterr().err
 
 
 def test_the_file_is_read(file):
@@ -107,22 +101,22 @@ def test_the_motion_on_saturating_tyres_is_recorded(file, tmp_path, capsys):
         (["--sensors", "FILE", "--duration", "0.2"], "11 samples at 50 Hz until 0.2 s are too few"),
     ],
 )
-def test_refused_options(options, words, file, tmp_path, capsys):
+def test_refused_options(options, words, file, tmp_path, refused):
     given = [str(file) if option == "FILE" else option for option in options]
-    assert words in refused(capsys, "simulate", "benchmark", *RIDE, *given, "--out", tmp_path / "out")
+    assert words in refused("simulate", "benchmark", *RIDE, *given, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
-def test_sensors_need_a_motion(file, tmp_path, capsys):
+def test_sensors_need_a_motion(file, tmp_path, refused):
     options = ["--speed", "5", "--frequency-response", "steer_torque", "--sensors", file, "--out", tmp_path / "out"]
-    assert "nothing moves the bicycle; give --initial" in refused(capsys, "simulate", "benchmark", *options)
+    assert "nothing moves the bicycle; give --initial" in refused("simulate", "benchmark", *options)
 
 
-def test_the_example_records_as_it_is(tmp_path, capsys, monkeypatch):
+def test_the_example_records_as_it_is(tmp_path, capsys, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     main(["new", "sensors.toml", "--kind", "sensors"])
     assert "velotyre simulate benchmark" in capsys.readouterr().out
     simulate("--sensors", "sensors.toml", "--noise", "--out", "ride")
     assert read_sensors(tmp_path / "sensors.toml").channels["steer_rad"].resolution == 0.0015
-    assert "--tyre is of a model file" in refused(capsys, "new", "b.toml", "--kind", "sensors", "--tyre", "Tyre2")
-    assert "exists; give --force" in refused(capsys, "new", "sensors.toml", "--kind", "sensors")
+    assert "--tyre is of a model file" in refused("new", "b.toml", "--kind", "sensors", "--tyre", "Tyre2")
+    assert "exists; give --force" in refused("new", "sensors.toml", "--kind", "sensors")

@@ -121,6 +121,10 @@ def test_noise_has_the_declared_size_and_memory():
     assert wander.std() == pytest.approx(2.0, rel=0.15)
     lag = np.corrcoef(wander[:-20], wander[20:])[0, 1]  # 20 samples are one correlation time
     assert lag == pytest.approx(np.exp(-1), abs=0.1)
+    sizes = {"side_force": 7.0, "slip_angle": 1e-3, "vertical_load": 5.0, "aligning_moment": 0.4}
+    shaken = sweep(Noise(white=7.0, correlated=0.0, slip=1e-3, load=5.0, moment=0.4), cycles=8)
+    for name, size in sizes.items():
+        assert (getattr(shaken, name) - getattr(quiet, name)).std() == pytest.approx(size, rel=0.05)
 
 
 def test_effects_are_set_and_removed_by_name():

@@ -165,29 +165,23 @@ def coefficients(p: Values, effects: Effects, extras: Extras = NO_EXTRAS) -> Coe
     lateral = ["y", "yaw", "lean", *(n for n in plan.sprung if n != "bar_mass"), "steer"]
     lateral += ["bar_mass"] if "bar_mass" in plan.sprung else []
     own = [plan.names[name] for name in lateral]
-    zero, none = np.zeros(len(plan.joints)), np.zeros(2)
-    forward = zero.copy()
-    forward[plan.names["x"]], forward[rear], forward[front] = 1.0, -1 / p["rR"], -1 / p["rF"]
+    n, k = len(plan.joints), len(own)
+    still = np.zeros(3 * n + 2)  # coordinates, rates and accelerations of the joints, side forces
+    rolling = still.copy()
+    rolling[[n + plan.names["x"], n + rear, n + front]] = 1.0, -1 / p["rR"], -1 / p["rF"]
+    rates = [n + joint for joint in own]
 
-    def bear(q: Any, u: Any, a: Any, f: Any = none) -> Any:
-        q, u, a, f = (np.asarray(of, complex) for of in (q, u, a, f))
-        return chain.unbalanced(q, u, a, f, trail)[own]
+    def bear(x: Any) -> Any:
+        return chain.unbalanced(*np.split(x, [n, 2 * n, 3 * n]), trail)[own]
 
-    still = slopes(lambda u: bear(zero, u, zero), zero, own)
-    moving = slopes(lambda u: bear(zero, u, zero), forward, own)
-    stiffness = slopes(lambda q: bear(q, zero, zero), zero, own)
+    columns = [*own, *rates, *(n + rate for rate in rates), 3 * n, 3 * n + 1]
+    stiffness, damping, mass, forces = np.split(slopes(bear, still, columns), [k, 2 * k, 3 * k], axis=1)
+    slips = slopes(lambda x: chain.slips(x[:n], x[n:]), rolling[: 2 * n], [*own, *rates])
     found = Coefficients(
-        names=tuple(lateral),
-        mass=slopes(lambda a: bear(zero, zero, a), zero, own),
-        damping=still,
-        gyroscopic=moving - still,
-        stiffness=stiffness,
-        forces=-slopes(lambda f: bear(zero, zero, zero, f), none, [0, 1]),
-        slip_rate=slopes(lambda u: chain.slips(zero.astype(complex), u), forward, own),
-        slip_angle=slopes(lambda q: chain.slips(q, forward.astype(complex)), zero, own),
-        camber=slopes(chain.cambers, zero, own),
-        loads=loads,
-    )
+        names=tuple(lateral), mass=mass, damping=damping, gyroscopic=slopes(bear, rolling, rates) - damping,
+        stiffness=stiffness, forces=-forces, slip_rate=slips[:, k:], slip_angle=slips[:, :k],
+        camber=slopes(chain.cambers, np.zeros(n), own), loads=loads,
+    )  # fmt: skip
     return with_springs(found, p, effects, extras, plan.sprung)
 
 

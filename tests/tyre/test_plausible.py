@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tyre import InputError
-from tyre.bands import BANDS, doubts, table_doubts
 from tyre.find_tyre import read_tyre
+from tyre.plausible import BANDS, doubts, table_doubts
 from tyre.tyre_map import TyreMap
 
 USUAL = {"cornering_stiffness_per_load": 15.0, "lateral_stiffness": 6e4, "relaxation_length": 0.12,

@@ -30,7 +30,7 @@ def quiet(noise=1.5, reach=6.0, flat=None):
 
 
 @pytest.mark.parametrize("kind", TYRES)
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_a_tyre_that_saturates_is_no_fault(kind, seed):
     assert fit_slip_sweep(clean(seed, kind)).sensor_faults == ()
 

@@ -10,7 +10,7 @@ from tyre import InputError, MeasuredTable, TyreMap
 from tyre.map_files import read_table, write_table
 from tyre.properties import wheel_properties
 from tyre.tables import CommonCalibration, MeasuredColumn
-from tyre.trend import predicted_column
+from tyre.tyre_map import predicted_column
 
 GAINS = CommonCalibration(force=0.006, slip=0.004, displacement=0.003)
 LOAD, PRESSURE = (np.array([300.0, 500.0, 300.0, 500.0]), np.array([4e5, 4e5, 6e5, 6e5]))
