@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 import numpy as np
 
@@ -11,16 +12,7 @@ from studies.inference.fit import Fit, default_starts, fit, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
-from studies.inference.search import (
-    Hypotheses,
-    Progress,
-    again,
-    beats_nothing,
-    held_back,
-    on_all,
-    search,
-    singles,
-)
+from studies.inference.search import Hypotheses, Progress, again, beats_nothing, held_back, on_all, search, singles
 from studies.inference.verdict import (
     DOUBLED,
     EACH_ALONE,
@@ -228,7 +220,9 @@ def _searched(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Ac
         every = Hypotheses(known.null, (*known.fits, *more.fits), known.kind.trying(kind.candidates))
         other, ahead = _led(every, advance)
         better = accept(other, ahead)
-        if better.verdict not in OPEN:
+        rival = other.find(leader.identifiers) if leader else None
+        beaten = ahead and rival and other.odds(ahead, rival) > RULES.clear_odds
+        if better.verdict not in OPEN or (better.verdict == "unknown" and beaten):
             return other, ahead, better
     return known, leader, acceptance
 
@@ -269,6 +263,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     real = [any(not c.mistake for c in f.candidates) for f in members]
     converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
     named = acceptance.verdict not in ("none", "unknown")
+    ahead = takewhile(lambda one: one[0] is not final, known.probabilities)
     judged = [
         None if f is None or named else Judged(f.name, f.chi2, f.goodness)
         for f in (acceptance.leader, next(iter(converged), None))
@@ -288,22 +283,12 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
         checks=acceptance.checks, mimics=acceptance.mimics, refused=known.kind.refused,
         warnings=(*known.kind.notes, *_warnings(known, acceptance, gap=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
-        refused_leaders=_refused(known, acceptance),
+        refused_leaders=tuple((f.name, p, rule_against(known, acceptance, f)) for f, p in ahead),
         judged=judged[0], nearest=judged[1],
         titles={c.identifier: c.title for f in (*members, *filter(None, (acceptance.leader, *converged[:1])))
                 for c in f.candidates if c.title},
         members="effects" if all(real) else "both" if any(real) else "mistakes",
     )  # fmt: skip
-
-
-def _refused(known: Hypotheses, acceptance: Acceptance) -> tuple[tuple[str, float, Reason], ...]:
-    """Hypotheses more probable than what is named, and the rule that each fails."""
-    found = []
-    for f, share in known.probabilities:
-        if f is acceptance.final:
-            break
-        found.append((f.name, share, rule_against(known, acceptance, f)))
-    return tuple(found)
 
 
 def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
@@ -452,7 +437,7 @@ def _predicted(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     mean, slope = proposal.whitened(f.candidates, f.theta)
     if not (np.isfinite(mean).all() and np.isfinite(slope).all()):
         return mean, slope
-    loose = proposal.follows(f.candidates, f.theta)
+    loose = proposal.loose and proposal.loose(f.candidates, f.theta)
     values, vectors = np.linalg.eigh((f.covariance + f.covariance.T) / 2)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     return mean, slope @ root if loose is None else np.hstack([(slope + loose[0]) @ root, loose[1]])
