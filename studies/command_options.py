@@ -6,10 +6,9 @@ from typing import Any
 
 import click
 
-from tyre.errors import InputError, plain_digits
+from tyre.errors import InputError, plain_digits, read_number
 
 MOST_BYTES = 1e9  # of the arrays that one number asks for
-TINY = 1e-100  # what is smaller counts as 0, for its inverse overflows
 
 
 class Number(click.ParamType):
@@ -25,10 +24,9 @@ class Number(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Give the number; click refuses anything else with the option's name."""
         try:
-            number = (int(value) if self.whole else float(value) + 0.0) if plain_digits(value) else math.nan
+            number = int(value) if self.whole and plain_digits(value) else read_number(value)
         except (ValueError, OverflowError):
             number = math.nan
-        number = 0.0 if 0.0 < abs(number) < TINY else number
         low = self.least < number if self.above else self.least <= number
         high = number < self.most if self.below else number <= self.most
         if not (low and high):

@@ -8,12 +8,13 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
-from itertools import accumulate, count, takewhile
+from itertools import accumulate, chain, count, islice, takewhile
 from pathlib import Path
 from typing import Any
 
 from tyre.errors import InputError
 
+DEEPEST, LARGEST = 50, 1_000_000  # tables in tables; bytes of a file that people write, and numbers of a level in it
 _WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys that name no file
 
 
@@ -106,6 +107,21 @@ def refuse_special(path: Path | Traversable) -> None:
         raise InputError(f"{path}: is a pipe or a device; write what comes out of it to a file and give that")
 
 
+def read_text(path: Path | Traversable, *, fallback: str = "") -> str:
+    """Read a text in UTF-8, with or without a byte-order mark, else in the encoding ``fallback`` if one is given."""
+    refuse_special(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if fallback:
+            return raw.decode(fallback, errors="replace")
+        raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it in UTF-8") from error
+
+
 def own_ends(files: Iterable[Path]) -> dict[Path, str]:
     """Shorten each path to its end that no other has: ``a/run.csv``, ``b/run.csv``, but ``two.csv``."""
     every = list(dict.fromkeys(files))
@@ -182,6 +198,19 @@ def refuse_outside(content: Any, path: Path) -> None:
             )
 
 
+def refuse_deep(content: Any, where: str) -> Any:
+    """Refuse tables and lists that hold each other deeper, or in larger number, than anyone writes; else give them."""
+    level = [content]
+    for _ in range(DEEPEST + 1):
+        inside = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
+        if not inside:
+            return content
+        level = list(islice(chain.from_iterable(inside), LARGEST))
+        if len(level) == LARGEST:  # of lists that YAML names again and again
+            break
+    raise InputError(f"{where}: lists or tables are more than {DEEPEST} deep, or hold {LARGEST} things; write it flat")
+
+
 def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
     """Read a TOML file in UTF-8 that names no file outside (:func:`refuse_outside`).
 
@@ -190,13 +219,17 @@ def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: s
     where = where or str(path)
     refuse_special(path)
     try:
-        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        written = path.read_bytes()
+        content = tomllib.loads(written.decode("utf-8-sig")) if len(written) <= LARGEST else {}
     except FileNotFoundError as error:
         raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits is a ValueError, too
         raise InputError(f"{where}: not a TOML file: {error}") from error
+    if len(written) > LARGEST:
+        raise InputError(f"{where}: {len(written)} bytes are no {kind}, which holds at most {LARGEST}")
+    refuse_deep(content, where)
     if isinstance(path, Path):
         refuse_outside(content, path)
     return content

@@ -2,7 +2,6 @@
 
 import json
 import re
-import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from tyre.arrays import Array
 from tyre.errors import InputError
-from tyre.files import data_root, read_toml
+from tyre.files import data_root, read_text, read_toml, refuse_deep
 from tyre.formula_tyre import FormulaTyre
 from tyre.magic_formula import Curve, magic_formula_derivatives, saturation
 from tyre.plausible import LARGEST, SMALLEST
@@ -31,7 +30,7 @@ SLIP_UNITS = {"deg": DEGREE, "rad": 1.0}
 class _Formula:
     """Magic Formula at one load and camber, in the units of the coefficients."""
 
-    shape: Array
+    shape: float
     peak: Array
     slope: Array
     curvature: Array
@@ -44,9 +43,9 @@ class _Formula:
     @property
     def gradient(self) -> Array:
         """Slope over slip at zero slip (BCD is its value at X = 0, up to 2 % larger in published sets)."""
-        return np.asarray(self.slope / self.shape * self._unit_curve(np.zeros(())).by_slip)
+        return np.asarray(self.slope / self.shape * self._unit_curve(0.0).by_slip)
 
-    def _unit_curve(self, slip: Array) -> Curve:
+    def _unit_curve(self, slip: Array | float) -> Curve:
         reduced = self.slope / (self.shape * self.peak) * (slip + self.shift)
         return magic_formula_derivatives(reduced, shape_factor=self.shape, curvature_factor=self.curvature)
 
@@ -111,7 +110,7 @@ class Pacejka89:
     def _lateral(self, fz: Array, camber: ArrayLike) -> _Formula:
         a, lean = self.side_force_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
         return _Formula(
-            shape=np.asarray(a[0]),
+            shape=a[0],
             peak=a[1] * fz**2 + a[2] * fz,
             slope=a[3] * saturation(fz / a[4]) * (1.0 - a[5] * np.abs(lean)),
             curvature=a[6] * fz + a[7],
@@ -124,7 +123,7 @@ class Pacejka89:
             raise InputError(f"{self.label}: the set has no aligning moment")
         c, lean = self.aligning_moment_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
         return _Formula(
-            shape=np.asarray(c[0]),
+            shape=c[0],
             peak=c[1] * fz**2 + c[2] * fz,
             slope=(c[3] * fz**2 + c[4] * fz) * (1.0 - c[6] * np.abs(lean)) * np.exp(-c[5] * fz),
             curvature=(c[7] * fz**2 + c[8] * fz + c[9]) * (1.0 - c[10] * np.abs(lean)),
@@ -413,7 +412,11 @@ def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
 
 
 def _content(file: Path | Traversable) -> Any:
-    """The mapping or list that a file holds."""
+    """The mapping or list that a file holds; YAML may name a list within itself."""
+    return refuse_deep(_read(file), str(file))
+
+
+def _read(file: Path | Traversable) -> Any:
     kind = "file of Pacejka-89 coefficients"
     ending = Path(file.name).suffix.lower()
     if ending not in (".json", ".yaml", ".yml", ".mat"):
@@ -421,8 +424,11 @@ def _content(file: Path | Traversable) -> Any:
     if not file.is_file():
         raise InputError(f"{file}: no such {kind}")
     if ending == ".mat":
-        return _matlab(Path(str(file)))
-    written = file.read_bytes().decode("utf-8-sig", errors="replace")
+        from tyre.formats import table_rows
+
+        ((_, (content,)),) = table_rows(Path(str(file)), "")
+        return content
+    written = read_text(file, fallback="latin-1")
     if ending == ".json":
         try:
             return json.loads(written)
@@ -434,22 +440,3 @@ def _content(file: Path | Traversable) -> Any:
         return yaml.safe_load(written)
     except (yaml.YAMLError, RecursionError) as error:
         raise InputError(f"{file}: not a YAML file: {' '.join(str(error).split())}") from error
-
-
-def _matlab(path: Path) -> Any:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path, simplify_cells=True)
-    except NotImplementedError as error:  # version 7.3 is HDF5
-        raise InputError(f"{path}: saved as version 7.3; save it with -v7") from error
-    except (MatReadError, ValueError, OSError, TypeError, LookupError, zlib.error) as error:
-        raise InputError(f"{path}: not a MATLAB file ({' '.join(str(error).split())[:80]})") from error
-    return _plain({key: value for key, value in content.items() if not key.startswith("__")})
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    return np.ravel(value).tolist() if isinstance(value, np.ndarray) else value

@@ -1,15 +1,17 @@
 """Pacejka-89: formula against its own derivative and hand computation, ranges, sanity checks, file format."""
 
 import json
+import struct
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 
 from tyre import InputError, read_tyre
+from tyre.formats import child
 from tyre.pacejka89 import Pacejka89, check_coefficients, read_pacejka89
 
 # A made-up but sound tyre: no shifts, no camber, 100 N/deg at the load of the largest slope.
@@ -233,8 +235,10 @@ def test_an_aborted_fit_is_refused(tmp_path):
         ("a_p300.json", "{", "not a JSON file"),
         ("a_p300.json", "[" * 100_000, "not a JSON file"),
         ("a_p300.yaml", "[" * 5_000, "not a YAML file"),
+        ("a_p300.json", f'{{"Fy": {"[" * 900}{"]" * 900}}}', "lists or tables are more than 50 deep"),
+        ("a_p300.yaml", "Fy: &a [1, *a]", "lists or tables are more than 50 deep"),
         ("a_p300.yaml", "a: [", "not a YAML file"),
-        ("a_p300.mat", "text", "not a MATLAB file"),
+        ("a_p300.mat", "text", "cannot be read as .mat"),
         ("a.json", {"set": [{"pressure_kPa": 300, "Fy": FY}] * 2}, "two sets have one pressure_kPa"),
         ("a.json", {"set": [{"pressure_kPa": 300, "Fy": FY, "lateral_stiffness_N_per_mm": 50},
                             {"pressure_kPa": 400, "Fy": FY}]}, "lateral_stiffness_N_per_mm is missing in"),
@@ -251,6 +255,18 @@ def test_missing_file_and_version_7_3(tmp_path):
     path = tmp_path / "new_p300.mat"  # the header of a file that save -v7.3 writes
     path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(512))
     with pytest.raises(InputError, match=r"saved as version 7\.3; save it with -v7"):
+        read_tyre(path)
+
+
+def test_a_matlab_file_is_read_apart_and_a_bomb_refused_by_its_size(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "scipy.io.loadmat", lambda *_, **__: pytest.fail("read here") if child.apart() else loadmat(*_, **__)
+    )
+    path = tmp_path / "a_p300.mat"
+    savemat(path, {"Fy": FY, "tyre": "x"})
+    assert read_tyre(path).tyre == "x"
+    path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 1, 14), struct.pack("<ii", 1, 110_000_000)))
+    with pytest.raises(InputError, match="110,000,00. numbers, at most 100,000,000 are read at once"):
         read_tyre(path)
 
 

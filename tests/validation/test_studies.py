@@ -21,7 +21,7 @@ TINY = {
 }
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
 SLOW |= {"joint-diagnosis", "readings", "residual-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
-SLOW |= {"independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
+SLOW |= {"hostile-values", "independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
 
 
 def test_all_studies_are_listed():

@@ -44,20 +44,17 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
 
 
 def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
-    """Read the rows of a workbook (``.xlsx``: the sheet ``kind`` of several) or a Parquet file, each with its place."""
+    """Read the rows of a workbook (``.xlsx``: the sheet ``kind`` of several) or a Parquet file, each with its place.
+
+    Of a MATLAB file (``.mat``) the only row is the mapping of its variables.
+    """
     if child.apart():
         return child.rows_apart(path, kind)
-    excel = path.suffix.casefold() == ".xlsx"
-    module = import_module(f"tyre.formats.{'excel' if excel else 'parquet'}")
-    try:
-        return module.workbook_rows(path, kind) if excel else module.parquet_rows(path)
-    except InputError:
-        raise
-    except ImportError as error:
-        raise InputError(f"{path}: {error}") from error
-    except Exception as error:  # whatever the package meets in a file that is none of its own
-        form = "an Excel workbook" if excel else "a Parquet file"
-        raise InputError(f"{path}: not {form} ({' '.join(str(error).split())[:80]})") from error
+    form = {".xlsx": "excel", ".mat": "matlab"}.get(path.suffix.casefold(), "parquet")
+    module = import_module(f"tyre.formats.{form}")
+    return _guarded(
+        path, lambda: module.workbook_rows(path, kind) if form == "excel" else getattr(module, f"{form}_rows")(path)
+    )
 
 
 def read_signals(

@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tyre.channel_map import Reading
 from tyre.errors import InputError, hint
 from tyre.formats.hdf5 import refuse_foreign
@@ -44,6 +46,28 @@ def matlab_contents(path: Path, reading: Reading) -> Contents:
     own = bool(found) and all(signal.time is not None for signal in found.values())
     columns = tuple(Column(signal.name, signal.unit) for signal in found.values())
     return Contents(columns, load, own_times=own)
+
+
+def matlab_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
+    """Read the variables of a file as one mapping: structures as mappings, arrays as flat lists."""
+    from scipy.io import loadmat, whosmat
+
+    try:
+        check_budget(path, [math.prod(shape) for _, shape, _ in whosmat(path)])
+        content = loadmat(path, simplify_cells=True)
+    except NotImplementedError as error:  # version 7.3 is HDF5
+        raise InputError(f"{path}: saved as version 7.3; save it with -v7") from error
+    return [("", ({key: _plain(value) for key, value in content.items() if not key.startswith("__")},))]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    if isinstance(value, np.ndarray):  # what was measured may lie beside the coefficients
+        return np.ravel(value).tolist() if value.size <= 1000 else f"{value.size} numbers"
+    return getattr(value, "item", lambda: value)()
 
 
 def _listed_units(value: Any) -> Iterator[tuple[str, str]]:
