@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 from scipy.stats import chi2
 
+from studies.diagnosis.mistakes import identification_errors
 from studies.inference.fit import Fit, moved
 from studies.inference.judge import Judgement
 
@@ -29,6 +30,10 @@ OTHER_BICYCLE = (
     "the file the one that was measured, as it was ridden? An effect that the library lacks, or deviations that are "
     "stated too small, do the same"
 )
+IDENTIFIED = (
+    "are the modes identified without bias? An error of the identification ({errors}) explains the data as well: "
+    "compare windows or methods before a name is believed"
+)
 
 
 def readings_of(column: str) -> Mapping[str, float]:
@@ -43,6 +48,10 @@ def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
     kind, null = judgement.kind, judgement.hypotheses.null
     if found := kind.doubts(judgement, torque):
         return found
+    members = {name for hypothesis in judgement.verdict.equivalent for name in hypothesis.split("+")}
+    errors = [c.title for c in identification_errors() if c.identifier in members]
+    if errors and len(judgement.verdict.equivalent) > 1:
+        return (IDENTIFIED.format(errors=", ".join(errors)),)
     n = len(judgement.nominal)
     if null.chi2 > 1e4 * n and judgement.verdict.verdict not in NAMED:
         return (ABSURD.format(size=null.chi2 / n),)

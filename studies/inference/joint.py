@@ -251,7 +251,7 @@ class Joint(Kind):
         return (self._of(e[-1] if e else part.kind for part, e in zip(self.parts, led, strict=True)),)
 
     def _of(self, kinds: Iterable[Kind]) -> "Joint":
-        """The same parts with other ``kinds``; itself if these are its own."""
+        """Joint of these parts with other ``kinds``; itself if these are its own."""
         parts = [p if p.kind is kind else replace(p, kind=kind) for p, kind in zip(self.parts, kinds, strict=True)]
         same = all(new is old for new, old in zip(parts, self.parts, strict=True))
         return self if same else replace(self, parts=tuple(parts))

@@ -22,7 +22,7 @@ def begun_of(measurement, identifier="", *, verdict="none"):
     return SimpleNamespace(
         kind=forward, final=final, nominal=nominal,
         hypotheses=Hypotheses(null, (final,) if candidates else (), forward),
-        verdict=SimpleNamespace(verdict=verdict),
+        verdict=SimpleNamespace(verdict=verdict, equivalent=()),
     )  # fmt: skip
 
 

@@ -24,10 +24,10 @@ def test_no_doubt_where_physics_makes_the_gap(damped):
 def test_an_absurd_gap_asks_for_units(damped):
     absurd = SimpleNamespace(**vars(damped))
     absurd.hypotheses = SimpleNamespace(null=SimpleNamespace(chi2=1.1e4 * len(damped.nominal)))
-    absurd.verdict = SimpleNamespace(verdict="unknown")
+    absurd.verdict = SimpleNamespace(verdict="unknown", equivalent=())
     (found,) = doubts(absurd)
     assert found.startswith("chi^2 is 1.1e+04 a number even with the parameters adjusted: check the units")
-    absurd.verdict = SimpleNamespace(verdict="class")
+    absurd.verdict = SimpleNamespace(verdict="class", equivalent=())
     assert doubts(absurd) == ()
 
 
@@ -82,7 +82,7 @@ def _of(measurement):
     )  # fmt: skip
     return SimpleNamespace(
         kind=forward, nominal=np.zeros(3), hypotheses=SimpleNamespace(null=null), final=null,
-        verdict=SimpleNamespace(verdict="none"),
+        verdict=SimpleNamespace(verdict="none", equivalent=()),
     )  # fmt: skip
 
 

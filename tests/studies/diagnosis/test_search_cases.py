@@ -60,3 +60,10 @@ def test_a_member_of_a_family_is_found_where_another_one_is():
     trail = next(f for f in found.hypotheses.fits if f.name == "pneumatic_trail")
     assert trail.theta[-1] == pytest.approx(9.03e-3, abs=3 * trail.covariance[-1, -1] ** 0.5 + 2e-4)
     assert "pneumatic_trail" in found.verdict.equivalent
+
+
+def test_a_bias_of_the_identification_is_doubted_where_it_explains_as_much():
+    """The decays were identified with a bias; it was taken for physics."""
+    found = judged("identification_bias_named_as_class", "front_compliance", "decay_offset", "wrong_trail")
+    assert found.verdict.verdict != "named"
+    assert any(doubt.startswith("are the modes identified without bias?") for doubt in doubts(found))

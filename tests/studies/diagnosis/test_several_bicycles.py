@@ -257,7 +257,7 @@ def test_what_cannot_be_common(folder, text, words):
 def begun(forward, found, *others):
     """What a diagnosis of a ``forward`` model would hold of its fits."""
     return SimpleNamespace(
-        kind=forward, final=found, verdict=SimpleNamespace(verdict="named"),
+        kind=forward, final=found, verdict=SimpleNamespace(verdict="named", equivalent=()),
         hypotheses=Hypotheses(others[0] if others else found, (found,) * bool(others), forward),
     )  # fmt: skip
 

@@ -45,7 +45,7 @@ def judged(measurement):
     nominal, _ = forward.residual((), forward.nominal)
     return SimpleNamespace(
         kind=forward, final=found, nominal=nominal, hypotheses=SimpleNamespace(null=found),
-        verdict=SimpleNamespace(verdict="none"),
+        verdict=SimpleNamespace(verdict="none", equivalent=()),
     )  # fmt: skip
 
 
@@ -81,7 +81,7 @@ def test_a_torque_that_was_held_is_not_doubted(tmp_path):
 def test_it_is_asked_of_what_fits_alone(tmp_path):
     """Half a sample imitates part of what is missing: without a name and without a torque nothing is said."""
     found = judged(measured(tmp_path, "linear"))
-    found.verdict = SimpleNamespace(verdict="unknown")
+    found.verdict = SimpleNamespace(verdict="unknown", equivalent=())
     assert not any("torque_between_samples" in one for one in doubts(found))
     (told,) = (one for one in doubts(found, found.final) if "torque_between_samples" in one)
     assert "with parameters only and the residual torque is " in told
