@@ -462,6 +462,6 @@ def _bench_tests(members: list[Fit]) -> list[Separation]:
             sd = np.hypot(RULES.bench_sd * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / sd)
             size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
-            kind = "calibration" if candidate.mistake else "a measurement"
-            separations.append(Separation(f"{kind} of {candidate.identifier} by itself ({size})", gain))
+            what = f"{candidate.title or candidate.identifier}, measured by itself ({size})"
+            separations.append(Separation(what, gain))
     return separations

@@ -138,7 +138,8 @@ def make_histories(folder: Path, rng: Random) -> str:
         WORSE[how](table, rng)
         for name, most in LARGEST.items() if within else ():  # else most are refused as they are read
             size = np.abs(table[name]).max(initial=0.0)
-            table[name] = table[name] * (most / size if size > most else 1.0)
+            with np.errstate(invalid="ignore"):  # an endless number stays no number
+                table[name] = table[name] * (most / size if size > most else 1.0)
         lines = [",".join(table), *(",".join(f"{x:.9g}" for x in row) for row in zip(*table.values(), strict=True))]
         write_text(file, "\n".join(lines) + "\n")
     return f"{how}, {_written(folder, content, worsen_file(content, rng))}"
