@@ -44,6 +44,8 @@ class Parameter:
         Smallest size that is worth a name in a diagnosis, as a distance from ``neutral``; of a stiffness whose effect
         vanishes at infinity (as slip does with the cornering stiffness), the one above which it does not matter. 0:
         any.
+    smallest : float
+        Smallest size on any real bicycle, counted alike: a diagnosis that finds less does not name the effect. 0: any.
     per_wheel : bool
         One value for each wheel, written ``{rear = .., front = ..}`` or one number for both.
     name : str
@@ -64,6 +66,7 @@ class Parameter:
     default: float | str | None = None
     neutral: float | None = None
     least: float = 0.0
+    smallest: float = 0.0
     per_wheel: bool = False
     tyre: str = ""
     tyre_beside: str = ""

@@ -143,7 +143,9 @@ def _unknown(p: Parameter, sets: dict[str, float], middle: float | None, *, limi
     if p.neutral is not None or limit:
         scale, neutral = 0.5 * max(abs(low), abs(high)), p.neutral or 0.0
         lowest = SINGULAR * scale if limit else p.bounds[0]
-        return UncertainParameter(p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True, least=p.least)
+        return UncertainParameter(
+            p.name, p.unit, sets, neutral, scale, lowest, p.bounds[1], size=True, least=p.least, smallest=p.smallest
+        )
     if _wide(p):
         centre = math.log(middle or math.sqrt(low * high))
         return UncertainParameter(p.name, p.unit, sets, centre, math.log(high / low) / 4, power=0)

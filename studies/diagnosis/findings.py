@@ -188,13 +188,11 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
         able = [f for f in _ranked(known) if f.converged]  # data that limit no size leave it open whether there is one
     if word in ("none", "unknown"):
         return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
-    if word == "tentative" and (known.nothing >= RULES.nothing or _fails(judgement, AGAINST_NOTHING)):
+    if word == "tentative" and (
+        known.nothing >= RULES.nothing or any(c.what in AGAINST_NOTHING for c in judgement.verdict.failed)
+    ):
         return (final, known.null)
     return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
-
-
-def _fails(judgement: Judgement, rules: tuple[str, ...]) -> bool:
-    return any(c.what in rules for c in judgement.verdict.failed)
 
 
 def _ranked(known: Hypotheses) -> list[Fit]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from bicycle.identification.recording import AS_LINEAR, CHANNELS, INPUTS, STEER, STEER_TORQUE, Run, read_runs
+from bicycle.identification.recording import AS_LINEAR, CHANNELS, FEWEST, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
 from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
 from studies.diagnosis.candidates import RIDDEN
@@ -97,6 +97,23 @@ def loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
     return piece(run, a, a + size)
 
 
+def means(run: Run, count: int, *, held: bool) -> Run:
+    """Means of ``count`` neighbouring samples of a ``run``, whose torques were ``held`` or are linear between samples.
+
+    Linear equations commute with a mean, so the means obey them as the samples did, from other starts. Of a motion of
+    f Hz they keep sin(x)/x, x = pi f times the length of a block, and of its information the square: of 0.01 s 99.2 %
+    at 5 Hz and 96.7 % at 10 Hz. Of white noise they keep all.
+    """
+
+    def mean(x: Array) -> Array:
+        return np.asarray(x[: len(x) // count * count].reshape(-1, count).mean(1))
+
+    # about the time of a sample, a torque that is held is half of it and half of the one before
+    inputs = {c: (x + np.append(x[:1], x[:-1])) / 2 if held else x for c, x in run.inputs.items()}
+    channels, inputs = ({c: mean(x) for c, x in given.items()} for given in (run.channels, inputs))
+    return replace(run, time=mean(run.time), channels=channels, inputs=inputs, between=AS_LINEAR)
+
+
 # ---- the kind ----
 
 SIZES = np.geomspace(3e-4, 0.2, 20)  # sd of a lean torque of the ride, weights times m
@@ -135,18 +152,33 @@ class Histories(BicycleKind, kind="histories"):
         return cls(**common, runs=runs, noise_sd=noise, notes=notes)
 
     def ready(self, **how: Any) -> Self:
-        found = super().ready(**how)
-        fitted = tuple(run for run in self.runs if not run.held_out)
-        noise, notes = {}, list(found.notes)
+        found, told = super().ready(**how), self._in_blocks()
+        fitted = tuple(run for run in told.runs if not run.held_out)
+        noise, notes = {}, [*found.notes, *told.notes[len(self.notes) :]]
         for name in fitted[0].channels:
             if SENSORS.get(name, ("", 0.0))[1]:
-                sd = self.noise_sd.get(name)
+                sd = told.noise_sd.get(name)
                 stated = None if sd is None else ChannelNoise(sd, given=True)
                 noise[name] = stated or rough_noise([r.channels[name] for r in fitted])
         if dropped := [name for name in fitted[0].channels if name not in noise]:
             notes.append(f"{', '.join(dropped)}: not compared, the place of the sensor is not known")
-        held = tuple(run for run in self.runs if run.held_out)
-        return replace(found, runs=fitted, unseen=held, noise=noise, notes=tuple(notes))
+        held, stated_sd = tuple(run for run in told.runs if run.held_out), told.noise_sd
+        return replace(found, runs=fitted, unseen=held, noise=noise, noise_sd=stated_sd, notes=tuple(notes))
+
+    def _in_blocks(self) -> Self:
+        """Much data of short steps as means of blocks, their stated noise alike; itself if there is nothing to gain."""
+        numbers, steps = sum(len(run.time) * len(run.channels) for run in self.runs), [run.step for run in self.runs]
+        count = min(int(RULES.block / max(steps) + 1e-6), min(len(run.time) for run in self.runs) // FEWEST)
+        if count < 2 or numbers <= 2 * RULES.thinned:
+            return self
+        sd = {
+            name: ChannelNoise(sd).of_means([run.channels[name] for run in self.runs if name in run.channels], count)
+            for name, sd in self.noise_sd.items()
+        }
+        held = self.replay_of(()).held
+        runs = tuple(means(run, count, held=held) for run in self.runs)
+        note = f"means of {count} samples ({runs[0].step:.2g} s) stand for the samples, which loses next to nothing"
+        return replace(self, runs=runs, noise_sd=sd, notes=(*self.notes, note))
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction."""

@@ -40,14 +40,17 @@ def error(
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, 10 * scale, size=True, least=least)
 
 
+LAG = "a lag of the {}"
 Sizes = UncertainParameter | tuple[UncertainParameter, ...]
 
 
-def mistake(identifier: str, sizes: Sizes, title: str, words: str = "") -> Candidate:
+def mistake(identifier: str, sizes: Sizes, title: str, words: str = "", family: str = "") -> Candidate:
     """Candidate for one mistake of a sensor, of one size or several; its ``title`` says what its ``words`` would."""
     every = sizes if isinstance(sizes, tuple) else (sizes,)
     title, words = title.replace("_", " "), words.replace("_", " ")
-    return Candidate(identifier, every, signature=words or title, title=title, weight=SENSOR)
+    return Candidate(
+        identifier, every, signature=words or title, title=title, weight=SENSOR, family=family.replace("_", " ")
+    )
 
 
 def gain_error(sensor: str, signal: str, *, beside: str = "") -> Candidate:
@@ -63,15 +66,15 @@ def gain_error(sensor: str, signal: str, *, beside: str = "") -> Candidate:
 def delay_error(sensor: str, signal: str) -> Candidate:
     """Late ``signal`` of a ``sensor``: 10 ms, worth a name from 0.5 ms."""
     size = error("delay", "s", DELAY.format(signal), 0.01, least=5e-4, lowest=0.0)
-    return mistake(f"{sensor}_delay", size, f"delay of the {sensor}", f"the {sensor} is late by a constant time")
+    words = f"the {sensor} is late by a constant time"
+    return mistake(f"{sensor}_delay", size, f"delay of the {sensor}", words, LAG.format(sensor))
 
 
 def lowpass_error(sensor: str, signal: str) -> Candidate:
     """First-order low-pass of a ``signal``: 20 ms, worth a name from 0.5 ms."""
     size = error("time_constant", "s", LOWPASS.format(signal), 0.02, least=5e-4, lowest=0.0)
-    return mistake(
-        f"{sensor}_lowpass", size, f"low-pass of the {sensor}", f"the {sensor} is smoothed by a first-order low-pass"
-    )
+    words = f"the {sensor} is smoothed by a first-order low-pass"
+    return mistake(f"{sensor}_lowpass", size, f"low-pass of the {sensor}", words, LAG.format(sensor))
 
 
 def rotation_error(sd: float = 0.08) -> Candidate:

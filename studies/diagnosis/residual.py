@@ -13,17 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bicycle.effect_registry import effect_class
 from studies.diagnosis.diagnose import Diagnosis
-from studies.inference import (
-    Candidate,
-    Fit,
-    HeldOut,
-    Kind,
-    Linear,
-    UncertainParameter,
-    fit,
-    held_out,
-    prior,
-)
+from studies.inference import Candidate, Fit, HeldOut, Kind, Linear, UncertainParameter, fit, held_out, prior
 from tyre.arrays import Array
 from tyre.errors import InputError
 

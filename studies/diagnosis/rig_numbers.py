@@ -133,27 +133,23 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
 
 def _numbers(tyres: JointProperties, *, trail: bool) -> tuple[tuple[tuple[str, str], ...], Array, Array]:
     """Quantities, values and covariance of rear and front ``tyres``, with the ``trail`` if it was measured."""
-    names: list[tuple[str, str]] = []
-    values: list[float] = []
-    rows: list[Array] = []
-    for k, (wheel, p) in enumerate(zip(WHEELS, tyres.properties, strict=True)):
+    for p in tyres.properties:
         if not np.isfinite(p.relaxation_length):
             raise InputError(f"{p.tyre}: no lateral stiffness is known, so there is no relaxation length; add it")
-        names += [(COMPLIANCE, wheel), (LENGTH, wheel)]
-        values += [1 / p.cornering_stiffness, p.relaxation_length]
-        unit = np.eye(len(tyres.covariance))
-        rows += [-unit[3 * k] / p.cornering_stiffness**2, unit[3 * k + 2]]
-    to = np.array(rows)
-    covariance = to @ tyres.covariance @ to.T
-    lengths = tyres.trails
-    if trail and lengths is not None and all(e is not None for e in lengths.estimates):
-        names += [(TRAIL, wheel) for wheel in WHEELS]
-        values += [e.value for e in lengths.estimates if e is not None]
-        whole = np.zeros((len(values), len(values)))
-        whole[: len(to), : len(to)], whole[len(to) :, len(to) :] = covariance, lengths.covariance
-        covariance = whole
+    wheels = list(enumerate(zip(WHEELS, tyres.properties, strict=True)))
+    # quantity and wheel, the tyre's own name, value, slope to the tyre's own number
+    numbers: list[tuple[tuple[str, str], str, Any, float]] = [
+        number for k, (wheel, p) in wheels for number in (
+            ((COMPLIANCE, wheel), f"cornering_stiffness.{k}", 1 / p.cornering_stiffness, -p.cornering_stiffness**-2),
+            ((LENGTH, wheel), f"relaxation_length.{k}", p.relaxation_length, 1.0),
+        )
+    ]  # fmt: skip
+    if trail and all(p.pneumatic_trail_sd is not None for p in tyres.properties):
+        numbers += [((TRAIL, wheel), f"pneumatic_trail.{k}", p.pneumatic_trail, 1.0) for k, (wheel, p) in wheels]
+    names, own, values, slopes = zip(*numbers, strict=True)
+    covariance = tyres.joint.among(own) * np.outer(slopes, slopes)
     # two wheels at one condition say the same thing once: a relative sd of 0.1 % is added to each number
-    return tuple(names), np.array(values), covariance + np.diag((1e-3 * np.array(values)) ** 2)
+    return names, np.array(values), covariance + np.diag((1e-3 * np.array(values)) ** 2)
 
 
 def _fitted(folder: Path, bicycle: Bicycle, how: dict[str, Any]) -> tuple[JointProperties, list[str]]:

@@ -39,6 +39,14 @@ class ChannelNoise:
         scaled = np.concatenate([white[:1], rest * white[1:]]) * self.sd
         return np.asarray(lfilter([1.0], [1.0, -self.colour], scaled))
 
+    def of_means(self, channels: list[Array], count: int) -> float:
+        """Sd of means of ``count`` samples, with the colour that third differences of ``channels`` (n,) show."""
+        colours = np.linspace(0.0, 0.98, 99)
+        shown = float(np.mean([np.var(np.diff(x, 3)) for x in channels])) / self.sd**2
+        colour = np.interp(-shown, -(20 - 30 * colours + 12 * colours**2 - 2 * colours**3), colours)
+        apart = np.arange(1, count)
+        return float(self.sd * np.sqrt((1 + 2 * np.sum((1 - apart / count) * colour**apart)) / count))
+
     def estimated(self, series: list[Array]) -> "ChannelNoise":
         """Noise that whitened residuals of several ``series`` (n,) show; a given sd stays."""
         raw = [self.colour_again(white) for white in series]

@@ -52,16 +52,9 @@ def small(objective: float) -> float:
 
 @np.errstate(invalid="ignore", over="ignore")  # what is not finite is judged below, and never a minimum
 def minimise(
-    evaluate: Evaluate,
-    z: Array,
-    lower: Array,
-    upper: Array,
-    used: NDArray[np.bool_],
-    *,
-    turns: tuple[int, int] = THOROUGH,
-    eager: bool = False,
-    reached: float = np.inf,
-) -> End:
+    evaluate: Evaluate, z: Array, lower: Array, upper: Array, used: NDArray[np.bool_], *,
+    turns: tuple[int, int] = THOROUGH, eager: bool = False, reached: float = np.inf,
+) -> End:  # fmt: skip
     """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
     A coordinate at a bound that the gradient pushes outward is held there (projected Newton). Steps are least-squares
@@ -139,9 +132,7 @@ def _given_up(
     poor = turns != THOROUGH and objective > 10.0 * count
     if not np.isfinite(decrement) or decrement < 1e-9 or (poor and decrement <= 1e-2 * objective):
         return True
-    if poor and turn >= turns[1]:
-        return True
-    if objective > 1.5 * reached and turn >= 8 and objective > 0.9 * past[-9]:
+    if (poor and turn >= turns[1]) or (objective > 1.5 * reached and turn >= 8 and objective > 0.9 * past[-9]):
         return True
     # four turns gained next to nothing of what one step promises, beside values that are not finite
     crept = turn >= 4 and past[-5] - objective < 0.05 * decrement
@@ -280,6 +271,15 @@ class Fit:
         most = RULES.most_scales
         return [f"{name}.{u.name}" for name, u, x in self._sizes() if abs(x - u.centre) > most * u.scale / u.widened]
 
+    def undersized(self) -> list[str]:
+        """Sizes of effects that are surely (two standard deviations) below the smallest that occurs."""
+        return [
+            f"{c.identifier}.{u.name}"
+            for c in self.candidates
+            for k, (u, x) in enumerate(self.values(c), self.columns(c).start)
+            if u.smallest and abs(x - u.centre) + 2 * math.sqrt(self.covariance[k, k]) < u.smallest
+        ]
+
     def negligible(self) -> list[str]:
         """Candidates all of whose sizes are below the least that is worth a name."""
         sizes = self._sizes()
@@ -337,15 +337,10 @@ def prior(
 
 
 def fit(
-    kind: Kind,
-    candidates: tuple[Candidate, ...] = (),
-    *,
-    starts: Sequence[Array] | None = None,
-    rows: NDArray[np.bool_] | None = None,
-    nuisance_scale: float = 1.0,
-    turns: tuple[int, int] = THOROUGH,
+    kind: Kind, candidates: tuple[Candidate, ...] = (), *, starts: Sequence[Array] | None = None,
+    rows: NDArray[np.bool_] | None = None, nuisance_scale: float = 1.0, turns: tuple[int, int] = THOROUGH,
     patient: bool = False,
-) -> Fit:
+) -> Fit:  # fmt: skip
     """Fit nuisances and candidates."""
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.where), bool) if rows is None else rows
@@ -378,13 +373,7 @@ class _Problem:
         return np.maximum((lower - centre) / sd, -100.0), np.minimum((upper - centre) / sd, 100.0)
 
     def end(
-        self,
-        kind: Kind,
-        x: Array,
-        used: NDArray[np.bool_],
-        turns: tuple[int, int] = THOROUGH,
-        *,
-        reached: float = math.inf,
+        self, kind: Kind, x: Array, used: NDArray[np.bool_], turns: tuple[int, int], *, reached: float = math.inf
     ) -> End:
         centre, sd = self.prior
 

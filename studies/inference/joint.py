@@ -278,9 +278,7 @@ class Joint(Kind):
         return all(part.kind.compatible(self.of_part(k, candidates)[0]) for k, part in enumerate(self.parts))
 
     def enabled_by(self, candidates: Candidates) -> Candidates:
-        return self._once(
-            part.kind.enabled_by(self.of_part(number, candidates)[0]) for number, part in enumerate(self.parts)
-        )
+        return self._once(p.kind.enabled_by(self.of_part(k, candidates)[0]) for k, p in enumerate(self.parts))
 
     def phenomenological(self) -> Candidates:
         return self._once(part.kind.phenomenological() for part in self.parts)
@@ -295,20 +293,14 @@ class Joint(Kind):
             for proposal in part.kind.proposed():
                 ask = partial(self._of_part, number)
                 loose = proposal.loose and partial(ask, proposal.loose, slope=0)
-                found.setdefault(
-                    proposal.what, Proposal(proposal.what, proposal.sd, partial(ask, proposal.predict, slope=1), loose)
-                )
+                whole = replace(proposal, predict=partial(ask, proposal.predict, slope=1), loose=loose)
+                found.setdefault(proposal.what, whole)
         return tuple(found.values())
 
     def _of_part(
-        self,
-        number: int,
-        ask: Callable[[Candidates, Array], Prediction],
-        candidates: Candidates,
-        theta: Array,
-        *,
+        self, number: int, ask: Callable[[Candidates, Array], Prediction], candidates: Candidates, theta: Array, *,
         slope: int,
-    ) -> Prediction:
+    ) -> Prediction:  # fmt: skip
         """The two arrays that a part answers, that with the number ``slope`` widened to all coordinates."""
         kept, places = self.of_part(number, candidates)
         found = list(ask(kept, theta[places]))

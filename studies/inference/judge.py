@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import takewhile
+from itertools import chain, combinations, takewhile
 
 import numpy as np
 
@@ -12,7 +12,17 @@ from studies.inference.fit import Fit, default_starts, fit, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
-from studies.inference.search import Hypotheses, Progress, again, beats_nothing, held_back, on_all, search, singles
+from studies.inference.search import (
+    Hypotheses,
+    Progress,
+    again,
+    beats_nothing,
+    enlarged,
+    held_back,
+    on_all,
+    search,
+    singles,
+)
 from studies.inference.verdict import (
     DOUBLED,
     EACH_ALONE,
@@ -59,17 +69,19 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     checks = tuple(check for group in rules.values() for check in group)
     met = {group: all(check.passed for check in some) for group, some in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
+    alike = len({f.family for f in members}) == 1
     if all(met.values()):
-        word = "named" if len({f.family for f in members}) == 1 else "class"
-        return Acceptance(word, leader, scores, leader, members, checks)
+        return Acceptance("named" if alike else "class", leader, scores, leader, members, checks)
     own = (share for f, share in known.probabilities if f in members and f.family == leader.family)
     probable = sum(own) > RULES.even
-    explained = met["any name"] and met["fit"]
-    if explained and met["no reservation"] and (probable or not known.null.fits_data):
+    explained, sure = met["any name"] and met["fit"], met["partial name"]
+    single = len(leader.candidates) == 1  # several at once imitate much: only their size may be doubted
+    if explained and met["no reservation"] and (sure or single) and (probable or not known.null.fits_data):
         return Acceptance("tentative", leader, scores, leader, members, checks)
     share = RULES.partial_share if leader.goodness >= RULES.far else RULES.far_share
     closes = null_score.gap > 0 and score.gap <= min(share * null_score.gap, RULES.partial_rest)
-    if met["any name"] and met["partial name"] and closes and not explained:
+    # beside something unknown, one of several is a guess
+    if met["any name"] and sure and met["usual size"] and alike and closes and not explained:
         return Acceptance("partial", leader, scores, leader, members, checks, _mimics(known.kind, leader))
     return _nothing_named(known, null_score, checks, leader)
 
@@ -122,12 +134,18 @@ def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide
     gain = score.log_score - null_score.log_score
     bounds, small, unsized, sizes = leader.at_bound(), leader.negligible(), leader.unsized(), leader.implausible()
     within, white, left = within_uncertainty(leader), whiteness(kind, leader), _left(kind, leader)
+    under, instead = leader.undersized(), _in_its_place(known, leader)
+    errors = [c.family for c in leader.candidates if c.mistake and c.family]
+    twice = {family for family in errors if errors.count(family) > 1}  # the law of this error is neither of them
     found: dict[str, dict[str, tuple[str, bool]]] = {
         "any name": {
             "two speeds, loads or inputs": ("yes" if kind.varied else "one", kind.varied),
             "the fit converged": ("yes" if leader.converged else "no", leader.converged),
             "inside its bounds, physical sign": (", ".join(bounds) or "yes", not bounds),
             "large enough to matter": (", ".join(small) or "yes", not small),
+            "no smaller than what occurs": (", ".join(under) or "yes", not under),
+            "more probable than terms without a cause": (instead or "yes", not instead),
+            "one law of each error": (", ".join(twice) or "yes", not twice),
             "larger than its standard deviation": (", ".join(unsized) or "yes", not unsized),
             "at most one of a size that seldom occurs": (f"{leader.unusual}", leader.unusual < 2),
         },
@@ -135,8 +153,8 @@ def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide
             UNLIKELY: (f"{known.nothing:.3g}", known.nothing < RULES.nothing),
             GAINS: (f"{gain:+.1f}" if score.possible else "one run: none to hold out", gain > 0),
             DOUBLED: (f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}", wide.nothing < RULES.nothing),
-            "a size that occurs": (", ".join(sizes) or "yes", not sizes),
         },
+        "usual size": {"a size that occurs": (", ".join(sizes) or "yes", not sizes)},
         "no reservation": {
             "parameters within their uncertainty, p > 0.01": (f"{within:.2g}", within > low),
             **({LEFT_OVER: left} if left else {}),
@@ -153,6 +171,23 @@ def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide
     return {
         group: tuple(AcceptanceCheck(what, *answer) for what, answer in some.items()) for group, some in found.items()
     }
+
+
+def _in_its_place(known: Hypotheses, leader: Fit) -> str:
+    """The term without a cause that is more probable than the ``leader`` in the place of some of its effects, if any.
+
+    Much data are asked in a part.
+    """
+    kind = known.kind.thinned(RULES.thinned)
+    found = [leader if kind is known.kind else fit(kind, leader.candidates, starts=[leader.theta])]
+    for kept in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
+        if all(c.mistake for c in leader.candidates if c not in kept):
+            continue
+        for term in kind.directions():
+            if kind.compatible((*kept, term)):
+                found.append(fit(kind, (*kept, term), starts=[enlarged(leader, (*kept, term))]))
+    best = max(found, key=known.log_posterior)
+    return best.candidates[-1].identifier if known.odds(best, found[0]) > RULES.likelier_odds else ""
 
 
 def _left(kind: Kind, leader: Fit) -> tuple[str, bool] | None:

@@ -32,6 +32,7 @@ class UncertainParameter:
     labels: tuple[str, ...] = ()
     widened: float = 1.0  # factor by which the scale exceeds the declared one, by which an unusual size is judged
     least: float = 0.0  # smallest size |coordinate - centre| that is worth a name
+    smallest: float = 0.0  # smallest size that occurs where the effect is there at all
     # the value is the exponential less one: a wrong factor, which is as probable as its reciprocal
     relative: bool = False
 

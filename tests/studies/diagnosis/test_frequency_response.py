@@ -315,6 +315,7 @@ NOISY = "input,output,frequency_Hz,speed_m_s,re,im,coherence,averages"
         (HEAD.replace("sd", "coherence"), GOOD, "no noise; give the column sd .* or coherence and averages"),
         (HEAD.replace("frequency", "frequncy"), GOOD, "unknown column 'frequncy_Hz'; did you mean 'frequency_Hz'"),
         (NOISY, [g.replace("0.01", "1,9") for g in GOOD], "line 2: coherence = 1, averages = 9; .* between 0 and 1"),
+        (NOISY, [g.replace("0.01", "1.2,9") for g in GOOD], "line 2: coherence = 1.2, .* between 0 and 1"),
         (NOISY, [f"{line},3" for line in GOOD], "line 2: .*averages = 3; .* 4 averages or more"),
         (HEAD + ",output_unit", [f"{line},N" for line in GOOD], "line 2: output_unit: unit 'N' is not a unit of angle"),
         (HEAD + ",input_unit", [f"{g},deg" for g in GOOD], "line 2: input_unit: unit 'deg' is not a unit of moment"),

@@ -7,6 +7,8 @@ import pytest
 from small_library import among
 
 from studies.diagnosis import Histories, read_measurement
+from tests.validation.blind import histories
+from tests.validation.blind import motion as moving
 from tests.validation.blind.histories import history_case
 
 TRIED = ("steer_damper", "steer_spring", "roll_rate_scale", "steer_delay")
@@ -70,3 +72,25 @@ def test_a_part_has_all_speeds_and_the_loudest_samples(measured):
         assert sum(power[first : first + size]) == pytest.approx(max(sum(power[a : a + size]) for a in begins))
         for c, x in run.channels.items():
             np.testing.assert_array_equal(x, own.channels[c][first : first + size])
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_dense_samples_stand_as_means_of_blocks_that_are_as_sure(tmp_path, monkeypatch, stated):
+    """Kicks at 500 Hz: five samples a block, whose noise is as much less as its colour lets a mean have."""
+    monkeypatch.setattr(histories, "SAMPLE", 0.002)
+    monkeypatch.setattr(moving, "SUBSTEPS", 2)
+    settings = {"hidden": ("steer_damper",), "bicycle": "browser", "runs": 4, "duration": 3.0}
+    truth = history_case(tmp_path, rng=np.random.default_rng(3), **settings).effects["steer_damper"]["damping"]
+    dense = read_measurement(tmp_path / "MEASUREMENT.toml")
+    dense = dense if stated else dataclasses.replace(dense, noise_sd={})
+    ready = dense.ready()
+    assert [run.step for run in ready.runs] == pytest.approx([0.01] * 4)
+    assert any(note.startswith("means of 5 samples (0.01 s)") for note in ready.notes)
+    for run, own in zip(ready.runs, dense.runs, strict=True):
+        x = own.channels["steer_rad"][: 5 * len(run.time)]
+        np.testing.assert_allclose(run.channels["steer_rad"], [np.mean(x[k : k + 5]) for k in range(0, len(x), 5)])
+    verdict = among(dense, TRIED).verdict
+    assert (verdict.verdict, verdict.equivalent) == ("named", ("steer_damper",))
+    assert 0.95 < verdict.chi2["final"] / verdict.chi2["n"] < 1.05
+    value, sd = verdict.effects[0].parameters["damping"]
+    assert value == pytest.approx(truth, abs=3 * sd)

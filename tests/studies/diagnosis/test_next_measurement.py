@@ -58,13 +58,7 @@ def test_the_named_effect_with_a_further_one_of_no_size_is_no_rival():
 
 
 @pytest.mark.parametrize(
-    ("failed", "rival"),
-    [
-        (DOUBLED, "none"),
-        (GAINS, "none"),
-        (LEFT_OVER, "spring"),
-        ("a size that occurs", "spring"),
-    ],
+    ("failed", "rival"), [(DOUBLED, "none"), (GAINS, "none"), (LEFT_OVER, "spring"), ("a size that occurs", "spring")]
 )
 def test_a_tentative_name_is_told_from_nothing_where_it_may_be_nothing(failed, rival):
     fits = hypothesis("damper", 16.0), hypothesis("spring", 12.0)

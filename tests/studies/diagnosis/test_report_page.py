@@ -185,6 +185,8 @@ def test_the_terminal_has_twelve_lines_at_most(one, nothing, several):
         bars = [line for line in lines if line.endswith("#")]
         assert len(bars) == len(findings.story.gap.steps)
         assert len(max(bars, key=len)) == len(bars[0])  # that of the base model is the longest
+        base = max(float(bars[0].split()[-2]), 1.0)  # times the noise; a decade of at least one fills 40 signs
+        assert bars[0].count("#") == pytest.approx(max(1, 40 * np.log(base) / np.log(max(base, 10.0))), abs=0.6)
 
 
 def test_where_nothing_is_named_nothing_is_said_to_be(nothing):

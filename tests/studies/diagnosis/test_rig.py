@@ -69,6 +69,8 @@ def test_few_conditions_are_refused(tables):
     few = dataclasses.replace(flat, **{key: getattr(flat, key)[:3] for key in keys}, lateral_stiffness_shared_over=())
     with pytest.raises(InputError, match="3 conditions are too few; 6 are needed"):
         TyreTables(reference=few, measured=flat)
+    six = dataclasses.replace(flat, **{key: getattr(flat, key)[:6] for key in keys}, lateral_stiffness_shared_over=())
+    assert len(TyreTables(reference=six, measured=flat).reference.load) == 6  # as many as a quadratic in two has terms
 
 
 def test_effects_may_be_left_out(tables):

@@ -208,6 +208,9 @@ def test_another_load_than_the_reference():
 
 def test_derivatives():
     forward = measurement([sweep(1, tyre=LAGGING, condition=DRUM)], [pull(2)]).ready()
+    stated, (read,) = np.array([u.centre for u in forward.nuisances]), forward.readings
+    computed = forward.forces((), stated)["p 0"]
+    assert np.linalg.norm(computed - read.force) < 0.2 * np.linalg.norm(read.force)
     rng = np.random.default_rng(3)
     candidates = forward.candidates
     unknowns = [*forward.nuisances, *(u for c in candidates for u in c.unknowns)]

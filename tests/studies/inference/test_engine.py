@@ -1,7 +1,7 @@
 """The engine on forward models of a line or two: evidence against integrals taken by brute force, numerical edges."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -14,26 +14,18 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from bicycle import Model, load_bicycle
 from bicycle.identification import Run
+from studies import inference
 from studies.diagnosis import Histories, diagnose, read_measurement
-from studies.inference import (
-    Candidate,
-    Kind,
-    Rows,
-    UncertainParameter,
-    default_starts,
-    fit,
-    held_out,
-    log_normal,
-    singles,
-)
 from tyre.files import data_root
 
 X = np.linspace(0.0, 1.0, 9)
-BASE = UncertainParameter("level", "1", {"level": 1.0}, 0.3, 0.4)
+BASE = inference.UncertainParameter("level", "1", {"level": 1.0}, 0.3, 0.4)
 
 
 def candidate(name, *, scale=0.5, lowest=-math.inf):
-    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, scale, lowest, size=True),))
+    return inference.Candidate(
+        name, (inference.UncertainParameter("size", "1", {name: 1.0}, 0.0, scale, lowest, size=True),)
+    )
 
 
 def shape(name, size):
@@ -46,14 +38,14 @@ def shape(name, size):
 
 
 @dataclass(frozen=True)
-class Toy(Kind):
+class Toy(inference.Kind):
     """data = level + effect, noise sd 1 in units of ``noise``."""
 
     readings: np.ndarray
     noise: float
     candidates: tuple
     nuisances: tuple = (BASE,)
-    rows: Rows = field(default_factory=lambda: Rows(("x",) * 9, X, ("x",) * 9, np.arange(9) % 3))
+    rows: inference.Rows = field(default_factory=lambda: inference.Rows(("x",) * 9, X, ("x",) * 9, np.arange(9) % 3))
 
     def residual(self, candidates, theta, *, slopes=True):
         computed, columns = np.full(9, theta[0]), [np.ones(9)]
@@ -103,8 +95,8 @@ def integral(problem, c=None):
 )
 def test_laplace_evidence_against_the_integral(truth, noise, c, exact):
     problem = toy(truth, noise, c)
-    assert fit(problem, (c,)).log_evidence == pytest.approx(integral(problem, c), abs=exact)
-    assert fit(problem).log_evidence == pytest.approx(integral(problem), abs=1e-3)
+    assert inference.fit(problem, (c,)).log_evidence == pytest.approx(integral(problem, c), abs=exact)
+    assert inference.fit(problem).log_evidence == pytest.approx(integral(problem), abs=1e-3)
 
 
 def test_posterior_is_that_of_the_integrals():
@@ -112,10 +104,21 @@ def test_posterior_is_that_of_the_integrals():
     c = candidate("slope"), candidate("bend", lowest=0.0), candidate("growth", scale=1.0)
     problem = toy(("slope", 0.35), 0.2, *c)
     weights = np.exp([integral(problem), *(integral(problem, one) - math.log(3) for one in c)])
-    found = singles(problem, lambda what: None).posterior
+    found = inference.singles(problem, lambda what: None).posterior
     for name, expected in zip(("none", "slope", "bend", "growth"), weights / weights.sum(), strict=True):
         assert found[name] == pytest.approx(expected, abs=0.01)
     assert 0.1 < found["none"] < 0.9
+
+
+@pytest.mark.parametrize("family", ["", "a lag of the sensor"])
+def test_an_error_needs_one_law(family):
+    """Two mistakes of one family that explain the data only together are a law that is neither of them."""
+    laws = [replace(candidate(name), weight=0.5, family=family) for name in ("slope", "bend")]
+    readings = shape("slope", 0.9)[0] - shape("bend", 0.9)[0]
+    verdict = inference.judge(Toy(readings + toy(("slope", 0.0), 0.01).readings, 0.01, tuple(laws))).verdict
+    assert verdict.verdict == ("unknown" if family else "named")
+    (check,) = (check for check in verdict.checks if check.what == "one law of each error")
+    assert (check.figure, check.passed) == (("a lag of the sensor", False) if family else ("yes", True))
 
 
 def test_held_out_score_is_the_conditional_density():
@@ -129,7 +132,7 @@ def test_held_out_score_is_the_conditional_density():
         gain = joint[np.ix_(out, ~out)] @ np.linalg.inv(joint[np.ix_(~out, ~out)])
         covariance = joint[np.ix_(out, out)] - gain @ joint[np.ix_(~out, out)]
         expected += multivariate_normal.logpdf(y[out], mean[out] + gain @ (y - mean)[~out], covariance)
-    assert held_out(problem, fit(problem, (c,))).log_score == pytest.approx(expected, abs=1e-3)
+    assert inference.held_out(problem, inference.fit(problem, (c,))).log_score == pytest.approx(expected, abs=1e-3)
 
 
 def test_a_covariance_that_rounding_left_indefinite_is_scored():
@@ -137,7 +140,7 @@ def test_a_covariance_that_rounding_left_indefinite_is_scored():
     covariance = np.array([[1.0, -1.0 - 1e-12], [-1.0 - 1e-12, 1.0]])
     j, r = np.array([[1.0, 1.0], [2.0, 1.0]]), np.array([0.3, -1.2])
     spread = np.eye(2) + np.outer([0, 1], [0, 1])  # j (1, -1)' = (0, 1)
-    assert log_normal(r, j, covariance) == pytest.approx(multivariate_normal.logpdf(r, cov=spread), abs=1e-6)
+    assert inference.log_normal(r, j, covariance) == pytest.approx(multivariate_normal.logpdf(r, cov=spread), abs=1e-6)
 
 
 def test_blas_keeps_to_one_thread(monkeypatch):
@@ -189,4 +192,6 @@ def test_together_each_candidate_begins_at_all_its_starts_and_one_with_fewer_sta
     """0.05 and 0.7 of the prior sd of 0.5, of either sign where both are possible; the level at its mean."""
     one_sided, either = candidate("slope", lowest=0.0), candidate("bend")
     expected = [[0.3, 0.025, 0.025], [0.3, 0.35, 0.35], [0.3, 0.35, -0.025], [0.3, 0.35, -0.35]]
-    np.testing.assert_allclose(default_starts(toy(("slope", 1.0), 0.1), (one_sided, either)), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        inference.default_starts(toy(("slope", 1.0), 0.1), (one_sided, either)), expected, rtol=1e-12
+    )

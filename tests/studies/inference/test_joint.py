@@ -8,29 +8,16 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from studies.inference import (
-    Candidate,
-    Joint,
-    Kind,
-    Part,
-    Rows,
-    UncertainParameter,
-    WithoutOne,
-    accept,
-    disagreement,
-    fit,
-    fits,
-    judge,
-    parts_against_rest,
-    without_each,
-)
+from studies import inference
 
 N = 40
-LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
+LEVEL = inference.UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
 
 
 def candidate(name, sd=1.0, **rest):
-    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, sd, size=True),), **rest)
+    return inference.Candidate(
+        name, (inference.UncertainParameter("size", "1", {name: 1.0}, 0.0, sd, size=True),), **rest
+    )
 
 
 SLOPE, BEND, OFFSET = candidate("slope"), candidate("bend"), candidate("offset", weight=0.5)
@@ -38,7 +25,7 @@ SHAPES = {"slope": lambda x: x, "bend": lambda x: x**2, "offset": np.ones_like}
 
 
 @dataclass(frozen=True)
-class Line(Kind):
+class Line(inference.Kind):
     """y = level + sizes of the candidates times their shapes, at x."""
 
     x: np.ndarray
@@ -51,7 +38,7 @@ class Line(Kind):
     @property
     def rows(self):
         n = len(self.x)
-        return Rows(("x",) * n, self.x, ("y",) * n, np.arange(n) % 4)
+        return inference.Rows(("x",) * n, self.x, ("y",) * n, np.arange(n) % 4)
 
     def residual(self, candidates, theta, *, slopes=True):
         columns = np.stack([np.ones_like(self.x), *(SHAPES[c.identifier](self.x) for c in candidates)], 1)
@@ -61,30 +48,31 @@ class Line(Kind):
 def part(name, low, high, *, slope=0.0, offset=0.0, seed=1, **rest):
     x = np.linspace(low, high, N)
     noise = 0.1 * np.random.default_rng(seed).standard_normal(N)
-    return Part(name, Line(x, 0.3 + slope * x + offset + noise, **rest), frozenset({"offset"}))
+    return inference.Part(name, Line(x, 0.3 + slope * x + offset + noise, **rest), frozenset({"offset"}))
 
 
 def joint(**second):
-    return Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=0.8, seed=2, **second)))
+    return inference.Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=0.8, seed=2, **second)))
 
 
 def test_a_joint_fit_is_the_fit_of_all_rows_at_once():
     """One line through all points, by the normal equations with the prior."""
     forward = joint()
-    found = fit(forward, (SLOPE,))
+    found = inference.fit(forward, (SLOPE,))
     x = np.concatenate([p.kind.x for p in forward.parts])
     y = np.concatenate([p.kind.y for p in forward.parts])
     columns = np.stack([np.ones_like(x), x], 1) / 0.1
     expected = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
     np.testing.assert_allclose(found.theta, expected, rtol=1e-6)
+    assert found.penalty == pytest.approx(found.theta @ found.theta)  # both priors are standard normal
     assert len(forward.nuisances) == 1
     np.testing.assert_allclose(found.covariance, np.linalg.inv(columns.T @ columns + np.eye(2)), rtol=1e-6)
     for one in forward.parts:  # information adds up: on a line an interval is nowhere wider than that of a part
-        assert (found.covariance.diagonal() < fit(one.kind, (SLOPE,)).covariance.diagonal()).all()
+        assert (found.covariance.diagonal() < inference.fit(one.kind, (SLOPE,)).covariance.diagonal()).all()
 
 
 def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
-    verdict = judge(joint(offset=0.5)).verdict
+    verdict = inference.judge(joint(offset=0.5)).verdict
     assert verdict.verdict == "class"  # nobody can say which of two instruments is off
     assert set(verdict.equivalent) == {"slope+far/offset", "slope+near/offset"}
     forward = joint()
@@ -102,7 +90,7 @@ def test_an_effect_that_one_part_cannot_see_acts_on_the_others_alone():
     _, jacobian = forward.residual((BEND,), np.array([0.0, 0.2]))
     assert jacobian[:N, 1].any()
     assert not jacobian[N:, 1].any()
-    nowhere = Joint((part("a", 0, 1, refused={"bend": "no"}, candidates=(SLOPE,)),))
+    nowhere = inference.Joint((part("a", 0, 1, refused={"bend": "no"}, candidates=(SLOPE,)),))
     assert nowhere.refused == {"bend": "no"}
 
 
@@ -120,12 +108,12 @@ def test_an_effect_that_another_one_makes_possible_acts_on_the_part(monkeypatch)
 def test_parts_of_two_things_share_what_is_common_and_nothing_else():
     """Another thing has a level of its own and the slope of the first: 0.3 and 1.3 beside 0.8."""
     one, two = part("one", 0, 1, slope=0.8), part("two", 1, 3, slope=0.8, offset=1.0, seed=2)
-    other = Part("two", two.kind, two.own, "thing", frozenset({"slope"}))
-    forward = Joint((one, other))
+    other = inference.Part("two", two.kind, two.own, "thing", frozenset({"slope"}))
+    forward = inference.Joint((one, other))
     assert [u.name for u in forward.nuisances] == ["level", "thing/level"]
     names = [c.identifier for c in forward.candidates]
     assert names == ["slope", "bend", "one/offset", "thing/bend", "two/offset"]
-    found = fit(forward, (SLOPE,))
+    found = inference.fit(forward, (SLOPE,))
     assert found.theta[0] == pytest.approx(0.3, abs=0.15)
     assert found.theta[1] == pytest.approx(1.3, abs=0.15)
     assert found.theta[2] == pytest.approx(0.8, abs=0.1)
@@ -135,13 +123,13 @@ def test_parts_of_two_things_share_what_is_common_and_nothing_else():
     assert not jacobian[:N, 2].any()
     assert jacobian[N:, 2].any()
     with pytest.raises(ValueError, match="give each a name"):
-        Joint((one, Part("two", two.kind, thing="one")))
+        inference.Joint((one, inference.Part("two", two.kind, thing="one")))
 
 
 def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
-    forward = Joint(joint().parts, said=("of two things",))
+    forward = inference.Joint(joint().parts, said=("of two things",))
     assert forward.notes[0] == "of two things"
-    assert forward.refined(fit(forward)) is forward
+    assert forward.refined(inference.fit(forward)) is forward
 
 
 def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():
@@ -160,16 +148,16 @@ class OnePlace(Line):
 @pytest.mark.parametrize(("near", "far", "varied"), [(100.0, 102.0, False), (100.0, 110.0, True), (0.01, 0.012, True)])
 def test_parts_look_at_different_things_where_their_places_differ_by_more_than_a_twentieth(near, far, varied):
     """Each looks at one place; it is the share that counts, not the unit."""
-    parts = [Part(f"at {x:g}", OnePlace(np.full(N, x), np.zeros(N))) for x in (near, far)]
-    assert Joint(tuple(parts)).varied is varied
+    parts = [inference.Part(f"at {x:g}", OnePlace(np.full(N, x), np.zeros(N))) for x in (near, far)]
+    assert inference.Joint(tuple(parts)).varied is varied
 
 
 def test_parts_that_agree_do_not_contradict_and_one_that_does_not_is_found():
     """The far part has another slope: 0.8 and 1.1, with sd of 0.05 and 0.03."""
-    same = parts_against_rest(joint(), fit(joint(), (SLOPE,)))
+    same = inference.parts_against_rest(joint(), inference.fit(joint(), (SLOPE,)))
     assert not any(p.contradicts for p in same)
-    other = Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=1.2, seed=2)))
-    found = {p.part: p for p in parts_against_rest(other, fit(other, (SLOPE,)))}
+    other = inference.Joint((part("near", 0, 1, slope=0.8), part("far", 1, 3, slope=1.2, seed=2)))
+    found = {p.part: p for p in inference.parts_against_rest(other, inference.fit(other, (SLOPE,)))}
     assert found["far"].contradicts
     assert found["far"].sd > 3
     (slope,) = found["far"].effects
@@ -182,9 +170,11 @@ def test_false_contradictions_are_as_rare_as_said():
     """p is uniform where all parts are of one line: 150 draws, 5 sd of a binomial about 10 %."""
     values = []
     for seed in range(150):
-        forward = Joint((part("a", 0, 1, slope=0.8, seed=[seed, 1]), part("b", 1, 3, slope=0.8, seed=[seed, 2])))
-        found = fit(forward, (SLOPE,))
-        values.append(disagreement(found, forward.slices()[1])[0])
+        forward = inference.Joint(
+            (part("a", 0, 1, slope=0.8, seed=[seed, 1]), part("b", 1, 3, slope=0.8, seed=[seed, 2]))
+        )
+        found = inference.fit(forward, (SLOPE,))
+        values.append(inference.disagreement(found, forward.slices()[1])[0])
     assert np.mean(np.array(values) < 0.1) == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / 150))
 
 
@@ -194,14 +184,14 @@ def test_false_contradictions_are_as_rare_as_said():
         ((), "give each a name"),
         ((part("a", 0, 1), part("a", 0, 1)), "give each a name"),
         (
-            (part("a", 0, 1), part("b", 0, 1, nuisances=(UncertainParameter("level", "1", {}, 0.0, 2.0),))),
+            (part("a", 0, 1), part("b", 0, 1, nuisances=(inference.UncertainParameter("level", "1", {}, 0.0, 2.0),))),
             r"b: level = 0 \+- 2, in another part 0 \+- 1; one thing has one prior",
         ),
     ],
 )
 def test_parts_that_make_no_whole_are_refused(parts, words):
     with pytest.raises(ValueError, match=words):
-        Joint(parts)
+        inference.Joint(parts)
 
 
 @pytest.mark.parametrize("known", [0.95, 1.05])
@@ -210,10 +200,10 @@ def test_what_the_others_hardly_know_counts_as_the_least_that_the_docstring_says
 
     By the others alone the second is c / a farther off, of variance 1 + (1 - a) / a, where c is what the part leaves.
     """
-    (least,) = map(float, re.findall(r"at least (\S+) as well as the best", disagreement.__doc__))
+    (least,) = map(float, re.findall(r"at least (\S+) as well as the best", inference.disagreement.__doc__))
     own, left = 1 - known * least, 1e-5
     joint = SimpleNamespace(jacobian=np.array([[0.0, np.sqrt(own)]]), residual=np.array([left]), covariance=np.eye(2))
-    p, sd = disagreement(joint, slice(0, 1))
+    p, sd = inference.disagreement(joint, slice(0, 1))
     counted = max(known, 1.0) * least
     assert sd == pytest.approx(left * np.sqrt(1 + own / counted), rel=1e-6)
     assert p == pytest.approx(2 * norm.sf(sd), rel=1e-6)
@@ -238,9 +228,9 @@ def test_a_nuisance_of_another_thing_sets_the_numbers_of_that_thing_alone():
 
 def test_what_did_not_converge_is_not_named():
     kind = part("a", 0, 2, slope=1.0).kind
-    found = judge(replace(kind, candidates=(SLOPE, BEND)))
-    assert accept(found.hypotheses, found.final).verdict == found.verdict.verdict == "named"
-    refused = accept(found.hypotheses, replace(found.final, converged=False))
+    found = inference.judge(replace(kind, candidates=(SLOPE, BEND)))
+    assert inference.accept(found.hypotheses, found.final).verdict == found.verdict.verdict == "named"
+    refused = inference.accept(found.hypotheses, replace(found.final, converged=False))
     assert refused.verdict == "unknown"
     assert refused.final.candidates == ()
     assert [(check.passed, check.figure) for check in refused.checks if check.what == "the fit converged"] == [
@@ -255,15 +245,15 @@ def long(name, seed, *, level=0.3, kink=0.0, low=0.0):
     """A part of the line 0.8 x over an interval of 2, of which slope and level are all that is asked."""
     made = part(name, low, low + 2, slope=0.8, offset=level - 0.3, seed=seed, candidates=(SLOPE,))
     bent = made.kind.y + kink * np.abs(made.kind.x - low - 1)
-    return Part(name, replace(made.kind, y=bent))
+    return inference.Part(name, replace(made.kind, y=bent))
 
 
 def told(*parts):
     """The joint verdict of some ``parts``, each against the others, and what is said without each."""
-    judged = judge(Joint(parts))
-    against, together = parts_against_rest(judged.kind, judged.final), fits(judged.verdict)
+    judged = inference.judge(inference.Joint(parts))
+    against, together = inference.parts_against_rest(judged.kind, judged.final), inference.fits(judged.verdict)
     names = [p.part for p in against if p.contradicts or not together]
-    return judged, {p.part: p for p in against}, without_each(judged.kind, names, single_out=not together)
+    return judged, {p.part: p for p in against}, inference.without_each(judged.kind, names, single_out=not together)
 
 
 THREE = long("near", 1), long("other", 2, level=0.9), long("far", 3, low=1.0)
@@ -282,19 +272,19 @@ def test_the_part_without_which_everything_else_fits_is_the_first(three):
     assert against["other"].contradicts
     assert next(iter(without)) == "other"
     assert set(without) == {"near", "other", "far"}
-    assert not any(fits(without[name].rest) for name in ("near", "far"))
+    assert not any(inference.fits(without[name].rest) for name in ("near", "far"))
     x, y = (np.concatenate([getattr(p.kind, of) for p in (THREE[0], THREE[2])]) for of in "xy")
     columns = np.stack([np.ones(2 * N), x], 1) / 0.1
     _, slope = np.linalg.solve(columns.T @ columns + np.eye(2), columns.T @ (y / 0.1))
     (effect,) = without["other"].rest.effects
     assert effect.parameters["size"][0] == pytest.approx(slope, rel=1e-4)
-    assert fits(without["other"].alone)
+    assert inference.fits(without["other"].alone)
 
 
 def test_a_part_that_does_not_fit_by_itself_either_is_judged_so():
     _, _, without = told(THREE[0], long("bent", 2, level=0.9, kink=0.5), THREE[2])
     assert without["bent"].clear
-    assert not fits(without["bent"].alone)
+    assert not inference.fits(without["bent"].alone)
 
 
 def test_of_two_parts_that_each_fit_neither_is_singled_out():
@@ -305,9 +295,9 @@ def test_of_two_parts_that_each_fit_neither_is_singled_out():
 
 def test_parts_that_fit_together_accuse_none():
     judged, _, without = told(*THREE[::2])
-    assert (fits(judged.verdict), without) == (True, {})
+    assert (inference.fits(judged.verdict), without) == (True, {})
 
 
 def test_a_clear_verdict_is_one_that_fits_without_a_reservation():
     for word, p, clear in (("named", 0.02, True), ("tentative", 0.5, False), ("named", 0.01, False)):
-        assert WithoutOne("a", SimpleNamespace(verdict=word, goodness_of_fit_p=p)).clear is clear
+        assert inference.WithoutOne("a", SimpleNamespace(verdict=word, goodness_of_fit_p=p)).clear is clear

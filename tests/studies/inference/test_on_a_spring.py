@@ -172,6 +172,14 @@ def test_nothing_is_named_where_a_term_without_a_cause_would_explain_more(square
     assert ("mostly square" in check.figure) == (word == "unknown")
 
 
+def test_an_effect_that_stands_for_a_more_probable_term_without_a_cause_is_not_named():
+    """Only the square law is hidden, which the stiffening of the library resembles."""
+    verdict = judge(WithTerm(recorded(6, square=0.3))).verdict
+    assert verdict.verdict == "unknown"
+    (check,) = (check for check in verdict.checks if check.what == "more probable than terms without a cause")
+    assert (check.figure, check.passed) == ("square", False)
+
+
 def test_variants_ask_for_what_is_left_as_the_verdict_does():
     found = stability(with_term(0.1), run=lambda outcome, every: map(outcome, islice(every, 2)))
     assert any(one.verdict == "unknown" and one.same for one in found.outcomes)

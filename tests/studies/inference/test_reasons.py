@@ -28,6 +28,7 @@ class Hypothesis:
         ({"negligible": lambda: ["a"]}, "too small"), ({"unusual": 2}, "two unusual"),
         ({"implausible": lambda: ["a.x"], "fits_data": False}, "unusual misfit"),
         ({"implausible": lambda: ["a.x"], "white": 1e-9}, "unusual not white"), ({"name": ""}, "nothing"),
+        ({"white": 1e-9, "odds": 3e35}, "elsewhere"),
         ({"fits_data": False}, "misfit"), ({"odds": 7.0}, "not clear"), ({"odds": 3e35}, "elsewhere"),
     ],
 )  # fmt: skip
@@ -52,12 +53,9 @@ def compared(odds, leader, other, monkeypatch):
         import_module("studies.inference.judge"), "similarity", lambda _f, _n, fits: np.ones((len(fits),) * 2)
     )
     known = SimpleNamespace(
-        kind=None,
-        null=leader,
-        fits=(),
-        best=lambda count: [leader, other],
+        kind=None, null=leader, fits=(), best=lambda count: [leader, other],
         odds=lambda one, two: odds if one is leader else 1 / odds,
-    )
+    )  # fmt: skip
     return equivalents(known, leader).get(other)
 
 

@@ -6,39 +6,27 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from studies.inference import (
-    ROUGH,
-    Candidate,
-    Hypotheses,
-    Kind,
-    Rows,
-    UncertainParameter,
-    exchanged,
-    expand,
-    fit,
-    judge,
-    minimise,
-    pruned,
-    singles,
-)
+from studies import inference
 
 X = np.linspace(0.0, 1.0, 30)
-LEVEL = UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
+LEVEL = inference.UncertainParameter("level", "1", {"level": 1.0}, 0.0, 1.0)
 
 
 def candidate(name, **rest):
-    return Candidate(name, (UncertainParameter("size", "1", {name: 1.0}, 0.0, 1.0, size=True, **rest),))
+    return inference.Candidate(
+        name, (inference.UncertainParameter("size", "1", {name: 1.0}, 0.0, 1.0, size=True, **rest),)
+    )
 
 
 @dataclass(frozen=True)
-class Waves(Kind):
+class Waves(inference.Kind):
     """data = level + size x, for each candidate; ``broken`` is no number."""
 
     readings: np.ndarray
     candidates: tuple
     varied: bool = True
     nuisances: tuple = (LEVEL,)
-    rows: Rows = field(default_factory=lambda: Rows(("x",) * 30, X, ("x",) * 30, np.arange(30) % 5))
+    rows: inference.Rows = field(default_factory=lambda: inference.Rows(("x",) * 30, X, ("x",) * 30, np.arange(30) % 5))
 
     def residual(self, candidates, theta, *, slopes=True):
         computed, columns = np.full(30, theta[0]), [np.ones(30)]
@@ -55,7 +43,7 @@ def data(size, *, seed=2):
 
 
 def test_a_fit_that_is_no_number_is_said_and_never_judged():
-    verdict = judge(Waves(data(0.8), (candidate("slope"), candidate("broken")))).verdict
+    verdict = inference.judge(Waves(data(0.8), (candidate("slope"), candidate("broken")))).verdict
     assert (verdict.verdict, verdict.equivalent) == ("named", ("slope",))
     assert verdict.posterior["broken"] == 0.0
     assert any("could not be computed and are not judged: broken" in w for w in verdict.warnings)
@@ -64,23 +52,32 @@ def test_a_fit_that_is_no_number_is_said_and_never_judged():
 
 
 def test_one_condition_is_no_evidence_for_a_name():
-    verdict = judge(Waves(data(0.8), (candidate("slope"),), varied=False)).verdict
+    verdict = inference.judge(Waves(data(0.8), (candidate("slope"),), varied=False)).verdict
     assert (verdict.verdict, verdict.effects) == ("unknown", ())
     assert ("two speeds, loads or inputs", "one") in [(c.what, c.figure) for c in verdict.failed]
 
 
 def test_what_is_too_small_to_matter_is_not_named():
-    assert judge(Waves(data(0.8), (candidate("slope", least=0.5),))).verdict.equivalent == ("slope",)
-    small = judge(Waves(data(0.8), (candidate("slope", least=1.5),))).verdict
+    assert inference.judge(Waves(data(0.8), (candidate("slope", least=0.5),))).verdict.equivalent == ("slope",)
+    small = inference.judge(Waves(data(0.8), (candidate("slope", least=1.5),))).verdict
     assert (small.verdict, small.effects) == ("unknown", ())
     assert ("large enough to matter", "slope", False) in [(c.what, c.figure, c.passed) for c in small.checks]
     assert small.refused_leaders[0][0] == "slope"
 
 
+@pytest.mark.parametrize(("smallest", "word"), [(0.6, "named"), (1.2, "unknown")])
+def test_what_is_surely_smaller_than_what_occurs_is_not_named(smallest, word):
+    """The size is found as 0.8 with an sd of 0.06."""
+    verdict = inference.judge(Waves(data(0.8), (candidate("slope", smallest=smallest),))).verdict
+    assert verdict.verdict == word
+    (check,) = (c for c in verdict.checks if c.what == "no smaller than what occurs")
+    assert (check.figure, check.passed) == (("yes", True) if word == "named" else ("slope.size", False))
+
+
 @pytest.mark.parametrize("size", [5.0, 8.0])
 def test_an_unusual_size_that_explains_the_data_is_tentative_and_not_shrunk(size):
     """Beyond three prior sd; the prior of what seldom occurs is five times as wide, so it pulls little."""
-    verdict = judge(Waves(data(size), (candidate("slope"),))).verdict
+    verdict = inference.judge(Waves(data(size), (candidate("slope"),))).verdict
     assert verdict.verdict == "tentative"
     value, sd = verdict.effects[0].parameters["size"]
     columns = np.stack([np.ones(30), X], 1) / 0.1
@@ -90,7 +87,8 @@ def test_an_unusual_size_that_explains_the_data_is_tentative_and_not_shrunk(size
 
 
 def test_a_larger_hypothesis_never_fits_worse():
-    known = singles(Waves(data(0.0), tuple(candidate(name) for name in ("slope", "other"))), lambda what: None)
+    waves = Waves(data(0.0), tuple(map(candidate, ("slope", "other"))))
+    known = inference.singles(waves, lambda what: None)
     for f in known.fits:
         assert f.objective <= known.null.objective + 1e-3
 
@@ -112,8 +110,8 @@ class Winding(Waves):
 
 def test_where_nothing_fits_what_was_given_up_as_poor_is_fitted_to_its_end():
     forward = Winding(data(0.0), (winding := candidate("winding"),))
-    assert fit(forward, (winding,), turns=ROUGH).objective > 1e3
-    (found,) = singles(forward, lambda what: None).fits
+    assert inference.fit(forward, (winding,), turns=inference.ROUGH).objective > 1e3
+    (found,) = inference.singles(forward, lambda what: None).fits
     assert found.converged
     assert found.objective < 100
     assert found.theta == pytest.approx([3.0, 2 * math.sin(18.0)], abs=0.01)
@@ -135,11 +133,11 @@ class Tones(Waves):
 def test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own():
     tone, other = candidate("tone"), candidate("other")
     forward = Tones(data(0.0) + np.sin(8 * 1.5 * X), (tone, other))
-    stuck = fit(forward, (tone,), starts=[np.array([0.0, 2.5])])
-    pair = fit(forward, (tone, other), starts=[np.array([0.3, 1.5, 0.0])])
+    stuck = inference.fit(forward, (tone,), starts=[np.array([0.0, 2.5])])
+    pair = inference.fit(forward, (tone, other), starts=[np.array([0.3, 1.5, 0.0])])
     assert stuck.converged
     assert stuck.objective > 100 > pair.objective
-    _, leader = pruned(Hypotheses(fit(forward), (stuck, pair), forward), pair)
+    _, leader = inference.pruned(inference.Hypotheses(inference.fit(forward), (stuck, pair), forward), pair)
     assert leader.name == "tone"
     assert leader.theta[1] == pytest.approx(1.5, abs=0.05)
 
@@ -163,24 +161,24 @@ def quiet(what):
 
 def test_what_is_far_behind_an_explanation_is_left_as_it_is():
     forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
-    known = singles(forward, quiet)
+    known = inference.singles(forward, quiet)
     wave, square, cube = known.fits
     assert known.hopeful(known.fits) == [wave]
-    unexplained = Hypotheses(known.null, (square, cube), known.kind)
+    unexplained = inference.Hypotheses(known.null, (square, cube), known.kind)
     assert unexplained.hopeful(unexplained.fits) == [square, cube]
 
 
 def test_a_parent_far_behind_is_enlarged_only_by_what_closes_half_of_the_gap():
     forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
-    known = singles(forward, quiet)
+    known = inference.singles(forward, quiet)
     wave, square, _ = known.fits
-    pair = fit(forward, (forward.candidates[1], forward.candidates[2]))
+    pair = inference.fit(forward, (forward.candidates[1], forward.candidates[2]))
     assert wave.objective + 100 < pair.objective < square.objective - 4  # it gains, but far from enough
-    found = {f.name for f in expand(known, [wave, square], quiet).fits}
+    found = {f.name for f in inference.expand(known, [wave, square], quiet).fits}
     assert "square+cube" not in found
     assert "square+wave" in found
-    alone = Hypotheses(known.null, known.fits[1:], known.kind)
-    assert "square+cube" in {f.name for f in expand(alone, [square], quiet).fits}
+    alone = inference.Hypotheses(known.null, known.fits[1:], known.kind)
+    assert "square+cube" in {f.name for f in inference.expand(alone, [square], quiet).fits}
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,7 @@ class Unheard(Shapes):
 def test_what_a_second_effect_explains_is_not_taken_for_noise():
     """True noise 0.1; what the better single effect leaves is three times as large."""
     truth = data(0.0) + SHAPES["square"] + 0.5 * SHAPES["wave"]
-    found = judge(Unheard(truth, (candidate("wave"), candidate("square"))))
+    found = inference.judge(Unheard(truth, (candidate("wave"), candidate("square"))))
     assert (found.verdict.verdict, found.verdict.equivalent) == ("named", ("wave+square",))
     assert found.kind.sd == pytest.approx(0.1, rel=0.25)  # 30 rows: 13 %
     columns = np.stack([np.ones(30), SHAPES["wave"], SHAPES["square"]], 1) / 0.1
@@ -213,7 +211,9 @@ def test_the_most_probable_effect_is_enlarged_where_its_size_seldom_occurs_and_i
     truth = data(0.0) + 5 * SHAPES["square"] + 0.5 * SHAPES["wave"]
     wide = (replace(c, unknowns=(replace(c.unknowns[0], scale=3.0),)) for c in map(candidate, ("cube", "quart")))
     fitted = []
-    verdict = judge(Shapes(truth, (candidate("wave"), candidate("square"), *wide)), progress=fitted.append).verdict
+    verdict = inference.judge(
+        Shapes(truth, (candidate("wave"), candidate("square"), *wide)), progress=fitted.append
+    ).verdict
     assert "square+wave" in fitted
     assert (verdict.verdict, verdict.equivalent) == ("tentative", ("square+wave",))
 
@@ -224,7 +224,7 @@ def test_a_fit_goes_on_where_a_small_promise_was_a_slow_beginning():
     def evaluate(z, *, slopes):
         return np.array([100.0, 3 - z[0] ** 2]), np.array([[0.0], [-2 * z[0]]])
 
-    end = minimise(evaluate, np.array([0.05]), np.full(1, -9.0), np.full(1, 9.0), np.ones(2, bool))
+    end = inference.minimise(evaluate, np.array([0.05]), np.full(1, -9.0), np.full(1, 9.0), np.ones(2, bool))
     assert end.converged
     assert end.objective == pytest.approx(10002.75, abs=1e-2)
 
@@ -235,9 +235,9 @@ def test_what_cannot_move_on_has_not_converged():
     def evaluate(z, *, slopes):
         return np.array([3.0 + z[0] ** 2]), np.array([[-1.0]])
 
-    end = minimise(evaluate, np.zeros(1), np.full(1, -9.0), np.full(1, 9.0), np.ones(1, bool))
+    end = inference.minimise(evaluate, np.zeros(1), np.full(1, -9.0), np.full(1, 9.0), np.ones(1, bool))
     assert not end.converged
-    assert fit(Waves(data(0.5), (c := candidate("slope"),)), (c,)).converged
+    assert inference.fit(Waves(data(0.5), (c := candidate("slope"),)), (c,)).converged
 
 
 @dataclass(frozen=True)
@@ -262,9 +262,9 @@ class Detour(Waves):
 def test_an_effect_that_shrank_to_nothing_is_tried_from_a_typical_size_where_nothing_fits():
     slope, waves = candidate("slope", lowest=0.01), [candidate(str(periods)) for periods in range(2, 9)]
     forward = Detour(data(2.0), (slope, *waves))
-    small = fit(forward, (slope,), starts=[np.array([0.3, 0.05])])
+    small = inference.fit(forward, (slope,), starts=[np.array([0.3, 0.05])])
     assert small.at_bound() == ["slope.size"]
-    found = singles(forward, lambda what: None).find(frozenset({"slope"}))
+    found = inference.singles(forward, lambda what: None).find(frozenset({"slope"}))
     assert found.theta[1] == pytest.approx(1.0, abs=0.05)  # 4 (1 - 0.5) = 2
 
 
@@ -279,12 +279,12 @@ class Excluding(Shapes):
 def test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it(astray):
     """The truth is wave and cube, and wave by itself stopped on the way from parameters that went astray."""
     forward = Excluding(data(0.0) + SHAPES["wave"] + SHAPES["cube"], tuple(candidate(name) for name in THREE))
-    known, names = singles(forward, quiet), []
+    known, names = inference.singles(forward, quiet), []
     wave, square, cube = known.fits
     lost = replace(wave, converged=False, objective=1e6, log_evidence=-5e5)
-    pair = fit(forward, (square.candidates[0], cube.candidates[0]))
-    begun = Hypotheses(replace(known.null, converged=not astray), (lost, square, cube, pair), known.kind)
-    found, leader = exchanged(begun, pair, names.append)
+    pair = inference.fit(forward, (square.candidates[0], cube.candidates[0]))
+    begun = inference.Hypotheses(replace(known.null, converged=not astray), (lost, square, cube, pair), known.kind)
+    found, leader = inference.exchanged(begun, pair, names.append)
     if not astray:
         assert (found, leader, names) == (begun, pair, [])
         return
