@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.errors import InputError, is_number
 from tyre.files import data_root, read_text, read_toml, refuse_deep
 from tyre.formula_tyre import FormulaTyre
 from tyre.magic_formula import Curve, magic_formula_derivatives, saturation
@@ -224,31 +224,22 @@ def _notes(value: Any) -> Any:
     return (value,) if isinstance(value, str) else list_of(text(), "must be text in quotes, or a list of texts")(value)
 
 
-SET = table(
-    {
-        maybe("label", ""): text(),
-        needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): number(
-            above=0, least=SMALLEST, most=1e5
-        ),
-        needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
-        maybe(MOMENT): _coefficients(MOMENT),
-        maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
-    }
-)
-FILE = table(
-    {
-        maybe("kind", KIND): text(f"must be {KIND!r}", allowed=(KIND,)),
-        maybe("tyre"): text(blank=False),
-        maybe("surface"): text("must be 'flat' or 'drum'", allowed=("flat", "drum")),
-        maybe("source", "not stated"): text(),
-        maybe("licence"): text(),
-        maybe("load_max_N"): number(above=0, least=SMALLEST, most=1e5),
-        maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)),
-        maybe("note", []): _notes,
-        needed("set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"):
-            list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
-    }
-)  # fmt: skip
+_SIZE = number(above=0, least=SMALLEST, most=1e5)
+SET = table({
+    maybe("label", ""): text(),
+    needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): _SIZE,
+    needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
+    maybe(MOMENT): _coefficients(MOMENT),
+    maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
+})  # fmt: skip
+FILE = table({
+    maybe("kind", KIND): text(f"must be {KIND!r}", allowed=(KIND,)), maybe("tyre"): text(blank=False),
+    maybe("surface"): text("must be 'flat' or 'drum'", allowed=("flat", "drum")),
+    maybe("source", "not stated"): text(), maybe("licence"): text(), maybe("load_max_N"): _SIZE,
+    maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)), maybe("note", []): _notes,
+    needed("set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"):
+        list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
+})  # fmt: skip
 # far beyond what is measured: C/Fz is 0.2 to 0.3 per degree in Dell'Orto et al. (C and D: Pacejka, 2012, section 4.3)
 LIMITS = {
     "stiffness per load": (0.03, 1.0),  # 1/deg
@@ -302,7 +293,7 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     file = Path(source) if isinstance(source, str) else source
     where, stem = str(source), Path(file.name).stem
     try:
-        content, unused = _one_mapping(_content(file), stem), []
+        content, unused = _one_mapping(refuse_deep(_read(file), str(file)), stem), []
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from error
     if file.name.lower().endswith(".mat"):  # a workspace holds other things too
@@ -310,25 +301,18 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         content = {key: value for key, value in content.items() if key not in unused}
     given = read(FILE, content, where=where)
     notes = [*given["note"], *([f"not used of {file.name}: {', '.join(unused)}"] if unused else [])]
-    for key, taken in {
-        "load_max_N": "",
-        "slip_unit": "; degrees are taken, as Magic-Formula-89 has them",
-        "surface": "; flat is taken",
-    }.items():
-        if key not in given:
-            notes.append(f"the file states no {key}{taken}")
+    taken = {"slip_unit": "; degrees are taken, as Magic-Formula-89 has them", "surface": "; flat is taken"}
+    silent = [key for key in ("load_max_N", *taken) if key not in given]
+    notes += [f"the file states no {key}{taken.get(key, '')}" for key in silent]
     tyre, sets = given.get("tyre", stem), []
     for entry in given["set"]:
         stiffness = entry.get("lateral_stiffness_N_per_mm")
         fit = Pacejka89(
-            label=", ".join(filter(None, (tyre, entry["label"]))),
-            pressure=entry["pressure_kPa"] * 1e3,
-            load_max=given.get("load_max_N", float("inf")),
-            side_force_coefficients=tuple(entry[SIDE]),
+            label=", ".join(filter(None, (tyre, entry["label"]))), pressure=entry["pressure_kPa"] * 1e3,
+            load_max=given.get("load_max_N", float("inf")), side_force_coefficients=tuple(entry[SIDE]),
             aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
-            slip_unit=given.get("slip_unit", "deg"),
-            lateral_stiffness=None if stiffness is None else stiffness * 1e3,
-        )
+            slip_unit=given.get("slip_unit", "deg"), lateral_stiffness=None if stiffness is None else stiffness * 1e3,
+        )  # fmt: skip
         try:
             check_coefficients(fit)
         except InputError as error:
@@ -403,7 +387,7 @@ def _flat(value: Any) -> Any:
 
 def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
     for key in list(one):
-        if (factor := PRESSURES.get(key.lower())) and isinstance(one[key], int | float):
+        if (factor := PRESSURES.get(key.lower())) and is_number(one[key]):
             one["pressure_kPa"] = one.pop(key) * factor
     named = re.search(r"_p(\d{2,4})(?!\d)", stem)  # of the authors' files: OptParameterMF_T03R01_camber0_p300
     if "pressure_kPa" not in one and named:
@@ -411,12 +395,8 @@ def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
     return one
 
 
-def _content(file: Path | Traversable) -> Any:
-    """The mapping or list that a file holds; YAML may name a list within itself."""
-    return refuse_deep(_read(file), str(file))
-
-
 def _read(file: Path | Traversable) -> Any:
+    """The mapping or list that a file holds; YAML may name a list within itself."""
     kind = "file of Pacejka-89 coefficients"
     ending = Path(file.name).suffix.lower()
     if ending not in (".json", ".yaml", ".yml", ".mat"):

@@ -3,8 +3,7 @@
 Every name is imported when it is first used: a recording is read without what fits it.
 """
 
-from importlib import import_module
-from typing import Any
+from tyre.door import room
 
 HOME = {
     "canonical": ("Canonical",),
@@ -22,9 +21,4 @@ HOME = {
 }  # fmt: skip
 """Module -> the names that it gives to other rooms."""
 
-
-def __getattr__(name: str) -> Any:
-    for home, names in HOME.items():
-        if name in names:
-            return getattr(import_module(f"{__name__}.{home}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = room(__name__, HOME)

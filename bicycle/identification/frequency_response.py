@@ -229,7 +229,7 @@ def spectral_response(
             )
         return _at_lines(signals, lines, step, highest_hz)
     seconds = step * sum(len(x) for x in inputs)
-    averages = _averages([max(0, (len(x) - size) // (size // 2) + 1) for x in inputs], size)
+    averages = _averages([max(0, (len(x) - size) // (size // 2) + 1) for x in inputs], size) if long else 0.0
     if averages < FEWEST_SEGMENTS:
         raise InputError(
             f"{seconds:.3g} s hold {averages:.1f} independent segments of {segment_s:g} s; at least "

@@ -1,27 +1,11 @@
 """Stability charts: where a root lies on the imaginary axis, as exact curves over two numbers of a model."""
 
-from studies.chart.chart import (
-    NamedBoundary,
-    StabilityChart,
-    Uncertain,
-    along_axes,
-    checked,
-    contour_values,
-    headers,
-    record,
-    rows,
-    spread,
-    stability_chart,
-    title,
-)
-from studies.chart.curve import CLOSED, DOUBLE_ZERO, EDGE, Boundary
-from studies.chart.figure import draw_chart
-from studies.chart.plane import Look, Plane, marks, split_range, usual_range
-from studies.chart.search import all_boundaries, completed
+from tyre.door import room
 
-__all__ = [
-    "CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary", "Look", "NamedBoundary", "Plane",
-    "StabilityChart", "Uncertain", "all_boundaries", "along_axes", "checked", "completed", "contour_values",
-    "draw_chart", "headers", "marks", "record", "rows", "split_range", "spread", "stability_chart", "title",
-    "usual_range",
-]  # fmt: skip
+FILES = {
+    "chart": ("NamedBoundary", "StabilityChart", "Uncertain", "along_axes", "checked", "contour_values", "headers",
+              "record", "rows", "spread", "stability_chart", "title"),
+    "curve": ("CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary"), "figure": ("draw_chart",),
+    "plane": ("Look", "Plane", "marks", "split_range", "usual_range"), "search": ("all_boundaries", "completed"),
+}  # fmt: skip
+__getattr__, __dir__ = room(__name__, FILES)

@@ -38,7 +38,7 @@ def named(plane: Plane, boundary: Boundary) -> tuple[str, ...]:
     space, x, count = plane.space, plane.x(boundary.shares), len(boundary)
     values, rules = space.values(x), Rules.of(space.linear)
     gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
-    polynomial = space.family.polynomials(values, count).polynomial
+    polynomial = space.family.polynomials(values, count)[0]
     speeds, row = plane.speeds(boundary.shares), np.arange(count)
     found = name_points(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, row, speeds)
     away = np.abs(found.values - 1j * np.abs(boundary.roots.imag)[:, None])

@@ -196,7 +196,7 @@ class _Walker:
             at = self._look(ahead, root + complex(gradient @ (reach * tangent)))
             uphill = at.uphill[0]
             steep = float(np.hypot(*uphill))
-            move = -float(at.height[0]) * uphill / max(steep, 1e-300) ** 2
+            move = _newton(at)
             direction = np.array([-uphill[1], uphill[0]]) / max(steep, 1e-300)
             direction = direction if direction @ tangent > 0 else -direction
             jump = abs(complex(at.root[0]) - root - complex(gradient @ (reach * tangent)))
@@ -204,6 +204,8 @@ class _Walker:
             # the tangent may turn by 0.25 rad; a corrector that moves farther than 0.2 of the step came from too far
             if not (np.hypot(*move) <= 0.2 * reach + 1e-12 and direction @ tangent > np.cos(0.25) and sure):
                 h = min(h, reach) / 2
+                if h < self.step / 16:  # where the curve bends, one step of Newton leaves a point beside it
+                    u = np.clip(u + _newton(self._look(u, root)), 0.0, 1.0)
                 continue
             now = ahead + move
             if leaves or ((now < 0) | (now > 1)).any():
@@ -250,6 +252,12 @@ class _Walker:
         away = np.hypot(*(u + t * along - start))
         alike = abs(root.imag - self.seed.root.imag) <= 0.05 * abs(self.seed.root.imag) + self.slow
         return bool(away < 0.25 * max(float(np.hypot(*along)), SMALLEST) and (self.seed.real or alike))
+
+
+def _newton(at: AxisRoot) -> Array:
+    """The step (2,) to where the root of the first point lies on the axis."""
+    uphill = at.uphill[0]
+    return np.asarray(-float(at.height[0]) * uphill / max(float(np.hypot(*uphill)), 1e-300) ** 2)
 
 
 def _within(u: Array, tangent: Array, h: float) -> tuple[float, bool]:

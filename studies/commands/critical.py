@@ -17,33 +17,24 @@ from studies.reporting.command_context import example
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
     from studies.lasting_motions import with_onsets
+    from studies.reporting import output
     from studies.reporting.analysis import analyse, record, records
-    from studies.reporting.output import (
-        check_targets,
-        critical_table,
-        named_rows,
-        print_critical,
-        print_exchanges,
-        print_named_warnings,
-        stacked,
-        write_csv,
-        write_json,
-    )
 
-    check_targets(csv=csv_file, json=json_file)
+    output.check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     found = {
         name: with_onsets(one.model, one.content, analyse(models[name], [], max_speed=max_speed)[1])
         for name, one in chosen.each.items()
     }
     if csv_file is not None:
-        tables = [named_rows(critical_table(critical), name) for name, critical in found.items()]
-        write_csv(stacked(tables), csv_file)
+        tables = [output.named_rows(output.critical_table(critical), name) for name, critical in found.items()]
+        output.write_csv(output.stacked(tables), csv_file)
     if json_file is not None:
         told = {name: record(models[name], None, one, max_speed=max_speed) for name, one in found.items()}
-        write_json(records(told), json_file)
+        output.write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
-        print_critical(found, models, max_speed=max_speed)
+        output.print_critical(found, models, max_speed=max_speed)
         for name, speeds in found.items():
-            print_exchanges({name: models[name]}, max((one.speed for one in speeds), default=0.0))
-        print_named_warnings({name: model.warnings for name, model in models.items()})
+            if speeds:
+                output.print_exchanges({name: models[name]}, max(one.speed for one in speeds))
+        output.print_named_warnings({name: model.warnings for name, model in models.items()})

@@ -9,6 +9,17 @@ import click
 from studies.command_options import SPEED, SPEED_ABOVE_0, Number, assume_option, sd_option, seed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
+from tyre.errors import InputError
+
+Asked = tuple[tuple[str, str], ...]
+
+
+def two_words(context: click.Context, parameter: click.Parameter, value: Asked) -> Asked:
+    """Refuse a ``--keep`` whose second word is missing, so that it took the next option."""
+    for mode, what in value:
+        if what.startswith("--"):
+            raise InputError(f"--keep {mode} {what}: say what {mode} keeps, for example --keep {mode} stable")
+    return value
 
 
 @click.command(
@@ -17,14 +28,12 @@ from studies.reporting.command_context import example
 )
 @takes_model
 @click.option(
-    "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT",
+    "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT", callback=two_words,
     help="Mode (all: every one), and 'stable', a least damping ratio or a largest amplitude (2deg); repeat.",
 )  # fmt: skip
 @click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
 @click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed, m/s.")
-@click.option(
-    "--vary", required=True, metavar="NAME,NAME", help="Numbers that may change, as --parameter of root-locus."
-)
+@click.option("--vary", required=True, metavar="NAME,NAME", help="What may change, as --parameter of root-locus.")
 @click.option("--damping-ratio", type=Number(0, 1, below=True), help="Least damping ratio for 'stable'.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; repeat.")
 @click.option("--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="How far a number may go; repeat.")
@@ -33,31 +42,17 @@ from studies.reporting.command_context import example
 @click.option("--probability", type=Number(0, 1, above=True, below=True), help="Keep it so surely.")
 @click.option("--samples", type=Number(50, 1e12, whole=True), default=1000, show_default=True, help="Drawn bicycles.")
 @seed_option
-@click.option(
-    "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="Corrected model file, .toml."
-)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The new model, .toml.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, keep: tuple[tuple[str, str], ...], up_to: float, low: float, vary: str,
+    chosen: ChosenModel, keep: Asked, up_to: float, low: float, vary: str,
     damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
     probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
     from bicycle.parameters import canonical
+    from studies import design as designs
     from studies.axes import numbers_by_name, ranges_by_name
-    from studies.design import (
-        HEADERS,
-        Wanted,
-        demands,
-        designed,
-        lines,
-        model_text,
-        record,
-        remarks,
-        rows,
-        with_effects,
-    )
     from studies.reporting.output import check_targets, print_exchanges, print_table, print_warnings, write_json
-    from tyre.errors import InputError
     from tyre.files import write_text
 
     check_targets(json=json_file)
@@ -69,30 +64,25 @@ def command(
     keys = [canonical(key) for key in vary.split(",") if key]
     if not keys:
         raise InputError("--vary: give at least one parameter, for example --vary c,w")
-    content, added = with_effects(chosen.content, keys)
-    wanted = Wanted(
+    content, added = designs.with_effects(chosen.content, keys)
+    wanted = designs.Wanted(
         numbers_by_name(costs, "--cost", "c=100", "cost"),
         numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), ranges_by_name(limits), assume=assume,
         probability=probability, samples=samples, seed=seed,
     )  # fmt: skip
-    design = designed(content, keys, demands(keep, damping_ratio), (low, up_to), wanted)
+    design = designs.designed(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:
-        asked = " ".join(f"--keep {mode} {what}" for mode, what in keep)
-        text = model_text(
-            design, out.parent, shlex.join([*asked.split(), "--from", f"{low:g}", "--up-to", f"{up_to:g}"])
-        )
-        write_text(out, text)
+        asked = " ".join(f"--keep {mode} {what}" for mode, what in keep) + f" --from {low:g} --up-to {up_to:g}"
+        write_text(out, designs.model_text(design, out.parent, shlex.join(asked.split())))
     if json_file:
-        write_json(record(design), json_file)
+        write_json(designs.record(design), json_file)
     if json_file != "-":
-        print_table(rows(design), HEADERS)
-        for line in lines(design):
-            click.echo(line)
-        for name in added:
-            click.echo(f"added: [effects.{name}], without influence at its first value")
+        print_table(designs.rows(design), designs.HEADERS)
+        notes = [f"added: [effects.{name}], without influence at its first value" for name in added]
+        click.echo("\n".join([*designs.lines(design), *notes]))
         if design.after.kept:
             click.echo(f"written: {out}")
         print_exchanges({"": design.problem.space.linear}, up_to)
-    print_warnings([*design.problem.space.linear.warnings, *remarks(design)])
+    print_warnings([*design.problem.space.linear.warnings, *designs.remarks(design)])
     if not design.after.kept:
         sys.exit(1)

@@ -23,9 +23,7 @@ def _remember(context: click.Context, parameter: click.Parameter, value: bool) -
     context.meta[VERBOSE] = value
 
 
-verbose = click.option(
-    "--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show every note on the data in full."
-)
+verbose = click.option("--verbose", is_flag=True, expose_value=False, callback=_remember, help="Show notes in full.")
 """Option of every command that prints warnings."""
 
 

@@ -46,19 +46,15 @@ def one_line(text: str) -> str:
     return Markup(joined) if hasattr(text, "__html__") else joined
 
 
-def rendered(template: str, content: Mapping[str, Any]) -> str:
-    """Fill a Markdown ``template`` (text of jinja2); every value is escaped that is no ``Markup``."""
-    environment = make_environment(escaped=True, keep_trailing_newline=True)
-    return str(environment.from_string(template).render(**content))
-
-
 def render_file(
     package: str, name: str, content: Mapping[str, Any], *, escaped: bool = True,
     filters: Mapping[str, Any] | None = None,
 ) -> str:  # fmt: skip
     """Fill the template ``name`` in the folder ``templates`` of a ``package``; ``escaped`` is False for a terminal."""
     environment = make_environment(package, escaped=escaped, trim_blocks=True, lstrip_blocks=True)
-    environment.filters.update(filters or {})
+    if filters:  # of this template alone: the environment is that of all
+        environment = environment.overlay()
+        environment.filters = {**environment.filters, **filters}
     return re.sub(r"\n{3,}", "\n\n", environment.get_template(name).render(**content))
 
 

@@ -54,16 +54,20 @@ def parse_speeds(text: str, most: int = 1_000_000) -> NDArray[np.float64]:
 def write_json(content: Mapping[str, Any], target: str) -> None:
     """Write ``content`` as JSON to a file, or to standard output if the ``target`` is ``-``."""
     text = json_text(content)
-    if target == "-":
-        click.echo(text)
-        return
     if not target:
         raise InputError(f"--json {target!r} is no file name; give a file, or - for standard output")
-    _check_ending(target, "JSON")
+    _write(text + "\n", target, "JSON", "result")
+
+
+def _write(text: str, target: str | Path, form: str, what: str) -> None:
+    if target == "-":
+        click.echo(text, nl=False)
+        return
+    _check_ending(target, form)
     try:
-        write_text(target, text + "\n")
+        write_text(target, text)
     except OSError as error:
-        raise InputError(f"{target}: cannot write the result: {error.strerror}") from error
+        raise InputError(f"{target}: cannot write the {what}: {error.strerror}") from error
 
 
 def check_targets(**targets: str | None) -> None:
@@ -74,6 +78,8 @@ def check_targets(**targets: str | None) -> None:
     for name, target in targets.items():
         if not target or target == "-":
             continue
+        if Path(target).is_dir():  # whose files would be taken for what the command reads
+            raise InputError(f"--{name} {target}: is a folder; give a file")
         _check_ending(target, "JSON" if name == "json" else "CSV")
         if not Path(target).parent.is_dir():
             raise InputError(f"--{name} {target}: no such folder; make it first")
@@ -87,17 +93,13 @@ def _check_ending(target: str | Path, form: str) -> None:
 
 def json_text(content: Mapping[str, Any]) -> str:
     """Write ``content`` as JSON; a number that is NaN or infinite is refused: nothing is ever reported with one."""
-    _refuse_no_number(content)
-    return json.dumps(content, indent=1, allow_nan=False)
-
-
-def _refuse_no_number(content: Mapping[str, Any]) -> None:
     for name, value in _numbers(content):
         if not math.isfinite(value):
             raise InputError(
                 f"nothing is written: {name} came out as {value:g}, which is no result; a number of the input is too "
                 "large or a standard deviation too small to be computed with"
             )
+    return json.dumps(content, indent=1, allow_nan=False)
 
 
 def _numbers(content: Any, name: str = "") -> Iterator[tuple[str, float]]:
@@ -114,15 +116,7 @@ def _numbers(content: Any, name: str = "") -> Iterator[tuple[str, float]]:
 
 def write_csv(table: "pd.DataFrame", target: str | Path) -> None:
     """Write a ``table`` with column names and all digits as CSV to ``target``, ``-`` for standard output."""
-    text = csv_text(table)
-    if target == "-":
-        click.echo(text, nl=False)
-        return
-    _check_ending(target, "CSV")
-    try:
-        write_text(target, text)
-    except OSError as error:
-        raise InputError(f"{target}: cannot write the table: {error.strerror}") from error
+    _write(csv_text(table), target, "CSV", "table")
 
 
 def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":

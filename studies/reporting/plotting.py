@@ -20,12 +20,11 @@ if TYPE_CHECKING:
     from bicycle.linear_model import LinearModel
 
 __all__ = [
-    "EXTRAPOLATED", "FORMATS", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "check_picture", "draw_picture",
+    "EXTRAPOLATED", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "check_picture", "draw_picture",
     "drawing", "hatch_extrapolated", "legend_columns", "look", "mode_look", "mode_marker", "mode_words", "picture",
     "plain_text", "settle",
 ]  # fmt: skip
 
-FORMATS = ("png", "svg")
 GREY = "0.45"
 STYLE: Mapping[str, Any] = MappingProxyType({
     "axes.axisbelow": True, "axes.grid": True, "axes.spines.right": False, "axes.spines.top": False,
@@ -58,11 +57,10 @@ def drawing(target: Path, *, width: float, height: float) -> Iterator[Any]:
     with _figure(width, height) as figure:
         yield figure
         settle(figure)
-        for suffix in FORMATS:
-            metadata = {"Date": None} if suffix == "svg" else {"Software": None}
+        for suffix, stamp in (("png", "Software"), ("svg", "Date")):
             # a name may hold a dot (weave_at_5.5), which with_suffix would take for an ending
             with replacing(target.with_name(f"{target.name}.{suffix}")) as part:
-                figure.savefig(part, metadata=metadata)
+                figure.savefig(part, metadata={stamp: None})
 
 
 def check_picture(target: str) -> None:
@@ -84,9 +82,9 @@ def draw_picture(model: "LinearModel", speeds: Array, target: str, *, title: str
 
 
 @contextmanager
-def picture(target: str) -> Iterator[Any]:
+def picture(target: str, *, width: float = 7.5, height: float = 6.5) -> Iterator[Any]:
     """Give an empty figure in the house style; save it as the file ``target`` at the end of the block."""
-    with _figure(7.5, 6.5) as figure:
+    with _figure(width, height) as figure:
         yield figure
         settle(figure)
         try:

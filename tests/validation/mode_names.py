@@ -32,7 +32,7 @@ def run(*, out: Path, seed: int, bicycles: int = 60, models: int = 1000) -> dict
         wobble = judged(seed + number, bicycles, SPEEDS, **effects)
         shapes = Counter[str]()
         for bicycle, table in random_bicycles(seed + 100 + number, bicycles, **effects):
-            shapes.update(by_shape(built(bicycle, table)))
+            shapes.update(by_shape(built(bicycle, **table)))
         result["sets"][name] = {key.replace(" ", "_"): count for key, count in sorted((dict(wobble) | shapes).items())}
     generator, refused, wrong, crossings = np.random.default_rng(seed), 0, [], 0
     for number in progress_bar(range(models), desc="models"):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.condition import RecordingSummary, combine, pooled_repeatability
+from tyre.condition import Key, RecordingSummary, combine, pooled_repeatability
 from tyre.properties import REPEATABILITY_DOF, Calibration
 from tyre.recording import Condition
 
@@ -45,7 +45,7 @@ def covered(rng: np.random.Generator, pairs: int, scatter: str | float) -> bool:
     groups = [[_summary(_TRUTH * (1.0 + error), number) for number, error in enumerate(row)] for row in noise]
     floor = calibration.repeatability
     result = combine(
-        ("Synthetic", "flat", 400.0, 5e5), groups[0], borrowed=[], calibration=calibration,
+        Key("Synthetic", "flat", 400.0, 5e5), groups[0], borrowed=[], calibration=calibration,
         sweep_repeatability=pooled_repeatability(groups, floor=floor),
         pull_repeatability=pooled_repeatability([], floor=floor),
     )  # fmt: skip

@@ -3,10 +3,13 @@
 import warnings
 
 import click
+import numpy as np
 import pytest
 
+from bicycle.identification import spectral_response
 from studies.cli import main
 from tests.validation.hostile_values import attacked, outcome
+from tyre.errors import InputError
 
 
 @pytest.mark.filterwarnings("default")
@@ -42,3 +45,23 @@ def test_what_is_right_is_none(capsys):
         "velotyre: Invalid value for '--max-speed': nan: give a number above 0 up to 1000",
     )
     assert capsys.readouterr().out == ""
+
+
+def test_a_valid_text_that_is_refused_ends_the_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # without the tables that the file names
+    (tmp_path / "measured").mkdir()
+    with pytest.raises(InputError, match="measurement davis: its valid text ends refused"):
+        attacked("measurement davis", seed=1, inputs=1, seconds=1)
+
+
+def test_a_folder_for_a_file_is_refused_before_it_is_searched(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    line = "chart benchmark --x speed=1:10 --y c=0.02:0.12 --out chart --json ."
+    end, said = outcome(lambda: main(line.split()))
+    assert (end, said) == ("refused", "velotyre: --json .: is a folder; give a file")
+
+
+def test_segments_far_longer_than_the_recording_take_no_memory():
+    x = np.random.default_rng(1).standard_normal(400)
+    with pytest.raises(InputError, match=r"4 s hold 0\.0 independent segments of 1e\+15 s"):
+        spectral_response([x], [x], 0.01, segment_s=1e15)

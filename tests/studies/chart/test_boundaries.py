@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from toy_plane import Toy, blocks, oscillator, pair, single
 
@@ -73,7 +73,8 @@ def test_a_frequency_that_becomes_zero_ends_a_pair_where_a_real_root_is_zero():
     assert real.shares[turn[0], 0] == pytest.approx(0.5, abs=1e-5)
 
 
-@settings(max_examples=3)
+@settings(max_examples=2)
+@example(17965)  # two branches almost meet: the curve bends within 1e-4 of the axes
 @given(st.integers(0, 10**6))
 def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
     rng = np.random.default_rng(seed)

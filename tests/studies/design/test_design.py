@@ -12,25 +12,9 @@ from bicycle.critical import critical_speeds
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model, read_model
+from studies import design
 from studies.cli import main
-from studies.design import (
-    BY_SD,
-    RELATIVE,
-    Certainty,
-    Demand,
-    Problem,
-    Wanted,
-    base_of,
-    cost_of,
-    demands,
-    designed,
-    expanded,
-    grid,
-    limits_of,
-    lines,
-    solved,
-    with_effects,
-)
+from studies.design import Demand, Wanted, demands, designed, grid, lines
 from studies.model_space import ModelSpace
 from tyre.errors import InputError
 
@@ -76,7 +60,7 @@ def test_the_optimum_of_three_numbers_is_confirmed_by_a_grid():
     found = designed(PLAIN, keys, WOBBLE, RANGE, nothing())
     x, start, scale = found.after.x, found.problem.start, found.problem.cost.scale
     assert found.after.kept
-    assert found.problem.cost.kind == RELATIVE
+    assert found.problem.cost.kind == design.RELATIVE
     assert scale.tolist() == [5.0, 15.0, pytest.approx(PLAIN["bicycle"]["c"])]  # the damper stands at 0: typical 5
     ways = np.array(np.meshgrid(*[np.linspace(-1, 1, 15)] * 3)).reshape(3, -1).T
     ways = ways[(ways[:, 0] >= 0) & (np.abs(ways).max(1) == 1)]  # all directions, the damper positive
@@ -117,11 +101,11 @@ def test_a_search_that_ends_at_a_kink_of_a_tyre_s_table_keeps_the_demand():
     content = {"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": law, "front_compliance": hinge}}
     space = ModelSpace(content, ["front_compliance.stiffness", "front_compliance.damping", "pressure_bar.front"])
     speeds = grid(*RANGE)
-    problem = Problem(
-        space, base_of(space), cost_of(space, {}, {}, assume=False), limits_of(space, {}),
-        expanded(WOBBLE, space.linear, speeds), speeds,
+    problem = design.Problem(
+        space, design.base_of(space), design.cost_of(space, {}, {}, assume=False), design.limits_of(space, {}),
+        design.expanded(WOBBLE, space.linear, speeds), speeds,
     )  # fmt: skip
-    found = solved(problem, {}, np.array([1148.75, 24.585, 7.151]))
+    found = design.solved(problem, {}, np.array([1148.75, 24.585, 7.151]))
     assert found.kept
     assert found.x[2] == pytest.approx(5.5, abs=1e-4)
     assert not [c for c in critical_speeds(space.model_at(found.x), 25.0) if c.mode == "wobble"]
@@ -161,7 +145,7 @@ def test_the_probability_is_that_of_the_distribution():
     content = PLAIN | {"effects": PLAIN["effects"] | {"steer_damper": {"damping": 1.2}}}
     asked = nothing(sd=sd, samples=200, limits=limits)
     found = designed(content, ["front_compliance.stiffness"], WOBBLE, (9.0, 18.0), asked)
-    assert found.problem.cost.kind == BY_SD
+    assert found.problem.cost.kind == design.BY_SD
     most = found.after.x[0]
     assert most < 3000
     spread = np.sqrt(np.log1p((500.0 / most) ** 2))
@@ -189,9 +173,8 @@ def test_two_modes_that_cannot_both_be_kept():
     """Weave asks for less trail, capsize for more: on no point of a grid are all roots stable from 4 to 5.5 m/s."""
     found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.0, 5.5), nothing())
     grid = np.array(np.meshgrid(np.linspace(0.02, 0.1, 61), np.linspace(0.9, 1.1, 61))).reshape(2, -1)
-    roots = np.linalg.eigvals(
-        ModelFamily(build_model(WHIPPLE)).state_matrices({"c": grid[0], "w": grid[1]}, np.linspace(4, 5.5, 31)[None])
-    )
+    family, numbers = ModelFamily(build_model(WHIPPLE)), {"c": grid[0], "w": grid[1]}
+    roots = np.linalg.eigvals(family.state_matrices(numbers, np.linspace(4, 5.5, 31)[None]))
     least = roots.real.max((1, 2)).min()
     best = max(peak.root.real for peak in found.after.peaks)
     assert not found.after.kept
@@ -204,21 +187,22 @@ def test_only_what_binds_asks_for_a_margin():
     """Two demands with draws as written: the second is far from its bound in all of them."""
     one, two = Demand("wobble"), Demand("weave")
     spread = np.linspace(-1, 1, 101)
-    drawn = Certainty({one: spread, two: -50 + 10 * spread}, 0, 0)
+    drawn = design.Certainty({one: spread, two: -50 + 10 * spread}, 0, 0)
     margins = drawn.back_off({one: 0.0, two: -50.0}, {}, 0.9)
     assert margins[one] == pytest.approx(0.8)  # 90 of 100 steps from -1 to 1
     assert drawn.probability == pytest.approx(51 / 101)
-    near = Certainty({one: spread, two: -5 + 10 * spread}, 0, 0)
+    near = design.Certainty({one: spread, two: -5 + 10 * spread}, 0, 0)
     assert near.back_off({one: 0.0, two: -5.0}, {}, 0.9)[one] == pytest.approx(0.8)
     low, high = near.interval
     assert low < near.probability < high
 
 
 def test_effects_that_are_not_there_yet_are_added_without_influence():
-    content, added = with_effects({"bicycle": "benchmark"}, ["steer_damper.damping", "c", "front_compliance.stiffness"])
+    keys = ["steer_damper.damping", "c", "front_compliance.stiffness"]
+    content, added = design.with_effects({"bicycle": "benchmark"}, keys)
     assert added == ("steer_damper",)
     assert content["effects"] == {"steer_damper": {"damping": 0.0}}
-    assert with_effects(TYRED, ["steer_damper.damping"]) == (TYRED, ())
+    assert design.with_effects(TYRED, ["steer_damper.damping"]) == (TYRED, ())
 
 
 @pytest.mark.parametrize(
@@ -307,13 +291,12 @@ def test_demands():
     assert Demand("weave", 0.1).excess(np.array([-0.1 + 1j * np.sqrt(0.99)])) == pytest.approx(0, abs=1e-12)
 
 
-def test_the_command_writes_a_model_that_others_read(tmp_path, capsys, monkeypatch):
+def test_the_command_writes_a_model_that_others_read(tmp_path, monkeypatch, printed):
     monkeypatch.chdir(tmp_path)
     main(["convert", "benchmark", "--to", "mine.txt"])
     call = ["design", "mine.txt", "--keep", "weave", "stable", "--from", "4", "--up-to", "5"]
     call += ["--vary", "steer_damper.damping,c"]
-    main([*call, "--out", "better.toml", "--json", "better.json"])
-    shown = capsys.readouterr().out
+    shown = printed(*call, "--out", "better.toml", "--json", "better.json")
     assert "added: [effects.steer_damper], without influence at its first value" in shown
     assert "written: better.toml" in shown
     told = json.loads((tmp_path / "better.json").read_text())
@@ -323,8 +306,7 @@ def test_the_command_writes_a_model_that_others_read(tmp_path, capsys, monkeypat
     assert "Changed by velotyre design: --keep weave stable --from 4 --up-to 5." in content["description"]
     assert np.linalg.eigvals(read_model("better.toml").linear_model().state_matrix(4.0)).real.max() < 1e-4
     for command in (["modes", "better.toml", "--speeds", "4,5"], ["critical", "better.toml"]):
-        main(command)
-        assert "weave" in capsys.readouterr().out
+        assert "weave" in printed(*command)
 
 
 def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp_path, capsys, monkeypatch):
@@ -347,6 +329,11 @@ def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp
 )
 def test_commands_that_are_none(options, message, refused):
     assert message in refused("design", "benchmark", "--keep", "weave", "stable", *options)
+
+
+def test_a_demand_without_its_second_word_is_told_what_it_lacks(refused):
+    message = "--keep weave --vary: say what weave keeps, for example --keep weave stable"
+    assert message in refused("design", "benchmark", "--keep", "weave", "--vary", "c", "--out", "a.toml")
 
 
 def test_a_demand_on_wobble_binds_the_root_that_is_wobble():

@@ -11,14 +11,7 @@ from typing import Any
 import numpy as np
 
 from tests.validation.blind.chain import Real
-from tests.validation.blind.machine import (
-    NO_EXTRAS,
-    Coefficients,
-    Effects,
-    Extras,
-    coefficients,
-    wheel_pair,
-)
+from tests.validation.blind.machine import NO_EXTRAS, Coefficients, Effects, Extras, coefficients, wheel_pair
 
 
 @dataclass(frozen=True)
@@ -111,9 +104,7 @@ def _slipping(c: Coefficients, law: Ground, v: float, pull: Real) -> Space:
     else:
         lag = v / law.length
         build = -(law.cornering / law.length)[:, None] * slip + (lag * law.camber)[:, None] * leaning
-        matrix = np.block(
-            [[solve @ motion, solve @ c.forces], [angles, np.zeros((k, 2))], [build, -np.diag(lag)]],
-        )
+        matrix = np.block([[solve @ motion, solve @ c.forces], [angles, np.zeros((k, 2))], [build, -np.diag(lag)]])
         slip, leaning = (np.hstack([of, np.zeros((2, 2))]) for of in (slip, leaning))
         force = np.hstack([np.zeros((2, n + k)), np.eye(2)])
     size = len(matrix)

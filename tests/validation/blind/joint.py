@@ -13,16 +13,7 @@ import numpy as np
 
 from tests.validation.blind.closing import Machine
 from tests.validation.blind.generator import FEWEST, MODES, TRIES, table_row, write_table
-from tests.validation.blind.hidden import (
-    HIDDEN,
-    Cause,
-    Truth,
-    base_effects,
-    hide,
-    perturbed,
-    pick,
-    uncertainty,
-)
+from tests.validation.blind.hidden import HIDDEN, Cause, Truth, base_effects, hide, perturbed, pick, uncertainty
 from tests.validation.blind.histories import CHANNELS, SAMPLE, kicks, measure, write_runs
 from tests.validation.blind.motion import Sensor, shapes
 from tyre.errors import InputError
