@@ -18,31 +18,14 @@ from bicycle.parameters import Bicycle
 from tyre.door import door
 
 __all__ = [
-    "Bicycle",
-    "Effect",
-    "LinearModel",
-    "Mode",
-    "Model",
-    "ModelFamily",
-    "Parameter",
-    "available_bicycles",
-    "critical_speeds",
-    "effect_class",
-    "load_bicycle",
-    "load_effects",
-    "modes",
-    "read_model",
-    "registry",
-    "respond",
-]
+    "Bicycle", "Effect", "LinearModel", "Mode", "Model", "ModelFamily", "Parameter", "available_bicycles",
+    "critical_speeds", "effect_class", "load_bicycle", "load_effects", "modes", "read_model", "registry", "respond",
+]  # fmt: skip
 
 LATER = {
-    "ModelFamily": "bicycle.model_family",
-    "critical_speeds": "bicycle.critical",
-    "modes": "bicycle.named_modes",
-    "read_model": "bicycle.model_file",
-    "respond": "bicycle.responses",
-}
+    "ModelFamily": "bicycle.model_family", "critical_speeds": "bicycle.critical", "modes": "bicycle.named_modes",
+    "read_model": "bicycle.model_file", "respond": "bicycle.responses",
+}  # fmt: skip
 """Name -> its home, for what is imported when it is first used; ``__init__.pyi`` tells the types."""
 
 __getattr__, __dir__ = door(__name__, LATER)

@@ -12,18 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from bicycle import parameters
 from bicycle.parameter_covariance import ParameterCovariance, read_covariance
-from bicycle.parameters import (
-    ALIASES,
-    HEAD_ANGLE,
-    KINDS,
-    NAME_THE_UNIT,
-    UNITS,
-    UNUSED,
-    Bicycle,
-    doubts_about,
-    refuse_unlikely,
-)
+from bicycle.parameters import ALIASES, HEAD_ANGLE, KINDS, UNITS, UNUSED, Bicycle
 from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
 from tyre import schema
 from tyre.arrays import Array
@@ -155,7 +146,8 @@ class GivenNumbers:
         try:
             self._refuse_incomplete()
             if not allow:
-                refuse_unlikely(self.values, self.sd, f"write {WAY_OUT} = true at the top of the {kind}", vehicle)
+                way = f"write {WAY_OUT} = true at the top of the {kind}"
+                parameters.refuse_unlikely(self.values, self.sd, way, vehicle)
             for wheel in "RF":  # a skate: without mass and spin the size of a wheel has no effect
                 parts = (f"r{wheel}", f"m{wheel}", f"I{wheel}xx", f"I{wheel}yy")
                 if not any(self.values.get(key, 1.0) for key in parts):
@@ -168,9 +160,9 @@ class GivenNumbers:
             )
         except InputError as error:
             # a centre of mass in cm is a wheel without load, so an error names the unusual number too
-            doubts = [one for one in doubts_about(self.values, vehicle) if one.explained]
+            doubts = [one for one in parameters.doubts_about(self.values, vehicle) if one.explained]
             causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
-            remedy = [NAME_THE_UNIT] if doubts and NAME_THE_UNIT not in str(error) else []
+            remedy = [parameters.NAME_THE_UNIT] if doubts and parameters.NAME_THE_UNIT not in str(error) else []
             raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
 
     def _refuse_incomplete(self) -> None:
@@ -295,9 +287,8 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
     if "values" in tables:
         top.pop("parameterization", None)
         for key, (where, value) in top.items():
-            found.notes.append(
-                f"{where}: {key} = {'{...}' if isinstance(value, Mapping) else shown(value)} is not used"
-            )
+            text = "{...}" if isinstance(value, Mapping) else shown(value)
+            found.notes.append(f"{where}: {key} = {text} is not used")
     for key, (where, value) in tables.get("sd", ("", {}))[1].items():
         found.add_sd(key, value, where=where)
     if "covariance" in tables:
@@ -431,12 +422,12 @@ def _column(name: str, sheet: Sheet) -> tuple[str, str]:
 
 def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unusual: bool) -> Bicycle:
     words = {key: str(row.pop(key)[0]) for key in ("name", *WORDS, WAY_OUT) if key in row}
-    name, flag = words.pop("name"), words.pop(WAY_OUT, "").lower()
+    name, flag = words.pop("name"), words.pop(WAY_OUT, "")
     if not name or ROW in name:
         raise InputError(f"{place}, column 'name': {name!r} must be a name without {ROW!r}")
-    if flag not in ("", "true", "false"):
-        raise InputError(f"{place}, column {WAY_OUT!r}: {flag!r} must be true or false")
-    unusual, numbers = allow_unusual or flag == "true", GivenNumbers(words=words)
+    numbers = GivenNumbers(words=words)
+    if flag:
+        numbers.add_word(WAY_OUT, flag, where=place)
     for key, (cell, unit, column) in sorted(row.items(), key=lambda item: item[0].endswith(SD)):
         where, of = f"{place} ({name}), column {column!r}", key.removesuffix(SD)
         if cell == "" and key in UNITS:
@@ -447,7 +438,7 @@ def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unus
             numbers.add_sd(of, cell, where=where, unit=unit or row[of][1] if of in row else unit)
         else:
             numbers.add(key, cell, where=where, unit=unit)
-    return numbers.bicycle(name, "table (a column of its own)", place=f"{place} ({name})", allow_unusual=unusual)
+    return numbers.bicycle(name, "table (a column of its own)", place=f"{place} ({name})", allow_unusual=allow_unusual)
 
 
 def available_bicycles() -> tuple[str, ...]:

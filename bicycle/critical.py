@@ -155,24 +155,10 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
 def critical_speeds_of_many(
     family: ModelFamily, numbers: Mapping[str, Any], count: int, max_speed: float = 60.0
 ) -> tuple[list[tuple[CriticalSpeed, ...]], dict[int, str]]:
-    """Critical speeds of many bicycles at once, those of each as :func:`critical_speeds` finds them.
+    """Critical speeds of each of ``count`` bicycles as :func:`critical_speeds` finds them, all at once.
 
-    Parameters
-    ----------
-    family : ModelFamily
-    numbers : mapping of str to array_like, shape () or (count,)
-        As in :meth:`ModelFamily.values`, SI.
-    count : int
-        Number of bicycles.
-    max_speed : float
-        m/s.
-
-    Returns
-    -------
-    found : list of tuple of CriticalSpeed
-        One tuple for each bicycle, empty for those in ``refused``.
-    refused : dict of int to str
-        Number of a bicycle -> why its critical speeds cannot be computed.
+    ``numbers``, shape () or (count,), are as in :meth:`ModelFamily.values`. The second part of the result tells why
+    those of a bicycle (its number) cannot be computed; its tuple in the first is empty.
     """
     _check_max_speed(max_speed)
     found: list[tuple[CriticalSpeed, ...]] = [()] * count
@@ -235,10 +221,8 @@ def _jumps(model: LinearModel, rules: Rules, max_speed: float) -> list[CriticalS
         if below.upper > max_speed:
             continue
         v = np.array([below.upper])
-        sides = [
-            name_points(rules, stack_of_one(model, k), unit, model.parameters["g"], own, v)
-            for k in (number, number + 1)
-        ]
+        stacks = (stack_of_one(model, k) for k in (number, number + 1))
+        sides = [name_points(rules, stack, unit, model.parameters["g"], own, v) for stack in stacks]
         before, after = sides[0].values, sides[1].values
         after = np.take_along_axis(after, assign_sets(before, after), 1)
         was, is_ = (x.real[0] > 1e-12 * np.abs(x).max() for x in (before, after))

@@ -9,21 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bicycle import limit_cycles
 from bicycle.continuation import Balance, Branch, Rest, follow_both_ways, same
 from bicycle.critical import critical_speeds
-from bicycle.limit_cycles import (
-    BAND,
-    COLUMNS,
-    SLOWEST,
-    Cycle,
-    LimitCycles,
-    Onset,
-    branches_from,
-    find_limit_cycles,
-    leaver,
-    under_friction,
-    with_curvature,
-)
+from bicycle.limit_cycles import BAND, COLUMNS, SLOWEST, Cycle, LimitCycles, Onset, find_limit_cycles
 from bicycle.model import Model
 from bicycle.nonlinear import MagicTyre
 from bicycle.slip_system import SlipSystem, Tyre
@@ -38,21 +27,11 @@ SMALL = 1e-3  # rad at the bar: below, a motion is the one that begins at the cr
 
 @dataclass(frozen=True)
 class NumberCycles:
-    """Periodic motions at one speed (m/s) over a number of a model.
-
-    Attributes
-    ----------
-    speed : float
-    at_value : callable
-        Value of the number -> `LimitCycles` that measures motions of that model.
-    begins : tuple of float
-        Values at which a mode becomes or ceases to be unstable, where motions begin.
-    branches : tuple of Branch
-    """
+    """Periodic motions at one speed (m/s) over a number of a model."""
 
     speed: float
-    at_value: Callable[[float], LimitCycles] = field(repr=False)
-    begins: tuple[float, ...]
+    at_value: Callable[[float], LimitCycles] = field(repr=False)  # measures motions of the model with that value
+    begins: tuple[float, ...]  # values at which a mode becomes or ceases to be unstable, where motions begin
     branches: tuple[Branch, ...]
 
     def at(self, value: float) -> list[tuple[str, Cycle]]:
@@ -87,26 +66,9 @@ def cycles_over(
     """Follow the periodic motions at one speed over a number of a model, of its tyres, damper, masses and so on.
 
     They are followed from the values at which a mode loses its stability at this speed, and from the motions at the
-    least, the middle and the largest value.
-
-    Parameters
-    ----------
-    make : callable
-        Value of the number (SI) -> `Model`, as ``lambda x: family.with_values({"steer_damper.damping": x})`` of a
-        `ModelFamily` is.
-    values : (float, float)
-        Least and largest value.
-    speed : float
-        m/s.
-    rear, front : MagicTyre or CurveTyre
-        Curves of the tyres, by default the Magic Formula with D = 0.8, C = 1.3, E = 0.
-    dry_friction : float
-        Of the steering, N m.
-
-    Raises
-    ------
-    InputError
-        Values that do not rise, or a model that has no such motions (see :func:`find_limit_cycles`).
+    least, the middle and the largest value (SI), of which ``make`` makes a model, as ``lambda x:
+    family.with_values({"steer_damper.damping": x})`` of a `ModelFamily` does. Speed in m/s, dry friction of the
+    steering in N m; without curves of tyres these follow the Magic Formula with D = 0.8, C = 1.3, E = 0.
     """
     low, high = values
     if not (np.isfinite(values).all() and low < high):
@@ -125,17 +87,18 @@ def cycles_over(
         )
 
     rests = [] if dry_friction else _rests(measured, values, speed)
-    branches = branches_from(rests, [balance_at(rest.number, rest.critical.angular_frequency) for rest in rests])
+    balances = [balance_at(rest.number, rest.critical.angular_frequency) for rest in rests]
+    branches = limit_cycles.branches_from(rests, balances)
     for value in (low, (low + high) / 2, high):
         found = find_limit_cycles(make(value), rear=rear, front=front)
         for own, cycle in [(branch, cycle) for branch in found.branches for cycle in branch.at(speed)]:
-            rubs = under_friction(found.system, cycle, dry_friction, own) if dry_friction else cycle
+            rubs = limit_cycles.under_friction(found.system, cycle, dry_friction, own) if dry_friction else cycle
             if rubs is None or any(same(rubs, other) for branch in branches for other in branch.at(value)):
                 continue
             balance = balance_at(value, rubs.angular_frequency)
             start = balance.start(rubs, value)
             if start is not None:
-                leaves = leaver(balance.system)
+                leaves = limit_cycles.leaver(balance.system)
                 branches.append(follow_both_ways(balance, start, leaves, own.mode, own.begin, rests))
     return NumberCycles(speed, measured, tuple(rest.number for rest in rests), tuple(branches))
 
@@ -203,11 +166,6 @@ def amplitude_band(
     Amplitudes are proportional to D, so that its band takes no new solution. E is followed with each of ``added``,
     and each of ``models``, such as the bicycle with other fronts, for itself. The whole band is that of D times that
     of all others. An amplitude is 0 if a variant has no such motion, inf if its motion is beyond linear geometry.
-
-    Raises
-    ------
-    InputError
-        Dry friction, which breaks the proportion, or tyres whose D is not one number.
     """
     import pandas as pd
 
@@ -234,7 +192,7 @@ def amplitude_band(
 
 def _again(found: LimitCycles, *, added: float = 0.0, model: Model | None = None) -> LimitCycles:
     """Motions of another ``model``, or with a number ``added`` to E."""
-    rear, front = (with_curvature(tyre, added) for tyre in (found.rear, found.front))
+    rear, front = (limit_cycles.with_curvature(tyre, added) for tyre in (found.rear, found.front))
     return find_limit_cycles(model or found.model, rear=rear, front=front, max_speed=found.max_speed)
 
 

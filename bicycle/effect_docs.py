@@ -22,11 +22,9 @@ def describe(effect: type[Effect]) -> str:
     facts = {
         "Exclusive as": effect.slot,
         "Needs": ", ".join(effect.requires) + (f" ({effect.why})" if effect.why else "") if effect.requires else None,
-        "Provides": ", ".join(effect.provides),
-        "Brings the mode": ", ".join(mode.name for mode in effect.modes),
-        "What one sees": effect.signature,
-        "Source": effect.source,
-    }
+        "Provides": ", ".join(effect.provides), "Brings the mode": ", ".join(mode.name for mode in effect.modes),
+        "What one sees": effect.signature, "Source": effect.source,
+    }  # fmt: skip
     lines += [f"- {name}: {fact}" for name, fact in facts.items() if fact]
     return "\n".join(lines) + "\n"
 
@@ -59,11 +57,6 @@ def _plain(number: float | None) -> float | str | None:
 def _cells(p: Parameter) -> list[str]:
     default = "must be given" if p.default is None else p.default if isinstance(p.default, str) else f"{p.default:g}"
     return [
-        f"`{p.name}`" + (" r/f" if p.per_wheel else ""),
-        p.unit,
-        p.description,
-        f"{p.typical[0]:g} .. {p.typical[1]:g}",
-        f"{p.bounds[0]:g} .. {p.bounds[1]:g}",
-        default,
-        "-" if p.neutral is None else f"{p.neutral:g}",
-    ]
+        f"`{p.name}`" + (" r/f" if p.per_wheel else ""), p.unit, p.description, f"{p.typical[0]:g} .. {p.typical[1]:g}",
+        f"{p.bounds[0]:g} .. {p.bounds[1]:g}", default, "-" if p.neutral is None else f"{p.neutral:g}",
+    ]  # fmt: skip

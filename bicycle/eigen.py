@@ -139,12 +139,8 @@ def eigensystem_with_slopes(matrices: Array, changes: Array | None = None, *, ve
 def participation(matrices: Array, weights: Array, ratio: Array) -> Participation:
     """Eigenvalues of ``matrices`` (m, n, n) and how states take part in their motion.
 
-    Parameters
-    ----------
-    weights : ndarray, shape (groups, n)
-        What each state counts for each group.
-    ratio : ndarray, shape (3, n)
-        Rows a, b, c of the ``steering`` a |x| / (b |x| + c |x| / |lambda|).
+    Each state counts ``weights`` (groups, n) for each group; ``ratio`` (3, n) has the rows a, b, c of the ``steering``
+    a |x| / (b |x| + c |x| / |lambda|).
     """
     m, n, _ = matrices.shape
     if kernel is None or not 0 < n <= kernel.most:
@@ -190,19 +186,19 @@ def _by_lapack(matrices: Array, changes: Array | None) -> Decomposition:
     return Decomposition(values, slopes, right, left)
 
 
-def _real_again(values: Complex, matrices: Array, left: Complex, right: Complex) -> Complex:
-    """Make a pair that rounding has made of a double real root real again."""
-    return np.where(np.abs(values.imag) <= uncertainty(values, left, matrices, right), values.real, values)
+def _real_again(roots: Complex, matrices: Array) -> None:
+    """Make pairs among ``roots`` (m, n) that rounding has made of a double real root real again, in place."""
+    k = np.flatnonzero(doubtful(roots))
+    if k.size:
+        values, right, left = eigensystem(matrices[k])
+        roots[k] = np.where(np.abs(values.imag) <= uncertainty(values, left, matrices[k], right), values.real, values)
 
 
 def participation_at(polynomial: SpeedPolynomial, speeds: Array, weights: Array, ratio: Array) -> Participation:
     """:func:`participation` in the roots of A(v); what rounding split of a double real root is real again."""
     matrices = polynomial(speeds)
     found = participation(matrices, weights, ratio)
-    k = np.flatnonzero(doubtful(found.values))
-    if k.size:
-        values, right, left = eigensystem(matrices[k])
-        found.values[k] = _real_again(values, matrices[k], left, right)
+    _real_again(found.values, matrices)
     return found
 
 
@@ -216,10 +212,7 @@ def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = Tru
             own = polynomial.take(part)
         matrices = own(v)
         found = eigensystem_with_slopes(matrices, np.broadcast_to(own.derivative(v), matrices.shape), vectors=vectors)
-        k = np.flatnonzero(doubtful(found.values))
-        if k.size:
-            values, right, left = eigensystem(matrices[k])
-            found.values[k] = _real_again(values, matrices[k], left, right)
+        _real_again(found.values, matrices)
         parts.append(found)
     return parts[0] if len(parts) == 1 else Decomposition(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 

@@ -103,20 +103,13 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     symbols = set().union(*(expression.free_symbols for expression in occurring))
     of_motion, of_inputs = slice(0, n), slice(n, None)
     return SymbolicModel(
-        states=tuple(state.name for state in states),
-        inputs=tuple(map(str, rows.inputs)),
-        outputs=tuple(rows.outputs),
-        parameters=(*UNITS, *sorted(str(symbol) for symbol in symbols if "." in str(symbol))),
-        mass=mass,
-        dynamics=rates.columns(of_motion),
-        input_matrix=rates.columns(of_inputs),
-        output_matrix=rows.shown.columns(of_motion),
-        feedthrough=rows.shown.columns(of_inputs),
-        static_loads=model.static_loads(),
-        load_transfer=model.load_transfer,
-        switches=model.switches,
+        states=tuple(state.name for state in states), inputs=tuple(map(str, rows.inputs)), outputs=tuple(rows.outputs),
+        parameters=(*UNITS, *sorted(str(symbol) for symbol in symbols if "." in str(symbol))), mass=mass,
+        dynamics=rates.columns(of_motion), input_matrix=rates.columns(of_inputs),
+        output_matrix=rows.shown.columns(of_motion), feedthrough=rows.shown.columns(of_inputs),
+        static_loads=model.static_loads(), load_transfer=model.load_transfer, switches=model.switches,
         declared=Declarations(states, tuple(model.modes.values()), model.units()),
-    )
+    )  # fmt: skip
 
 
 def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
@@ -147,15 +140,10 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)
     free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
     return replace(
-        rows,
-        mass=test.T @ rows.mass @ trial,
-        right=test.T @ free,
-        angle_rates=rows.angle_rates.columns(kept) @ held,
-        extra_rates=rows.extra_rates.columns(kept) @ held,
-        shown=rows.shown.columns(kept) @ held,
-        motion=rows.motion[2:],
-        inputs=rows.inputs[:-2],
-    )
+        rows, mass=test.T @ rows.mass @ trial, right=test.T @ free, angle_rates=rows.angle_rates.columns(kept) @ held,
+        extra_rates=rows.extra_rates.columns(kept) @ held, shown=rows.shown.columns(kept) @ held,
+        motion=rows.motion[2:], inputs=rows.inputs[:-2],
+    )  # fmt: skip
 
 
 def _check_powers(rows: SymbolicPolynomial, names: Sequence[str]) -> None:

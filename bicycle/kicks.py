@@ -38,24 +38,7 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
 
     The normal form tells it at once: the amplitude that the kick gives the mode is that of the unstable cycle. Motions
     over 12 s after kicks from a tenth to ten times of it confirm or correct it. A rider holds the slow lean meanwhile.
-
-    Parameters
-    ----------
-    found : LimitCycles
-    speeds : array_like, shape (m,)
-        m/s.
-    kind : str
-        ``steer_torque`` (impulse, N m s), ``lateral_force`` (N s) or ``steer`` (initial angle, rad).
-
-    Returns
-    -------
-    list of Kick
-        None at speeds without such a motion.
-
-    Raises
-    ------
-    InputError
-        Unknown kind.
+    Kinds: ``steer_torque`` (impulse, N m s), ``lateral_force`` (N s) or ``steer`` (initial angle, rad).
     """
     refuse_unknown("kick", [kind], KICKS)
     system = found.system

@@ -47,28 +47,15 @@ class Onset:
 
 @dataclass(frozen=True)
 class LimitCycles:
-    """Periodic motions of a model over the speed.
-
-    Attributes
-    ----------
-    model : Model
-    system : SlipSystem
-    onsets : tuple of Onset
-        The oscillatory critical speeds and how the motion begins there; none with dry friction, which holds the bar.
-    branches : tuple of Branch
-    rear, front : MagicTyre, CurveTyre or None
-        Curves of the tyres as they were given.
-    max_speed : float
-        m/s, up to which motions were followed.
-    """
+    """Periodic motions of a model over the speed."""
 
     model: Model
     system: SlipSystem = field(repr=False)
-    onsets: tuple[Onset, ...] = ()
+    onsets: tuple[Onset, ...] = ()  # of the oscillatory critical speeds; none with dry friction, which holds the bar
     branches: tuple[Branch, ...] = ()
-    rear: Tyre | None = None
+    rear: Tyre | None = None  # curves as they were given
     front: Tyre | None = None
-    max_speed: float = 60.0
+    max_speed: float = 60.0  # m/s, up to which motions were followed
 
     @property
     def dry_friction(self) -> float:
@@ -81,9 +68,8 @@ class LimitCycles:
 
     def _at_point(self, cycle: Cycle, point: tuple[float, float]) -> tuple[Complex, Complex, Complex]:
         """Harmonics of the lateral velocity of a ``point`` along the frame (m/s), of the yaw rate, and i k omega."""
-        sideways, yaw, lean = (
-            cycle.states @ self.system.row(name) for name in ("rear_lateral_velocity", "yaw_rate", "lean_rate")
-        )
+        names = ("rear_lateral_velocity", "yaw_rate", "lean_rate")
+        sideways, yaw, lean = (cycle.states @ self.system.row(name) for name in names)
         return sideways + point[0] * yaw - point[1] * lean, yaw, np.asarray(1j * cycle.angular_frequency * cycle.orders)
 
     def acceleration(self, cycle: Cycle, point: tuple[float, float] | None = None) -> float:
@@ -180,12 +166,6 @@ def find_limit_cycles(
 
     Dry friction (N m) of the steering holds the bar at rest: no critical speed is left, and branches close. They are
     found by homotopy from those without friction.
-
-    Raises
-    ------
-    InputError
-        The contact law has no such tyre, wheel loads or equations change with the speed in other ways, or the friction
-        is negative.
     """
     if not (np.isfinite(dry_friction) and dry_friction >= 0):
         raise InputError(f"dry_friction = {dry_friction:g} N m is not allowed; give a finite torque >= 0")
@@ -269,9 +249,7 @@ def bend_of(system: SlipSystem, critical: CriticalSpeed) -> float:
     return float((left @ system.entry @ cubic).real / small**3)
 
 
-def _with_friction(
-    system: SlipSystem, branches: Sequence[Branch], torque: float, max_speed: float
-) -> tuple[Branch, ...]:
+def _with_friction(system: SlipSystem, branches: list[Branch], torque: float, max_speed: float) -> tuple[Branch, ...]:
     """Branches with dry friction of a ``torque`` (N m), each from one motion of a branch without."""
     found: list[Branch] = []
     rubbing = system.with_friction(torque)

@@ -94,8 +94,7 @@ class Model:
                 raise InputError(f"{where}: {self.bicycle.without_slip[0]}; or take no_slip")
         own = self.bicycle.covariance
         if not set(own.names) <= set(self.covariance.names):
-            joint = replace(self.covariance.and_also(own), origin=self.covariance.origin)
-            object.__setattr__(self, "covariance", joint)
+            object.__setattr__(self, "covariance", self.covariance.and_also(own))
 
     def __hash__(self) -> int:  # a mapping does not hash
         return hash((self.bicycle, self.effects, frozenset(self.sd.items()), self.covariance))

@@ -9,7 +9,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,13 +25,6 @@ from bicycle.parameters import UNITS
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.arrays import Array
 from tyre.errors import InputError, unknown
-
-
-class FamilyMatrices(NamedTuple):
-    """Scaled state matrices (m, n, n) of m bicycles as a polynomial in v, and which of them are no bicycle."""
-
-    polynomial: SpeedPolynomial
-    refused: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +106,8 @@ class ModelFamily:
             a bicycle parameter because none was given still equals it, unless it is among the numbers.
         """
         given = {entry: number for key, number in numbers.items() for entry in self.entries(key)}
-        followers = {
-            follower: given[leader]
-            for follower, leader in self._tied.items()
-            if follower not in given and leader in given
-        }
-        return {**self.base, **given, **followers}
+        tied = {one: given[leader] for one, leader in self._tied.items() if one not in given and leader in given}
+        return {**self.base, **given, **tied}
 
     def with_values(self, numbers: Mapping[str, float]) -> Model:
         """The model with these numbers, checked like any other.
@@ -151,15 +140,10 @@ class ModelFamily:
         """The linear model of the parameters ``values`` (SI), without the checks of bicycle and effects."""
         return linear_model(self.evaluate, values, self.model)
 
-    def polynomials(self, numbers: Mapping[str, Any], count: int) -> FamilyMatrices:
-        """State matrices of bicycles as polynomials in the speed; the equations must not switch at a speed.
+    def polynomials(self, numbers: Mapping[str, Any], count: int) -> tuple[SpeedPolynomial, NDArray[np.bool_]]:
+        """Scaled state matrices of ``count`` bicycles as a polynomial in v, and which of them are no bicycle.
 
-        Parameters
-        ----------
-        numbers : mapping of str to array_like, shape () or (count,)
-            As in :meth:`values`.
-        count : int
-            Number of bicycles m.
+        The ``numbers``, shape () or (count,), are as in :meth:`values`; the equations must not switch at a speed.
         """
         matrices, n = self.evaluate(self.values(numbers)), len(self.scale)
         mass = np.broadcast_to(matrices.mass, (count, n, n))
@@ -168,8 +152,7 @@ class ModelFamily:
         mass = np.where(refused[:, None, None], np.eye(n), mass)
         right = np.concatenate([part * self.scale for part in parts], -1)
         solved = np.stack(np.split(np.linalg.solve(mass, right) / self.scale[:, None], len(parts), axis=-1))
-        polynomial = SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n))
-        return FamilyMatrices(polynomial, refused)
+        return SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n)), refused
 
     def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike) -> Array:
         """Scaled state matrices of bicycles at speeds, whether or not the equations switch in between.
@@ -217,14 +200,9 @@ class ModelFamily:
         return ~positive_definite(np.where(finite[:, None, None], mass, np.eye(mass.shape[-1]))) | ~finite
 
     def descriptor(self, values: Mapping[str, Any], speeds: Array) -> DescriptorPolynomial:
-        """Matrices of bicycles as polynomials in the speed, where equations switch those that hold at each speed.
+        """Matrices of bicycles as polynomials in v, where equations switch those that hold at ``speeds`` (m, k).
 
-        Parameters
-        ----------
-        values : mapping of str to ndarray, shape () or (m, 1)
-            Every parameter that enters the equations, SI.
-        speeds : ndarray, shape (m, k)
-            m/s, at which they are wanted.
+        The ``values``, shape () or (m, 1), are those of every parameter that enters the equations.
         """
         symbolic = self.evaluate.symbolic
         switches = self.evaluate.switch_function(*(values[name] for name in symbolic.parameters))

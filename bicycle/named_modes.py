@@ -15,20 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle import naming
 from bicycle.eigen import decompose, eigensystem, frequency_hz, pair_damping_ratio
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, as_linear
-from bicycle.naming import (
-    LIMITS,
-    NONE,
-    Named,
-    Rules,
-    check_trackable,
-    name_along,
-    name_points,
-    speed_unit,
-    stack_of_one,
-)
 from bicycle.tracking import Branches, Nodes, assign_sets, follow, meetings
 from tyre.arrays import Array, Complex
 from tyre.errors import InputError
@@ -249,14 +239,14 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     v = np.atleast_1d(model.check_speeds(speeds))
     if v.ndim != 1 or not v.size:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
-    check_trackable(model, v)
-    rules = Rules.of(model)
-    found = name_along(model, rules, v)
-    anchor = LIMITS.walking * speed_unit(model)
+    naming.check_trackable(model, v)
+    rules = naming.Rules.of(model)
+    found = naming.name_along(model, rules, v)
+    anchor = naming.LIMITS.walking * naming.speed_unit(model)
     return Modes(v, np.sort_complex(found.values), _branches(rules, found), anchor, model)
 
 
-def _branches(rules: Rules, found: Named) -> dict[str, Complex]:
+def _branches(rules: naming.Rules, found: naming.Named) -> dict[str, Complex]:
     """Values under each name, those that the model always has first; a pair is shown by its upper half."""
     shown = found.values.imag >= 0
     code = found.first * (len(rules.names) + 1) + found.second + 1
@@ -276,7 +266,7 @@ def _branches(rules: Rules, found: Named) -> dict[str, Complex]:
     return dict(sorted(branches.items(), key=lambda item: _rank(item[0], rules)))
 
 
-def _rank(name: str, rules: Rules) -> tuple[int, int, str]:
+def _rank(name: str, rules: naming.Rules) -> tuple[int, int, str]:
     table = [*rules.usual, *rules.names]
     return name.count("+"), table.index(name) if name in table else len(table), name
 
@@ -312,7 +302,7 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
 
 def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent, ...]:
     """Everything that happens to the modes between two speeds (m/s), by speed; looked for on a fixed grid."""
-    rules, unit = Rules.of(model), speed_unit(model)
+    rules, unit = naming.Rules.of(model), naming.speed_unit(model)
     found: list[ModeEvent] = []
     ends: list[tuple[float, Complex, Complex, list[str]]] = []
     for number, at in enumerate(model.ranges):
@@ -327,7 +317,7 @@ def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent,
         nodes = np.unique(np.clip(event_grid(lower, upper, unit, singular=-1 in polynomial), at.lower, at.upper))
         own, branches = follow(compute(nodes), compute, unit * STEP * 2.0**-22)
         owner, gravity = np.zeros(len(own.v), np.intp), model.parameters["g"]
-        named = name_points(rules, stack_of_one(model, number), np.array([unit]), gravity, owner, own.v)
+        named = naming.name_points(rules, naming.stack_of_one(model, number), np.array([unit]), gravity, owner, own.v)
         first, second = (np.take_along_axis(x, branches.order, 1) for x in named[1:3])
         found += _meetings(rules, branches, first, second)
         found += _exchanges(model, rules, branches, first)
@@ -354,18 +344,18 @@ def event_grid(low: float, high: float, unit: float, *, singular: bool) -> Array
 
 
 def _meetings(
-    rules: Rules, branches: Branches, first: NDArray[np.intp], second: NDArray[np.intp]
+    rules: naming.Rules, branches: Branches, first: NDArray[np.intp], second: NDArray[np.intp]
 ) -> Iterator[ModeEvent]:
     for meeting in meetings(branches):
         sides = []
         for k in (meeting.step, meeting.step + 1):
             places = {*first[k, list(meeting.branches)].tolist(), *second[k, list(meeting.branches)].tolist()}
-            sides.append(tuple(sorted(rules.names[place] for place in places - {NONE})))
+            sides.append(tuple(sorted(rules.names[place] for place in places - {naming.NONE})))
         real, pair = sides if meeting.kind == "merge" else sides[::-1]
         yield ModeEvent(meeting.at, meeting.kind, real, meeting.value, pair)
 
 
-def _exchanges(model: LinearModel, rules: Rules, branches: Branches, first: NDArray[np.intp]) -> list[ModeEvent]:
+def _exchanges(model: LinearModel, rules: naming.Rules, branches: Branches, first: NDArray[np.intp]) -> list[ModeEvent]:
     """Pairs whose name changes from one node to the next, and where."""
     pair = (branches.values[:-1].imag > 0) & (branches.values[1:].imag > 0) & branches.smooth[:, None]
     k, i = np.nonzero(pair & (first[:-1] != first[1:]))
@@ -373,7 +363,7 @@ def _exchanges(model: LinearModel, rules: Rules, branches: Branches, first: NDAr
     before, after = branches.values[k, i], branches.values[k + 1, i]
     for _ in range(12 if len(k) else 0):  # names at the middle, of the root nearest to the line between the ends
         middle = (low + high) / 2
-        named = name_along(model, rules, middle)
+        named = naming.name_along(model, rules, middle)
         share = (middle - branches.v[k]) / (branches.v[k + 1] - branches.v[k])
         own = np.abs(named.values - ((1 - share) * before + share * after)[:, None]).argmin(1)
         same = named.first[np.arange(len(k)), own] == first[k, i]

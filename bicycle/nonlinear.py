@@ -211,9 +211,7 @@ class MagicFormulaModel:
         for of, matrix in (("force", self.force_matrix), ("by_trail", self.trail_matrix)):
             for by_camber, seen in ((False, self.slip_matrix), (True, self.camber_matrix)):
                 if matrix.any() and seen.any():
-                    slope = [
-                        tyre.slope(of, slip[k], camber[k], by_camber=by_camber) for k, tyre in enumerate(self.tyres)
-                    ]
+                    slope = [one.slope(of, slip[k], camber[k], by_camber=by_camber) for k, one in enumerate(self.tyres)]
                     found += (matrix * np.array(slope)) @ seen
         return found
 
@@ -361,22 +359,14 @@ def magic_formula_model(
     force_matrix = np.vstack([upright[np.ix_(kept, forces)], np.zeros((extra, 2))])
     with_trail = np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))])
     return MagicFormulaModel(
-        speed=float(speed),
-        states=(*(linear.states[k] for k in kept), *names),
-        inputs=linear.inputs,
-        outputs=outputs,
+        speed=float(speed), states=(*(linear.states[k] for k in kept), *names), inputs=linear.inputs, outputs=outputs,
         state_matrix=np.vstack([np.hstack([a[np.ix_(kept, kept)], np.zeros((n, extra))]), lag]),
         force_matrix=force_matrix,
         trail_matrix=np.where(np.isclose(with_trail, force_matrix, rtol=1e-13, atol=0), 0.0, with_trail - force_matrix),
-        slip_matrix=slip,
-        camber_matrix=camber,
-        slip_input=slip_input,
-        input_matrix=np.vstack([b[kept], rate_input]),
-        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]),
-        loads=loads,
-        tyres=(tyres[0], tyres[1]),
-        units={**units_of(linear), **dict.fromkeys(names, "rad")},
-    )
+        slip_matrix=slip, camber_matrix=camber, slip_input=slip_input, input_matrix=np.vstack([b[kept], rate_input]),
+        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]), loads=loads,
+        tyres=(tyres[0], tyres[1]), units={**units_of(linear), **dict.fromkeys(names, "rad")},
+    )  # fmt: skip
 
 
 def _law(model: Model) -> Effect:

@@ -1,7 +1,7 @@
 """Names of the parameters of a model, and their covariance."""
 
 from collections.abc import Collection, Container, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from tyre import schema
 from tyre.arrays import Array
 from tyre.errors import InputError, refuse_unknown, shown
-from tyre.properties import effective_degrees_of_freedom
+from tyre.properties import JointCovariance
 
 WHEELS = ("rear", "front")
 TABLE, FILE, MODEL_FILE = "tyre table", "bicycle file", "model file"  # where a covariance is stated
@@ -70,66 +70,10 @@ def entries_of(key: str, known: Container[str]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterCovariance:
-    """Covariance of parameters whose errors hang together, as those of one measured tyre do."""
+class ParameterCovariance(JointCovariance):
+    """Covariance of parameters, ``effect.name[.wheel]`` or bicycle keys, and where it comes from."""
 
-    names: tuple[str, ...] = ()  # ``effect.name[.wheel]`` or bicycle keys, p of them
-    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (p, p), SI units
-    # (p, p), as in :class:`tyre.properties.JointCovariance`; empty where the standard deviations are known well
-    variance_spread: tuple[Array, ...] = ()
-    origin: str = TABLE  # where it comes from, in words: the tyre's table, or the model file that states it
-
-    def __post_init__(self) -> None:
-        size = len(self.names)
-        if len(set(self.names)) < size:
-            raise InputError(f"covariance of {', '.join(self.names)}: a parameter stands there twice; keep one")
-        for matrix in (self.matrix, *self.variance_spread):
-            if np.shape(matrix) != (size, size):
-                raise InputError(
-                    f"covariance of {', '.join(self.names) or 'no parameter'} has the shape {np.shape(matrix)}; "
-                    f"it must be {size} x {size}"
-                )
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ParameterCovariance) and self._content == other._content
-
-    def __hash__(self) -> int:
-        return hash(self._content)
-
-    @property
-    def _content(self) -> tuple[object, ...]:
-        matrices = (self.matrix, *self.variance_spread)
-        return (self.names, *(tuple(np.asarray(matrix, float).ravel().tolist()) for matrix in matrices))
-
-    @property
-    def sd(self) -> dict[str, float]:
-        """One standard deviation of each parameter."""
-        return dict(zip(self.names, np.sqrt(np.diag(self.matrix)).tolist(), strict=True))
-
-    def among(self, names: Sequence[str]) -> Array:
-        """The covariance among other parameters, zero for those it says nothing of, shape (q, q)."""
-        return _among(self.matrix, self.names, names)
-
-    def degrees_of_freedom(self, names: Sequence[str], gradient: ArrayLike, covariance: Array) -> float:
-        """Effective degrees of freedom behind the variance g' S g of a result (Welch-Satterthwaite)."""
-        spread = [_among(part, self.names, names) for part in self.variance_spread]
-        return effective_degrees_of_freedom(gradient, covariance, spread)
-
-    def and_also(self, other: "ParameterCovariance") -> "ParameterCovariance":
-        """This and the covariance of parameters that have nothing in common with it."""
-        names = (*self.names, *other.names)
-        parts = [(self.names, part) for part in self.variance_spread]
-        parts += [(other.names, part) for part in other.variance_spread]
-        return ParameterCovariance(
-            names,
-            _among(self.matrix, self.names, names) + _among(other.matrix, other.names, names),
-            tuple(_among(part, mine, names) for mine, part in parts),
-        )
-
-
-def _among(matrix: Array, mine: Sequence[str], names: Sequence[str]) -> Array:
-    select = np.array([[float(name == own) for own in mine] for name in names]).reshape(len(names), len(mine))
-    return np.asarray(select @ np.asarray(matrix, float) @ select.T)
+    origin: str = TABLE
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:

@@ -25,11 +25,6 @@ from tyre.errors import InputError, unknown
 from tyre.properties import Estimate
 
 
-def frequency_gradient(slope: ArrayLike) -> Array:
-    """Derivatives of the damped frequency, Hz, from those of the eigenvalue, 1/s; of any shape."""
-    return frequency_hz(slope)
-
-
 def damping_ratio_gradient(eigenvalue: ArrayLike, slope: ArrayLike) -> Array:
     """Derivatives of the damping ratio from eigenvalues and their derivatives, 1/s; shapes broadcast."""
     root: Any = np.asarray(eigenvalue, complex)
@@ -56,7 +51,7 @@ def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names:
     root: Any = np.take_along_axis(every.eigenvalues, at, 1)
     root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
     change = np.take_along_axis(slopes, at[..., None], 1)
-    frequency = frequency_gradient(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
+    frequency = frequency_hz(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
     damping = damping_ratio_gradient(root[..., None], change)
     shape = (*wanted.shape, len(names))
     return frequency.reshape(shape), damping.reshape(shape)
@@ -77,14 +72,6 @@ def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], na
         return np.empty((0, len(names)))
     slopes = critical_speed_sensitivities(model, critical)
     return np.stack([slope_of(name, slopes, slopes.__getitem__) for name in names], -1)
-
-
-def critical_speed_sd(
-    model: Model, critical: Sequence[CriticalSpeed], names: Sequence[str], covariance: ArrayLike
-) -> Array:
-    """Sd of critical speeds."""
-    spread = checked_covariance(names, covariance)
-    return standard_deviation(critical_speed_gradients(model, critical, names), spread)
 
 
 def slope_of(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
@@ -110,11 +97,7 @@ def model_covariance(
 
 
 def critical_speed_estimates(
-    model: Model,
-    critical: Sequence[CriticalSpeed],
-    given: Mapping[str, float] | None = None,
-    *,
-    assume: bool = False,
+    model: Model, critical: Sequence[CriticalSpeed], given: Mapping[str, float] | None = None, *, assume: bool = False
 ) -> tuple[Estimate, ...]:
     """Critical speeds with the standard deviation that the model's own data leave, to first order."""
     names, covariance = model_covariance(model, given, assume=assume)

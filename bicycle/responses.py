@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,6 @@ from bicycle.linear_model import LinearModel
 from bicycle.model import Model, as_linear
 from tyre.arrays import Array, Complex
 from tyre.errors import InputError, refuse_unknown
-from tyre.progress import optional_module
 from tyre.table import write_csv
 
 if TYPE_CHECKING:
@@ -361,23 +360,3 @@ def _propagate(a: Array, b: Array, x: Array, grid: Array, begin: Array, end: Arr
     for k, i in enumerate(which):
         states[k + 1] = transition[i] @ np.concatenate([states[k], begin[k], end[k] - begin[k]])
     return states
-
-
-def response_to_xarray(response: Response) -> Any:
-    """``xarray.Dataset`` over time with one variable per output and input, units attached."""
-    named = {**response.outputs, **response.inputs}
-    return optional_module("xarray", extra="xarray").Dataset(
-        {name: ("time", values, {"units": response.units[name]}) for name, values in named.items()},
-        {"time": ("time", response.time, {"units": "s"})},
-        {"speed_m_s": response.speed},
-    )
-
-
-def frequency_response_to_xarray(response: FrequencyResponse) -> Any:
-    """``xarray.Dataset`` over frequency (Hz) with one complex gain per output."""
-    per = f" / ({response.units[response.input]})"
-    return optional_module("xarray", extra="xarray").Dataset(
-        {name: ("frequency", gain, {"units": response.units[name] + per}) for name, gain in response.outputs.items()},
-        {"frequency": ("frequency", response.frequency_hz, {"units": "Hz"})},
-        {"speed_m_s": response.speed, "input": response.input},
-    )

@@ -8,32 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bicycle import rider_body, rider_posture
 from bicycle.parameters import Bicycle
-from bicycle.rider_body import (
-    DENSITY_SETS,
-    GROUPS,
-    LIMITS,
-    RiderMeasurements,
-    RigidBody,
-    Segment,
-    as_rear_frame,
-    join,
-    rear_frame,
-    segments,
-)
-from bicycle.rider_posture import (
-    LEAN_LIMITS,
-    POSTURES,
-    Contacts,
-    Lengths,
-    Seated,
-    SeatGeometry,
-    completed,
-    contacts,
-    fitting_hands,
-    sit,
-    with_hands,
-)
+from bicycle.rider_body import RiderMeasurements, RigidBody, Segment
+from bicycle.rider_posture import Contacts, Lengths, Seated, SeatGeometry
 from tyre.arrays import Array
 from tyre.errors import InputError
 
@@ -72,7 +50,7 @@ class RiderOnBicycle:
     @property
     def values(self) -> dict[str, float]:
         """Meijaard's keys of rear frame and rider."""
-        return as_rear_frame(join([self.body, rear_frame(self.frame.values)]))
+        return rider_body.as_rear_frame(rider_body.join([self.body, rider_body.rear_frame(self.frame.values)]))
 
     @property
     def covariance(self) -> Array:
@@ -117,9 +95,7 @@ def felt_mass(arm: tuple[RigidBody, RigidBody], points: tuple[Array, Array, Arra
     axes, places = [*np.eye(3), hinge / np.linalg.norm(hinge)], [shoulder] * 3 + [elbow]
 
     def slopes(point: Array, joints: int) -> Array:
-        return np.array(
-            [np.cross(a, point - p) * (k < joints) for k, (a, p) in enumerate(zip(axes, places, strict=True))]
-        ).T
+        return np.transpose([np.cross(axes[k], point - places[k]) * (k < joints) for k in range(4)])
 
     inertia = np.zeros((4, 4))
     for body, joints in zip(arm, (3, 4), strict=True):
@@ -139,25 +115,25 @@ def rider_on_bicycle(
             f"bicycle {frame.name!r}: the rear frame weighs {frame['mB']:g} kg, so it carries a rider already "
             "(limit 60 kg); give a bicycle without rider"
         )
-    way, lengths = POSTURES[posture], Lengths.of(rider.lengths)
+    way, lengths = rider_posture.POSTURES[posture], Lengths.of(rider.lengths)
     angles = Angles(way.torso_lean if torso_lean is None else torso_lean, back_rounding, elbows_out)
-    limits = (LEAN_LIMITS, (-30.0, 90.0), (-45.0, 90.0))
+    limits = (rider_posture.LEAN_LIMITS, (-30.0, 90.0), (-45.0, 90.0))
     for (name, value), (low, high) in zip(angles._asdict().items(), limits, strict=True):
         if not low <= math.degrees(value) <= high:
             raise InputError(
                 f"{name.replace('_', ' ')} = {math.degrees(value):g} deg must lie between {low:g} and {high:g} degrees"
             )
-    geometry = completed(geometry, rider, frame.values, hand_width=way.hand_width)
+    geometry = rider_posture.completed(geometry, rider, frame.values, hand_width=way.hand_width)
     if not geometry.has_hands:
         narrow = way._replace(hand_width=geometry.values["hand_width_m"])
-        hands = fitting_hands(lengths, narrow, torso_lean=angles.torso_lean)
-        geometry = with_hands(geometry, hands, sd=0.03)  # m, of reach and drop of a bar that was not measured
-    at = contacts(geometry, frame.values)
-    seated = sit(lengths, at, **angles._asdict())
-    parts = segments(rider, seated.configuration, at.hip)
-    body = join([part.body for part in parts])
+        hands = rider_posture.fitting_hands(lengths, narrow, torso_lean=angles.torso_lean)
+        geometry = rider_posture.with_hands(geometry, hands, sd=0.03)  # m, of a bar that was not measured
+    at = rider_posture.contacts(geometry, frame.values)
+    seated = rider_posture.sit(lengths, at, **angles._asdict())
+    parts = rider_body.segments(rider, seated.configuration, at.hip)
+    body = rider_body.join([part.body for part in parts])
     if rider.mass is None:  # from here on it is given, so that mass and shape vary apart
-        rider = replace(rider, mass=body.mass, mass_sd=LIMITS.volume_mass_sd * body.mass)
+        rider = replace(rider, mass=body.mass, mass_sd=rider_body.LIMITS.volume_mass_sd * body.mass)
     return RiderOnBicycle(frame, rider, posture, angles, geometry, at, seated, parts, body)
 
 
@@ -165,12 +141,13 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
 
     def whole(
         rider: RiderMeasurements = rider, geometry: SeatGeometry = geometry, angles: Angles = angles,
-        frame_values: Mapping[str, float] = frame.values, densities: str = DENSITY_SETS[0],
+        frame_values: Mapping[str, float] = frame.values, densities: str = rider_body.DENSITY_SETS[0],
     ) -> Array:  # fmt: skip
-        at = contacts(geometry, frame.values)
-        seated = sit(Lengths.of(rider.lengths), at, **angles._asdict(), strict=False)
-        body = join([part.body for part in segments(rider, seated.configuration, at.hip, densities=densities)])
-        values = as_rear_frame(join([body, rear_frame(frame_values)]))
+        at = rider_posture.contacts(geometry, frame.values)
+        seated = rider_posture.sit(Lengths.of(rider.lengths), at, **angles._asdict(), strict=False)
+        parts = rider_body.segments(rider, seated.configuration, at.hip, densities=densities)
+        body = rider_body.join([part.body for part in parts])
+        values = rider_body.as_rear_frame(rider_body.join([body, rider_body.rear_frame(frame_values)]))
         return np.array([values.get(key, np.nan) for key in KEYS])
 
     mass = rider.mass
@@ -178,7 +155,7 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
     changes: dict[str, Callable[[float], dict[str, Any]]] = {  # cause -> what is other, some sd away
         "mass of the rider": lambda s: {"rider": replace(rider, mass=mass + s * rider.mass_sd)}
     }
-    for group in GROUPS:
+    for group in rider_body.GROUPS:
         changes[group] = lambda s, g=group: {"rider": rider.scaled(g, 1 + s * rider.relative_sd)}  # type: ignore[misc]
     for name, value in angles._asdict().items():
         key = name.replace("_", " ")
@@ -191,7 +168,7 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
             changes[f"frame: {key}"] = lambda s, k=key: {  # type: ignore[misc]
                 "frame_values": {**frame.values, k: frame[k] + s * frame.sd[k]}
             }
-    sets = np.array([whole(densities=name) for name in DENSITY_SETS])  # sample covariance of the three
+    sets = np.array([whole(densities=name) for name in rider_body.DENSITY_SETS])  # sample covariance of the three
     steps = (sets - sets.mean(axis=0)) / math.sqrt(len(sets) - 1)
-    densities = {f"densities after {name}": step for name, step in zip(DENSITY_SETS, steps, strict=True)}
+    densities = {f"densities after {name}": step for name, step in zip(rider_body.DENSITY_SETS, steps, strict=True)}
     return {cause: (whole(**other(1.0)) - whole(**other(-1.0))) / 2 for cause, other in changes.items()} | densities

@@ -107,12 +107,10 @@ def completed(
 ) -> SeatGeometry:
     """Fill in what a geometry leaves out, but for the place of the hands, by a fit rule; these are ``assumed``."""
     rule = {
-        "chain_stay_m": (0.41, 0.02),
-        "bottom_bracket_height_m": (bicycle["rR"] - 0.055, 0.015),
-        "seat_tube_angle_deg": (73.0, 1.5),
-        "saddle_distance_m": (LEG_SHARE * rider.leg, LEG_SHARE_SD * rider.leg),
+        "chain_stay_m": (0.41, 0.02), "bottom_bracket_height_m": (bicycle["rR"] - 0.055, 0.015),
+        "seat_tube_angle_deg": (73.0, 1.5), "saddle_distance_m": (LEG_SHARE * rider.leg, LEG_SHARE_SD * rider.leg),
         "hand_width_m": (hand_width, 0.04),
-    }
+    }  # fmt: skip
     return geometry.assuming({key: pair for key, pair in rule.items() if key not in geometry.values})
 
 

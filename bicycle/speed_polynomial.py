@@ -22,9 +22,7 @@ class SpeedPolynomial(Mapping[int, Array]):
     """P(v) = sum over k of v^k P_k; as a mapping, power k -> coefficient P_k, of the powers that occur."""
 
     def __init__(self, coefficients: Mapping[int, ArrayLike], *, shape: tuple[int, ...] | None = None) -> None:
-        self._coefficients: dict[int, Array] = {
-            power: np.asarray(matrix, float) for power, matrix in coefficients.items()
-        }
+        self._coefficients: dict[int, Array] = {k: np.asarray(matrix, float) for k, matrix in coefficients.items()}
         if shape is None:
             shape = next(iter(self._coefficients.values())).shape
         self.shape = shape

@@ -5,19 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bicycle.default_sd import CORNERING_STIFFNESS
 from bicycle.effect import WHEELS, Effect, Parameter
 from bicycle.effect_registry import effect_class, registry
 from bicycle.evaluation import evaluator
-from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle, bodies, static_loads
-from tyre.arrays import Array
 from tyre.errors import InputError, Note, is_number, shown
 from tyre.find_tyre import CHOICE, is_file_name, read_tyre
 from tyre.formula_tyre import FormulaTyre
-from tyre.properties import QUANTITIES, JointProperties, TyreProperties, TyreSource, out_of_reach, wheel_properties
+from tyre.properties import JointCovariance, JointProperties, TyreProperties, TyreSource, out_of_reach, wheel_properties
 from tyre.units import PASCAL_PER_BAR
 
 TYRE_KEYS = ("tyre", "surface", "pressure_bar")
@@ -170,20 +166,15 @@ class MountedTyres:
     properties: Mapping[str, TyreProperties]
     joint: JointProperties | None = None
 
-    def covariance(self, kind: type[Effect], asked: Sequence[tuple[Parameter, tuple[str, ...]]]) -> ParameterCovariance:
+    def covariance(self, kind: type[Effect], asked: Sequence[tuple[Parameter, tuple[str, ...]]]) -> JointCovariance:
         """Covariance of the values that the tyres give an effect, as far as it is known or assumed."""
         assert self.joint is not None
-        taken = [(wheel, p) for wheel in WHEELS for p, wheels in asked if wheel in wheels and p.tyre in QUANTITIES]
-        places = [3 * WHEELS.index(wheel) + QUANTITIES.index(p.tyre) for wheel, p in taken]
-        names = [f"{kind.identifier}.{p.name}.{wheel}" for wheel, p in taken]
-        joint, trails = self.joint, self.joint.trails
-        found = _chosen(names, places, joint.covariance, joint.joint.variance_spread or ())
-        for p, wheels in asked:
-            if p.tyre == TRAIL and trails is not None:
-                names = [f"{kind.identifier}.{p.name}.{wheel}" for wheel in wheels]
-                rows = [WHEELS.index(wheel) for wheel in wheels]
-                found = found.and_also(_chosen(names, rows, trails.covariance, trails.variance_spread))
-        return found
+        names = {
+            f"{p.tyre}.{row}": f"{kind.identifier}.{p.name}.{wheel}"
+            for row, wheel in enumerate(WHEELS) for p, wheels in asked if wheel in wheels
+        }  # fmt: skip
+        known = self.joint.joint
+        return known.renamed({name: parameter for name, parameter in names.items() if name in known.names})
 
     def values(self, kind: type[Effect], parameter: Parameter, wheels: Iterable[str]) -> dict[str, float]:
         """Values of a parameter that the tyres of these wheels hold."""
@@ -197,11 +188,6 @@ class MountedTyres:
                     f"{low:g} .. {high:g}){' or take side_slip' * (kind.slot == 'contact law')}"
                 )
         return found
-
-
-def _chosen(names: list[str], places: list[int], matrix: Array, spread: Iterable[Array]) -> ParameterCovariance:
-    chosen = np.ix_(places, places)
-    return ParameterCovariance(tuple(names), matrix[chosen], tuple(part[chosen] for part in spread))
 
 
 def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle: Bicycle) -> MountedTyres | None:
@@ -241,7 +227,7 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
 
 def with_tyre_values(
     kind: type[Effect], table: Mapping[str, Any], tyres: MountedTyres | None, present: Mapping[str, Any]
-) -> tuple[dict[str, Any], ParameterCovariance, list[str]]:
+) -> tuple[dict[str, Any], JointCovariance, list[str]]:
     """The table of an effect with numbers where a tyre gives them, their covariance, and names with an assumed sd."""
     mine, where = tyres is not None and tyres.law == kind.identifier, f"effect {kind.identifier!r}"
     filled = {
@@ -278,14 +264,13 @@ def with_tyre_values(
                 f'{where}: {parameter.name} is missing; give a number ({parameter.unit}), or "{FROM_TYRE}" for what '
                 "the tyre holds"
             )
-    covariance = tyres.covariance(kind, asked) if tyres is not None and asked else ParameterCovariance()
+    covariance = tyres.covariance(kind, asked) if tyres is not None and asked else JointCovariance()
     return filled, covariance, assumed
 
 
 def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:
     """Notes on a trail that was measured with the tyre and that no effect of the model takes."""
-    joint = tyres.joint
-    if joint is None or joint.trails is None:
+    if any(p.pneumatic_trail_sd is None for p in tyres.properties.values()):
         return []
     values = ", ".join(f"{wheel} {p.pneumatic_trail:.4g}" for wheel, p in tyres.properties.items())
     subject = " / ".join(dict.fromkeys(f"{p.tyre} on {p.surface}" for p in tyres.properties.values()))
@@ -294,7 +279,7 @@ def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:
         Note(
             f"{subject}: {parameter.name} for the effect {kind.identifier} was measured too, {values} "
             f'({parameter.unit}), but is not used; [effects.{kind.identifier}] with {parameter.name} = "{FROM_TYRE}" '
-            "takes it", subject, headline, inside=all(p.inside for p in joint.properties),
+            "takes it", subject, headline, inside=all(p.inside for p in tyres.properties.values()),
         )
         for kind in registry().values()
         for parameter in kind.parameters

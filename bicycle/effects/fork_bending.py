@@ -18,10 +18,8 @@ class ForkBending(SprungJoint):
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(2e3, 2e4), default=6e3, neutral=math.inf, least=4e4)
     damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 30.0), default=5.0)
-    length = Parameter(
-        "m", "from the wheel centre up to the hinge, along the steer axis",
-        bounds=(-2.0, 2.0), typical=(0.2, 0.5), default=0.38,
-    )  # fmt: skip
+    length = Parameter("m", "from the wheel centre up to the hinge, along the steer axis", bounds=(-2.0, 2.0),
+                       typical=(0.2, 0.5), default=0.38)  # fmt: skip
     source = (
         "Spierings (1981), Vehicle System Dynamics 10, 21-35; "
         "Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System Dynamics 50"

@@ -23,10 +23,8 @@ class Longitudinal(Effect):
     brake_force = Parameter("N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0,
                             least=10.0)  # fmt: skip
     front_share = Parameter("1", "of the brake force", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=0.7)
-    gradient = Parameter(
-        "1", "rise of the road per length on the level, > 0 uphill", bounds=ANY, typical=(-0.2, 0.2), default=0.0,
-        neutral=0.0, least=0.02,
-    )  # fmt: skip
+    gradient = Parameter("1", "rise of the road per length on the level, > 0 uphill", bounds=ANY, typical=(-0.2, 0.2),
+                         default=0.0, neutral=0.0, least=0.02)  # fmt: skip
     source = "Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines)"
     on_request = "known to its owner"
     moves_load = True

@@ -18,10 +18,8 @@ class RearCompliance(SprungJoint):
     damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 50.0), default=10.0)
     joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.3, 0.6), default=0.42)
     joint_z = Parameter("m", "hinge, z down", bounds=ANY, typical=(-0.5, -0.2), default=-0.3)
-    axis_tilt = Parameter(
-        "rad", "angle of the hinge axis above the horizontal, forward end up",
-        bounds=(-math.pi, math.pi), typical=(-0.5, 0.5), default=0.0,
-    )  # fmt: skip
+    axis_tilt = Parameter("rad", "angle of the hinge axis above the horizontal, forward end up",
+                          bounds=(-math.pi, math.pi), typical=(-0.5, 0.5), default=0.0)  # fmt: skip
     source = "Sharp (1974), Vehicle System Dynamics 3, 123-141 (rear frame flexibility of motorcycles)"
     modes = (Mode("rear_compliance"),)
     on_request = "not yet tried in blind cases"

@@ -8,9 +8,7 @@ def _gains(what: str, size: float) -> tuple[Parameter, ...]:
     """Coefficient of ``what``, its slope and curvature over speed; usual ``size`` in N m/rad or N m s/rad."""
     unit = "N m s/rad" if "rate" in what else "N m/rad"
     return tuple(
-        Parameter(
-            unit, f"{what}, {of}", bounds=ANY, typical=(-size, size), default=0.0, neutral=0.0, without_cause=True
-        )
+        Parameter(unit, f"{what}, {of}", bounds=ANY, typical=(-size, size), default=0, neutral=0, without_cause=True)
         for of in ("at the middle speed", "its change over a span of speed", "its curvature")
     )
 
@@ -27,9 +25,8 @@ class ResidualTorque(Effect):
     """
 
     middle_speed = Parameter("m/s", "of the measurement behind it", typical=(2.0, 20.0), default=5.0)
-    speed_span = Parameter(
-        "m/s", "half the range of measured speeds", bounds=(1e-3, float("inf")), typical=(0.5, 10.0), default=1.0
-    )
+    speed_span = Parameter("m/s", "half the range of measured speeds", bounds=(1e-3, float("inf")), typical=(0.5, 10.0),
+                           default=1.0)  # fmt: skip
     steer_from_lean, steer_from_lean_slope, steer_from_lean_curve = _gains("steer torque over lean", 20.0)
     steer_from_steer, steer_from_steer_slope, steer_from_steer_curve = _gains("steer torque over steer", 10.0)
     steer_from_lean_rate, steer_from_lean_rate_slope, steer_from_lean_rate_curve = _gains(

@@ -1,23 +1,20 @@
 """Models and bicycles shared by the tests of the dynamics."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bicycle import Bicycle, LinearModel, Model, available_bicycles, effect_class, load_bicycle
+from bicycle import Bicycle, LinearModel, available_bicycles, load_bicycle
 from bicycle.evaluation import Matrices
 from bicycle.limit_cycles import LimitCycles, find_limit_cycles
 from bicycle.linear_model import SpeedRange
 from bicycle.speed_polynomial import SpeedPolynomial
+from tests.shared.built import linear
 from tests.shared.shooting import build
 from tyre.errors import InputError
-
-
-def _tyred(bicycle: Bicycle | str = "benchmark", **effects: dict[str, Any]) -> LinearModel:
-    chosen = load_bicycle(bicycle) if isinstance(bicycle, str) else bicycle
-    return Model(chosen, tuple(effect_class(name)(**table) for name, table in effects.items())).linear_model()
 
 
 @pytest.fixture(scope="session")
@@ -35,7 +32,7 @@ def rubbing() -> LimitCycles:
 @pytest.fixture
 def tyred() -> Callable[..., LinearModel]:
     """Build the model of a bicycle (name or object) with effects given as keyword tables."""
-    return _tyred
+    return linear
 
 
 @pytest.fixture
@@ -44,22 +41,9 @@ def synthetic() -> Callable[..., LinearModel]:
 
     def build(*pieces: dict[int, Any], borders: tuple[float, ...] = (), unit: float = 3.0) -> LinearModel:
         n = len(next(iter(pieces[0].values())))
-        edges = (0.0, *borders, np.inf)
-        ranges = tuple(
-            SpeedRange(
-                low,
-                high,
-                Matrices(
-                    np.eye(n),
-                    SpeedPolynomial(piece, shape=(n, n)),
-                    SpeedPolynomial({}, shape=(n, 0)),
-                    SpeedPolynomial({}, shape=(0, n)),
-                    SpeedPolynomial({}, shape=(0, 0)),
-                    np.ones(2),
-                ),
-            )
-            for low, high, piece in zip(edges[:-1], edges[1:], pieces, strict=True)
-        )
+        nothing = [SpeedPolynomial({}, shape=shape) for shape in ((n, 0), (0, n), (0, 0))]
+        matrices = [Matrices(np.eye(n), SpeedPolynomial(piece, shape=(n, n)), *nothing, np.ones(2)) for piece in pieces]
+        ranges = tuple(map(SpeedRange, (0.0, *borders), (*borders, np.inf), matrices))
         states = tuple(f"state_{k}" for k in range(n))
         return LinearModel(states, (), (), ranges, np.ones(n), {"g": unit, "w": unit}, (1.0, 1.0))
 
@@ -77,11 +61,9 @@ def random_bicycles() -> Callable[[int, int], Iterator[Bicycle]]:
         while made < count:
             base = bases[made % len(bases)]
             changed = {k: v * (1 + rng.uniform(-0.15, 0.15)) for k, v in base.values.items() if k != "g"}
-            try:
+            with suppress(InputError):
                 bicycle = base.replace(**changed)
-            except InputError:
-                continue
-            made += 1
-            yield bicycle
+                made += 1
+                yield bicycle
 
     return draw

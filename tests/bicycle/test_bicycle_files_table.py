@@ -66,26 +66,23 @@ def test_one_of_a_table(tmp_path):
         load_bicycle(f"{path}#pisto")
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"w": ["1,0", 1.0, 1.0]}, r"line 2 \(pista\), column 'w': w = '1,0' has a decimal comma"),
-        ({"w": [1.0, None, 1.0]}, r"line 3 \(benchmark\), column 'w': the cell is empty; every bicycle needs w \(m\)"),
-        ({"w": [1.0, 1.02, 1020]}, r"line 4 \(kooijman2008\): w = 1020 m is far outside .* \(millimetres\?\)"),
-        ({"mB": [9.0, -85.0, 9.0]}, r"line 3 \(benchmark\): bicycle 'benchmark': mB = -85 kg must not be negative"),
-        ({"name": ["a", "b", "a"]}, r"line 4, column 'name': 'a' is there already; give each its own name"),
-        ({"name": ["a", None, "c"]}, r"line 3, column 'name': '' must be a name without '#'"),
-        ({"name": ["a", "b#1", "c"]}, r"line 3, column 'name': 'b#1' must be a name without '#'"),
-        ({"wheels": 2}, r"unknown column 'wheels'; .*; KEY_sd is a standard deviation"),
-        ({"Ibxx": 2}, r"unknown column 'Ibxx'; did you mean 'IBxx'"),
-        ({"w_mm": 1000}, r"two columns are of w; keep one"),
-        ({"c_sd [kg]": 1}, r"column 'c_sd \[kg\]': 'kg' is no unit of what is given in m"),
-        ({"source [m]": "x"}, r"the column 'source \[m\]' has no unit"),
-        ({"w_sd": ["wide", 0, 0]}, r"line 2 \(pista\), column 'w_sd': w = 'wide' is not a finite number"),
-        ({"w_sd": [0, 3, 0]}, r"line 3 \(benchmark\): the standard deviation of w is 3 m, more than"),
-        ({"allow_unusual": "maybe"}, r"line 2, column 'allow_unusual': 'maybe' must be true or false"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"w": ["1,0", 1.0, 1.0]}, r"line 2 \(pista\), column 'w': w = '1,0' has a decimal comma"),
+    ({"w": [1.0, None, 1.0]}, r"line 3 \(benchmark\), column 'w': the cell is empty; every bicycle needs w \(m\)"),
+    ({"w": [1.0, 1.02, 1020]}, r"line 4 \(kooijman2008\): w = 1020 m is far outside .* \(millimetres\?\)"),
+    ({"mB": [9.0, -85.0, 9.0]}, r"line 3 \(benchmark\): bicycle 'benchmark': mB = -85 kg must not be negative"),
+    ({"name": ["a", "b", "a"]}, r"line 4, column 'name': 'a' is there already; give each its own name"),
+    ({"name": ["a", None, "c"]}, r"line 3, column 'name': '' must be a name without '#'"),
+    ({"name": ["a", "b#1", "c"]}, r"line 3, column 'name': 'b#1' must be a name without '#'"),
+    ({"wheels": 2}, r"unknown column 'wheels'; .*; KEY_sd is a standard deviation"),
+    ({"Ibxx": 2}, r"unknown column 'Ibxx'; did you mean 'IBxx'"),
+    ({"w_mm": 1000}, r"two columns are of w; keep one"),
+    ({"c_sd [kg]": 1}, r"column 'c_sd \[kg\]': 'kg' is no unit of what is given in m"),
+    ({"source [m]": "x"}, r"the column 'source \[m\]' has no unit"),
+    ({"w_sd": ["wide", 0, 0]}, r"line 2 \(pista\), column 'w_sd': w = 'wide' is not a finite number"),
+    ({"w_sd": [0, 3, 0]}, r"line 3 \(benchmark\): the standard deviation of w is 3 m, more than"),
+    ({"allow_unusual": "maybe"}, r"line 2: allow_unusual = 'maybe' must be true or false"),
+])  # fmt: skip
 def test_what_is_refused_names_row_and_column(tmp_path, changes, words):
     with pytest.raises(InputError, match=rf"many\.csv.*{words}"):
         read_bicycles(table(tmp_path, frame(**changes)))

@@ -147,9 +147,8 @@ def test_the_band_of_amplitudes_is_that_of_runs_of_their_own(faq):
         return np.degrees(found.amplitude(cycle))
 
     own, softer = angle(faq.model), angle(soft)
-    assert (row["peak_low_deg"], row["peak_high_deg"]) == pytest.approx(
-        [angle(faq.model, peak=0.6), angle(faq.model, peak=1.0)], rel=1e-8
-    )
+    peaks = angle(faq.model, peak=0.6), angle(faq.model, peak=1.0)
+    assert (row["peak_low_deg"], row["peak_high_deg"]) == pytest.approx(peaks, rel=1e-8)
     sizes = [own, angle(faq.model, curvature=-1.0), angle(faq.model, curvature=1.0)]
     assert (row["curvature_low_deg"], row["curvature_high_deg"]) == pytest.approx((min(sizes), max(sizes)), rel=1e-9)
     assert (row["model_low_deg"], row["model_high_deg"]) == pytest.approx((own, softer), rel=1e-9)

@@ -1,14 +1,13 @@
-"""Eigenvalues of stacks: LAPACK judged by backward error and by exact values."""
+"""Eigenvalues of stacks: judged by exact values, as slopes and as oscillations."""
 
 import mpmath
 import numpy as np
 import pytest
+from built import built
 from eigenvalue_sets import assert_same_eigenvalues, in_order_of
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
-from bicycle import Model, effect_class, load_bicycle
 from bicycle.eigen import (
     BATCH,
     angular_frequency,
@@ -25,39 +24,6 @@ from bicycle.eigen import (
 from bicycle.model_family import ModelFamily
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.errors import InputError
-
-EPS = np.finfo(float).eps
-
-
-def backward_error(matrix, values):
-    """Size of the smallest change that makes each value an eigenvalue, in eps of the norm (Golub & Van Loan 7.9)."""
-    n = len(matrix)
-    distance = [np.linalg.svd(matrix - z * np.eye(n), compute_uv=False)[-1] for z in values]
-    largest = max(np.abs(matrix).max(), np.finfo(float).tiny)  # squares of what is near 1e-200 are zero
-    return max(distance) / (EPS * largest * max(np.linalg.norm(matrix / largest), 1.0))
-
-
-def families():
-    rng = np.random.default_rng(3)
-    for n in (1, 2, 3, 4, 6, 8, 10, 12):
-        q, _ = np.linalg.qr(rng.normal(size=(n, n)))
-        jordan = 2.0 * np.eye(n) + np.eye(n, k=1)
-        yield "random", rng.normal(size=(n, n))
-        yield "defective", q @ jordan @ q.T
-        yield "nilpotent", np.eye(n, k=1)
-        yield "clustered", q @ np.diag(1 + 1e-9 * rng.normal(size=n)) @ q.T + 1e-12 * rng.normal(size=(n, n))
-        yield "symmetric", (lambda a: a + a.T)(rng.normal(size=(n, n)))
-        yield "orthogonal", q
-        yield "cyclic", np.roll(np.eye(n), 1, axis=0)  # unshifted QR would turn for ever
-        yield "zero", np.zeros((n, n))
-        yield "large", 1e150 * rng.normal(size=(n, n))
-        yield "small", 1e-150 * rng.normal(size=(n, n))
-
-
-def test_backward_error_of_stress_families():
-    for name, matrix in families():
-        error = backward_error(matrix, eigenvalues(matrix[None])[0])
-        assert error < 20 * len(matrix), f"{name} {len(matrix)}: {error}"
 
 
 @pytest.mark.parametrize("spread", [1e3, 1e6, 1e9])
@@ -77,30 +43,12 @@ def test_graded_and_stiff_matrices_keep_their_small_roots(spread):
 
 def test_stiff_bicycle_against_many_digits():
     """A stiff tyre next to a slow capsize: each root to 1e-10 of the largest, slow roots far better than that."""
-    tyre = effect_class("relaxation_length")(cornering_stiffness=20000.0, relaxation_length=0.02)
-    matrices = Model(load_bicycle("benchmark"), (tyre,)).linear_model().state_matrix([0.5, 5.0, 15.0])
+    stiff = built(relaxation_length={"cornering_stiffness": 20000.0, "relaxation_length": 0.02})
+    matrices = stiff.linear_model().state_matrix([0.5, 5.0, 15.0])
     for matrix, found in zip(matrices, eigenvalues(matrices), strict=True):
         with mpmath.workdps(50):
             exact = [complex(z) for z in mpmath.eig(mpmath.matrix(matrix.tolist()))[0]]
         assert_same_eigenvalues(found, exact, rtol=1e-9)
-
-
-@settings(max_examples=60)
-@given(
-    arrays(np.float64, st.integers(1, 9).map(lambda n: (n, n)),
-           elements=st.floats(-1e6, 1e6).map(lambda x: x if abs(x) > 1e-200 else 0.0))
-)  # fmt: skip
-def test_backward_error_of_anything(matrix):
-    assert backward_error(matrix, eigenvalues(matrix[None])[0]) < 40 * len(matrix)
-
-
-def test_entries_whose_squares_are_no_numbers_spoil_no_others():
-    """Balanced, the two odd entries are alike; where that is 1e-155, squares of it had lost their digits."""
-    odd = 10.0 ** np.random.default_rng(0).uniform(-199, 0, (500, 2))
-    odd[0] = 8.88695897415705e-174, 6.275990426520188e-144
-    stack = np.zeros((len(odd), 3, 3))
-    stack[:, 0, 2], stack[:, 1, 2], stack[:, 2, 0], stack[:, 2, 1] = odd[:, 0], 2048.0, odd[:, 1], 1.0
-    assert max(map(backward_error, stack, eigenvalues(stack))) < 20 * 3
 
 
 def test_sorted_conjugate_and_independent_of_batches_and_threads():
@@ -125,12 +73,11 @@ def test_messages():
         eigenvalues(np.array([np.eye(2), [[1, np.nan], [0, 1]]]))
 
 
-TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+MODEL = built(relaxation_length={"cornering_stiffness": 6000.0, "relaxation_length": 0.1})
 
 
 def test_slopes_along_speed_are_those_of_differences():
-    model = Model(load_bicycle("benchmark"), (TYRE,))
-    linear = model.linear_model()
+    linear = MODEL.linear_model()
     values, slopes, _, _ = decompose(linear.coefficients[0], np.array([7.0]))
     ahead, behind = (in_order_of(values[0], linear.eigenvalues(7.0 + h)) for h in (1e-5, -1e-5))
     np.testing.assert_allclose(slopes[0], (ahead - behind) / 2e-5, rtol=1e-5, atol=1e-6)
@@ -150,9 +97,8 @@ def test_many_matrices_are_many_calls_of_one():
     rng = np.random.default_rng(6)
     speeds = rng.uniform(1.0, 9.0, 2 * BATCH + 3)
     one = SpeedPolynomial({0: rng.normal(size=(3, 3)), 1: rng.normal(size=(3, 3))})
-    stack = ModelFamily(Model(load_bicycle("benchmark"), (TYRE,)), ("c",)).polynomials(
-        {"c": np.linspace(0.03, 0.1, len(speeds))}, len(speeds)
-    )[0]
+    trails = {"c": np.linspace(0.03, 0.1, len(speeds))}
+    stack, _ = ModelFamily(MODEL, ("c",)).polynomials(trails, len(speeds))
     for polynomial in (one, stack):
         together = decompose(polynomial, speeds)
         for k in (0, BATCH - 1, BATCH + 5, len(speeds) - 1):
@@ -166,13 +112,8 @@ def test_a_double_real_root_that_rounding_splits_is_real():
     """Roots -1 +- sqrt(v - 2), turned by a random basis: at v = 2 rounding leaves a tiny pair."""
     rng = np.random.default_rng(7)
     basis = rng.normal(size=(3, 3))
-    turned = {
-        power: basis @ matrix @ np.linalg.inv(basis)
-        for power, matrix in {
-            0: np.array([[-1.0, -2, 0], [1, -1, 0], [0, 0, -9]]),
-            1: np.array([[0.0, 1, 0], [0, 0, 0], [0, 0, 0]]),
-        }.items()
-    }
+    plain = {0: [[-1.0, -2, 0], [1, -1, 0], [0, 0, -9]], 1: [[0.0, 1, 0], [0, 0, 0], [0, 0, 0]]}
+    turned = {power: basis @ np.array(matrix) @ np.linalg.inv(basis) for power, matrix in plain.items()}
     values = decompose(SpeedPolynomial(turned), np.array([2.0, 1.5])).values
     assert (values[0].imag == 0).all()
     assert (values[1].imag != 0).sum() == 2

@@ -41,19 +41,16 @@ def lagged(model, size):
 FRONT_LOAD = BICYCLE.static_loads[1]
 
 
-@pytest.mark.parametrize(
-    ("factor", "stiffness"),
-    [
-        (lambda model, size: size, SIZE),
-        (lambda model, size: sp.Piecewise((size, size > 2), (0, True)), SIZE),
-        (lambda model, size: sp.Piecewise((0, size > 2), (size, True)), 0.0),
-        (lambda model, size: sp.sqrt(size) * sp.exp(-size) + sp.Max(size, 4), SIZE**0.5 * np.exp(-SIZE) + 4),
-        (lambda model, size: size / 100 * model.wheels[1].static_load, SIZE / 100 * FRONT_LOAD),
-        (lambda model, size: sp.pi * abs(1 - size), 2 * np.pi),
-        (lambda model, size: ((model.speed + size) ** 2 - model.speed**2) / size - 2 * model.speed, SIZE),
-        (lambda model, size: model.speed * (size / model.speed), SIZE),
-    ],
-)
+@pytest.mark.parametrize(("factor", "stiffness"), [
+    (lambda model, size: size, SIZE),
+    (lambda model, size: sp.Piecewise((size, size > 2), (0, True)), SIZE),
+    (lambda model, size: sp.Piecewise((0, size > 2), (size, True)), 0.0),
+    (lambda model, size: sp.sqrt(size) * sp.exp(-size) + sp.Max(size, 4), SIZE**0.5 * np.exp(-SIZE) + 4),
+    (lambda model, size: size / 100 * model.wheels[1].static_load, SIZE / 100 * FRONT_LOAD),
+    (lambda model, size: sp.pi * abs(1 - size), 2 * np.pi),
+    (lambda model, size: ((model.speed + size) ** 2 - model.speed**2) / size - 2 * model.speed, SIZE),
+    (lambda model, size: model.speed * (size / model.speed), SIZE),
+])  # fmt: skip
 def test_a_spring_may_be_written_in_many_ways(factor, stiffness):
     own = Model(BICYCLE, effect(steer(factor))).linear_model()
     known = Model(BICYCLE, effect_class("steer_spring")(stiffness=stiffness)).linear_model()
@@ -86,25 +83,22 @@ def test_a_motor_may_be_told_what_the_tyre_does():
     np.testing.assert_allclose(one.eigenvalues(6.0), other.eigenvalues(6.0), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("add", "words"),
-    [
-        (steer(lambda model, size: size * model.speed**3), r"the rate of the state '\w+' depend on speed\^3; equ"),
-        (steer(lambda model, size: size / model.speed**2), r"depend on speed\^-2; equations hold v\^-1 to v\^2 only"),
-        (steer(lambda model, size: sp.sqrt(model.speed)), r"depends on the speed as sqrt\(v\) does; equations hold"),
-        (steer(lambda model, size: model.steer.angle), "which is not linear in 'steer'; give what is left of it"),
-        (steer(lambda model, size: model.lean.rate), "which is not linear in '.*'; give what is left of it for small"),
-        (steer(lambda model, size: size * sp.Symbol("own")), "puts 'own' where only parameters of bicycle and effects"),
-        (lambda model, size: model.add_inertia(model.steer, model.speed * model.lean.angle), "puts '.*' where only"),
-        (lambda model, size: model.add_input("lean_torque", unit="N m"), "the name 'lean_torque' of an input is taken"),
-        (lambda model, size: model.motor.tell(size * model.motor.command), "makes the steer motor command depend on i"),
-        (lagged, "rate of the state 'lagged' depends on a side force, of which held contacts know nothing; give its e"),
-        (
-            lambda model, size: model.add_torque(model.steer, size * model.speed * model.wheels[1].side_force),
-            "an effect takes a side force times a power of the speed; with held contacts it must not",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("add", "words"), [
+    (steer(lambda model, size: size * model.speed**3), r"the rate of the state '\w+' depend on speed\^3; equ"),
+    (steer(lambda model, size: size / model.speed**2), r"depend on speed\^-2; equations hold v\^-1 to v\^2 only"),
+    (steer(lambda model, size: sp.sqrt(model.speed)), r"depends on the speed as sqrt\(v\) does; equations hold"),
+    (steer(lambda model, size: model.steer.angle), "which is not linear in 'steer'; give what is left of it"),
+    (steer(lambda model, size: model.lean.rate), "which is not linear in '.*'; give what is left of it for small"),
+    (steer(lambda model, size: size * sp.Symbol("own")), "puts 'own' where only parameters of bicycle and effects"),
+    (lambda model, size: model.add_inertia(model.steer, model.speed * model.lean.angle), "puts '.*' where only"),
+    (lambda model, size: model.add_input("lean_torque", unit="N m"), "the name 'lean_torque' of an input is taken"),
+    (lambda model, size: model.motor.tell(size * model.motor.command), "makes the steer motor command depend on i"),
+    (lagged, "rate of the state 'lagged' depends on a side force, of which held contacts know nothing; give its e"),
+    (
+        lambda model, size: model.add_torque(model.steer, size * model.speed * model.wheels[1].side_force),
+        "an effect takes a side force times a power of the speed; with held contacts it must not",
+    ),
+])  # fmt: skip
 def test_what_the_equations_cannot_hold_is_refused(add, words):
     with pytest.raises(InputError, match=words):
         Model(BICYCLE, effect(add)).linear_model()

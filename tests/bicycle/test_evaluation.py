@@ -21,11 +21,9 @@ def larger(parts):
         st.lists(parts, min_size=2, max_size=5).map(lambda terms: sp.Add(*terms)),
         st.lists(parts, min_size=2, max_size=5).map(lambda factors: sp.Mul(*factors)),
         st.tuples(parts, st.sampled_from([1, 2, 3])).map(lambda pair: pair[0] ** pair[1]),
-        parts.map(lambda part: 1 / (part**2 + 1)),
-        parts.map(lambda part: sp.sqrt(part**2 + 2)),
-        parts.map(sp.sin),
+        parts.map(lambda part: 1 / (part**2 + 1)), parts.map(lambda part: sp.sqrt(part**2 + 2)), parts.map(sp.sin),
         st.tuples(parts, parts).map(lambda pair: sp.Max(*pair)),
-    )
+    )  # fmt: skip
 
 
 @given(
@@ -53,26 +51,23 @@ def bound(expression, values):
     return inner + abs(float(expression.evalf(subs=dict(zip(SYMBOLS, values, strict=True)))))
 
 
-@pytest.mark.parametrize(
-    ("expression", "value"),
-    [
-        (sp.Piecewise((X, X > 2), (Y, True)), 3.0),
-        (sp.Piecewise((X, X * Y > 7), (Y * Z, True)), 15.0),
-        (abs(Y - Z), 2.0),
-        (X**-2, 0.25),
-        (-X - Y, -5.0),
-        (-X * Y / Z, -1.2),
-        (1 / (X - Y), -1.0),
-        (sp.sqrt(X + sp.Integer(7)), 3.0),
-        (Z ** sp.Rational(-1, 2), 5**-0.5),
-        (sp.atan2(X - 1, Y - 2), math.pi / 4),
-        (sp.sin(1), math.sin(1)),
-        (sp.oo, math.inf),
-        (-sp.oo, -math.inf),
-        (sp.S.Zero, 0.0),
-        (sp.sqrt(2) * X, 2 * math.sqrt(2)),
-    ],
-)
+@pytest.mark.parametrize(("expression", "value"), [
+    (sp.Piecewise((X, X > 2), (Y, True)), 3.0),
+    (sp.Piecewise((X, X * Y > 7), (Y * Z, True)), 15.0),
+    (abs(Y - Z), 2.0),
+    (X**-2, 0.25),
+    (-X - Y, -5.0),
+    (-X * Y / Z, -1.2),
+    (1 / (X - Y), -1.0),
+    (sp.sqrt(X + sp.Integer(7)), 3.0),
+    (Z ** sp.Rational(-1, 2), 5**-0.5),
+    (sp.atan2(X - 1, Y - 2), math.pi / 4),
+    (sp.sin(1), math.sin(1)),
+    (sp.oo, math.inf),
+    (-sp.oo, -math.inf),
+    (sp.S.Zero, 0.0),
+    (sp.sqrt(2) * X, 2 * math.sqrt(2)),
+])  # fmt: skip
 def test_other_expressions(expression, value):
     (found,) = compiled(SYMBOLS, [expression])(2.0, 3.0, 5.0)
     assert found == pytest.approx(value, rel=1e-15)

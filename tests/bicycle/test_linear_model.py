@@ -4,29 +4,30 @@ from threading import get_ident
 
 import numpy as np
 import pytest
+from built import built, effect, linear
 from eigenvalue_sets import assert_same_eigenvalues
 
-from bicycle import LinearModel, Model, effect_class, load_bicycle
+from bicycle import LinearModel, Model
 from bicycle.eigen import BATCH
 from tyre.errors import InputError
 
 RELAXATION = {"cornering_stiffness": {"rear": 6302.5, "front": 6016.1}, "relaxation_length": 0.12}
+SLIP = {"cornering_stiffness": 6000.0}
 
 
 @pytest.fixture(scope="module")
 def whipple():
-    return Model(load_bicycle("benchmark")).linear_model()
+    return linear()
 
 
 @pytest.fixture(scope="module")
 def tyred():
-    return Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**RELAXATION),)).linear_model()
+    return linear(relaxation_length=RELAXATION)
 
 
 @pytest.fixture(scope="module")
 def slipping():
-    slip = effect_class("side_slip")(cornering_stiffness=6000.0)
-    return Model(load_bicycle("benchmark"), (slip,)).linear_model()
+    return linear(side_slip=SLIP)
 
 
 def test_state_matrix_is_linear_in_speed_with_relaxation(tyred):
@@ -60,15 +61,8 @@ def test_eigenvalues_keep_the_shape_of_the_speeds_and_are_sorted(tyred):
     assert (values[1, 2] == tyred.eigenvalues(30.0)).all()
 
 
-def test_control_carries_names_and_poles(tyred):
-    system = tyred.to_control(6.0)
-    assert system.input_labels == ["steer_torque", "lean_torque"]
-    assert system.state_labels == list(tyred.states)
-    assert system.output_labels == list(tyred.outputs)
-    assert_same_eigenvalues(system.poles(), tyred.eigenvalues(6.0), rtol=1e-9, atol=1e-8)
-
-
 def test_control_selects_by_name_and_refuses_unknown_names(tyred):
+    assert tyred.to_control(6.0).input_labels == ["steer_torque", "lean_torque"]
     system = tyred.to_control(6.0, inputs=["rear_slip"], outputs=["yaw_rate", "lean"])
     assert (system.ninputs, system.noutputs) == (1, 2)
     with pytest.raises(InputError, match="unknown input 'torque'; .*known: "):
@@ -93,36 +87,22 @@ def test_imposed_slip_pushes_towards_the_slip(tyred):
     assert rate == pytest.approx(4.0 / 0.12 * 6302.5)
 
 
-def test_a_right_lean_pushes_the_tyre_right():
-    camber = effect_class("camber_thrust")(camber_stiffness=400.0)
-    model = Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**RELAXATION), camber)).linear_model()
-    state, _, _ = model.matrices_at(5.0)
-    gain = state[model.states.index("rear_side_force"), model.states.index("lean")]
-    assert gain == pytest.approx(5.0 / 0.12 * 400.0)
-    without, _, _ = Model(load_bicycle("benchmark"), model_effects()).linear_model().matrices_at(5.0)
-    assert without[model.states.index("rear_side_force"), model.states.index("lean")] == 0
+def test_a_right_lean_pushes_the_tyre_right(tyred):
+    model = linear(relaxation_length=RELAXATION, camber_thrust={"camber_stiffness": 400.0})
+    place = model.states.index("rear_side_force"), model.states.index("lean")
+    assert model.matrices_at(5.0)[0][place] == pytest.approx(5.0 / 0.12 * 400.0)
+    assert tyred.matrices_at(5.0)[0][place] == 0
 
 
-def model_effects():
-    return (effect_class("relaxation_length")(**RELAXATION),)
-
-
-def test_incompatible_effects_are_refused_by_name():
-    bicycle = load_bicycle("benchmark")
-    slip = effect_class("side_slip")(cornering_stiffness=6000.0)
-    with pytest.raises(InputError, match="'side_slip' exclude each other: both are the contact law"):
-        Model(bicycle, (*model_effects(), slip))
-    with pytest.raises(InputError, match="'camber_thrust' needs a tyre force.*under no_slip"):
-        Model(bicycle, (effect_class("camber_thrust")(camber_stiffness=300.0),))
+def test_an_effect_is_refused_the_second_time():
     with pytest.raises(InputError, match="'side_slip' is given twice"):
-        Model(bicycle, (slip, slip))
+        Model("benchmark", [effect("side_slip", **SLIP)] * 2)
 
 
 def test_with_effect_replaces_a_contact_law_and_adds_others():
-    model = Model(load_bicycle("benchmark"), model_effects())
-    damped = model.with_effect(effect_class("steer_damper")(damping=1.0))
+    damped = built(relaxation_length=RELAXATION).with_effect(effect("steer_damper", damping=1.0))
     assert [e.identifier for e in damped.effects] == ["relaxation_length", "steer_damper"]
-    slipping = damped.with_effect(effect_class("side_slip")(cornering_stiffness=6000.0))
+    slipping = damped.with_effect(effect("side_slip", **SLIP))
     assert [e.identifier for e in slipping.effects] == ["side_slip", "steer_damper"]
 
 

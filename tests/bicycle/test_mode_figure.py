@@ -77,6 +77,9 @@ def test_the_legend_says_which_modes_lie_below_the_picture():
     assert {True, False} == set(seen.values())
     words = [text.get_text() for text in frequency.get_legend().get_texts()]
     assert words == [name if shown else f"{name} (out of view)" for name, shown in seen.items()]
+    every = np.concatenate(found.eigenvalues)
+    fastest = every[every.real >= low].imag.max() / (2 * np.pi)
+    assert max(fastest, 0.5) <= frequency.get_ylim()[1] < 1.2 * max(fastest, 0.5)
 
 
 def test_what_is_unstable_is_pale(found):
@@ -121,6 +124,8 @@ def test_a_line_ends_where_two_modes_exchange_character():
     found = modes(model, np.arange(3.0, 25.0, 0.5))
     exchanges = [e.speed for e in found.events if e.kind == "exchange" and set(e.modes) == {"weave", "wobble"}]
     assert exchanges
+    near = modes(model, exchanges[0] + np.array([-0.25, 0.25])).events
+    assert [e.modes for e in near if e.kind == "exchange"] == [("weave", "wobble")]
     real = Figure().add_subplot()
     found.plot((Figure().add_subplot(), real))
     for line in real.get_lines():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from built import built, effect
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, effect_class, load_bicycle
@@ -11,16 +12,13 @@ from bicycle.eigen import eigenvalues
 from bicycle.model_family import ModelFamily
 from tyre.errors import InputError
 
-TYRE = effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)
+TYRE = effect("relaxation_length", cornering_stiffness=6000.0, relaxation_length=0.1)
+RELAXED = Model("benchmark", TYRE)
 MODELS = {
-    "no slip": Model(load_bicycle("benchmark")),
-    "side slip": Model(load_bicycle("benchmark"), (effect_class("side_slip")(cornering_stiffness=6000.0),)),
-    "relaxation": Model(load_bicycle("benchmark"), (TYRE,)),
-    "drag": Model(
-        load_bicycle("benchmark"), (TYRE, effect_class("aerodynamic_drag")(drag_area=0.6, centre_of_pressure_z=-1.1))
-    ),
-}
-SWITCHING = Model(load_bicycle("benchmark"), (TYRE, effect_class("steer_assist")(gain=8.0, fade_speed=6.0)))
+    "no slip": built(), "side slip": built(side_slip={"cornering_stiffness": 6000.0}), "relaxation": RELAXED,
+    "drag": RELAXED.with_effect(effect("aerodynamic_drag", drag_area=0.6, centre_of_pressure_z=-1.1)),
+}  # fmt: skip
+SWITCHING = RELAXED.with_effect(effect("steer_assist", gain=8.0, fade_speed=6.0))
 MASSES, TRAILS = np.linspace(60, 100, 5), np.linspace(0.03, 0.1, 5)
 
 
@@ -61,7 +59,7 @@ def test_a_model_is_built_again_from_its_own_numbers():
 
 
 def test_numbers_go_where_they_belong():
-    family = ModelFamily(MODELS["relaxation"])
+    family = ModelFamily(RELAXED)
     both = family.with_values({"relaxation_length.cornering_stiffness": 5000.0, "rF": 0.33})
     assert both.parameters["relaxation_length.cornering_stiffness.rear"] == 5000.0
     assert both.parameters["relaxation_length.cornering_stiffness.front"] == 5000.0
@@ -73,8 +71,7 @@ def test_numbers_go_where_they_belong():
 
 def test_what_is_tied_follows_until_it_is_given():
     """The axis of front_compliance is perpendicular to the steer axis unless a tilt is given."""
-    front = effect_class("front_compliance")(stiffness=3000.0, damping=15.0, joint_x=0.8, joint_z=-0.85)
-    family = ModelFamily(Model(load_bicycle("benchmark"), (TYRE, front)))
+    family = ModelFamily(RELAXED.with_effect(effect("front_compliance", joint_x=0.8, joint_z=-0.85)))
     follower = "front_compliance.axis_tilt"
     tilted = family.with_values({"lam": 0.4})
     assert tilted.parameters[follower] == 0.4
@@ -92,44 +89,41 @@ def test_effects_without_numbers_take_them_from_the_call():
     values = family.values(TYRE.values({}))
     speeds = np.array([[3.0, 9.0]])
     system = family.descriptor(values, speeds)(speeds)
-    expected = MODELS["relaxation"].linear_model().state_matrix(speeds[0])
+    expected = RELAXED.linear_model().state_matrix(speeds[0])
     np.testing.assert_allclose(np.linalg.solve(system.mass, system.dynamics)[0], expected, rtol=1e-11, atol=1e-9)
     assert effect_of(tyre, values) == TYRE
 
 
 def test_an_impossible_mass_matrix_is_marked_and_leaves_the_others_alone():
-    family, numbers = ModelFamily(MODELS["relaxation"], ("IBxx",)), {"IBxx": np.array([9.2, -200.0, 9.2])}
+    family, numbers = ModelFamily(RELAXED, ("IBxx",)), {"IBxx": np.array([9.2, -200.0, 9.2])}
     polynomial, refused = family.polynomials(numbers, 3)
     assert refused.tolist() == [False, True, False]
     assert family.without_mass(numbers, 3).tolist() == [False, True, False]
     roots = eigenvalues(polynomial(np.array([[5.0]])))
     np.testing.assert_array_equal(roots[0], roots[2])
-    assert_same_eigenvalues(roots[0, 0], MODELS["relaxation"].linear_model().eigenvalues(5.0), rtol=1e-9)
+    assert_same_eigenvalues(roots[0, 0], RELAXED.linear_model().eigenvalues(5.0), rtol=1e-9)
     with pytest.raises(InputError, match="IBxx = -200: the mass matrix is not positive definite; take another range"):
         family.state_matrices(numbers, [[5.0]])
 
 
 def test_an_unknown_key_is_refused_with_the_nearest_match():
     with pytest.raises(InputError, match=r"unknown parameter 'relaxation_length\.cornering_stifness'.*cornering_stiff"):
-        ModelFamily(MODELS["relaxation"], ("c", "relaxation_length.cornering_stifness"))
+        ModelFamily(RELAXED, ("c", "relaxation_length.cornering_stifness"))
 
 
 def test_the_answer_to_a_harmonic_torque_is_that_of_one_model_at_a_time():
-    family = ModelFamily(MODELS["relaxation"])
+    family = ModelFamily(RELAXED)
     columns = {key: np.reshape(value, (-1, 1)) for key, value in (family.base | {"c": TRAILS}).items()}
     speeds = np.full((5, 2), [4.0, 8.0])
     system = family.descriptor(columns, speeds)(speeds)
     omega, symbolic = np.array([3.0, 20.0]), family.evaluate.symbolic
-    gains = system.frequency_response(
-        omega, inputs=[symbolic.inputs.index("steer_torque")], outputs=[symbolic.outputs.index("steer")]
-    )
-    torque = symbolic.inputs.index("steer_torque")
+    torque, steer = symbolic.inputs.index("steer_torque"), symbolic.outputs.index("steer")
+    gains = system.frequency_response(omega, inputs=[torque], outputs=[steer])
     for k, trail in enumerate(TRAILS):
         state, push, seen = family.with_values({"c": trail}).linear_model().matrices_at(8.0)
         for f, w in enumerate(omega):
             answer = np.linalg.solve(1j * w * np.eye(len(state)) - state, push[:, torque])
-            expected = seen[symbolic.outputs.index("steer")] @ answer
-            assert gains[k, 1, f, 0, 0] == pytest.approx(expected, rel=1e-10)
+            assert gains[k, 1, f, 0, 0] == pytest.approx(seen[steer] @ answer, rel=1e-10)
 
 
 def test_responses_about_the_first_are_the_responses_to_first_order():
@@ -152,21 +146,18 @@ def test_responses_about_the_first_are_the_responses_to_first_order():
 
 def test_feedback_of_an_output_is_a_spring():
     """A steer torque proportional to steer is what the effect steer_spring adds."""
-    family = ModelFamily(MODELS["relaxation"])
-    symbolic, speeds = family.evaluate.symbolic, np.array([[7.0]])
-    system = family.descriptor(family.base, speeds).with_feedback(
-        input=symbolic.inputs.index("steer_torque"), output=symbolic.outputs.index("steer"), gain=np.array(-12.0)
-    )(speeds)
-    sprung = MODELS["relaxation"].with_effect(effect_class("steer_spring")(stiffness=12.0)).linear_model()
-    np.testing.assert_allclose(
-        np.linalg.solve(system.mass, system.dynamics)[0, 0], sprung.state_matrix(7.0), rtol=1e-11, atol=1e-9
-    )
+    family, speeds = ModelFamily(RELAXED), np.array([[7.0]])
+    names = family.evaluate.symbolic
+    place = {"input": names.inputs.index("steer_torque"), "output": names.outputs.index("steer")}
+    system = family.descriptor(family.base, speeds).with_feedback(**place, gain=np.array(-12.0))(speeds)
+    sprung = RELAXED.with_effect(effect("steer_spring", stiffness=12.0)).linear_model().state_matrix(7.0)
+    np.testing.assert_allclose(np.linalg.solve(system.mass, system.dynamics)[0, 0], sprung, rtol=1e-11, atol=1e-9)
 
 
 def test_a_family_in_which_every_number_varies_is_its_bicycles():
-    family = ModelFamily(MODELS["no slip"], keys := tuple(load_bicycle("benchmark").values))
-    numbers = {key: load_bicycle("benchmark")[key] * np.array([1.0, 1.01]) for key in keys}
-    roots = eigenvalues(family.polynomials(numbers, 2)[0](np.array([[5.0]])))
+    bicycle = load_bicycle("benchmark")
+    numbers = {key: value * np.array([1.0, 1.01]) for key, value in bicycle.values.items()}
+    roots = eigenvalues(ModelFamily(MODELS["no slip"], tuple(numbers)).polynomials(numbers, 2)[0](np.array([[5.0]])))
     for k in range(2):
-        alone = Model(load_bicycle("benchmark").replace(**{key: float(x[k]) for key, x in numbers.items()}))
+        alone = Model(bicycle.replace(**{key: float(x[k]) for key, x in numbers.items()}))
         assert_same_eigenvalues(roots[k, 0], alone.linear_model().eigenvalues(5.0), rtol=1e-9)

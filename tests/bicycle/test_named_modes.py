@@ -1,14 +1,16 @@
 """Named modes: complete, the same whatever else is asked, and what the literature calls them."""
 
 import json
+import re
 
 import numpy as np
 import pytest
+from built import built
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from bicycle import Bicycle, Model, available_bicycles, effect_class, load_bicycle
+from bicycle import Bicycle, available_bicycles, load_bicycle
 from bicycle.critical import critical_speeds
 from bicycle.model_file import build_model
 from bicycle.named_modes import modes
@@ -19,12 +21,13 @@ C_110 = 110 * 180 / np.pi  # N/rad, a tyre of 110 N/deg
 RELAXED = {"cornering_stiffness": C_110, "relaxation_length": 0.12}
 FLEXIBLE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
 EFFECTS = [
-    {},
-    {"side_slip": {"cornering_stiffness": C_110}},
-    {"relaxation_length": RELAXED},
+    {}, {"side_slip": {"cornering_stiffness": C_110}}, {"relaxation_length": RELAXED},
     {"relaxation_length": RELAXED, "camber_thrust": {"camber_stiffness": 400.0}, "pneumatic_trail": {"trail": 0.02}},
     {"relaxation_length": RELAXED, "front_compliance": FLEXIBLE},
-]
+]  # fmt: skip
+
+
+TYRE_NAMES = {"weave", "wobble", "capsize", "castering", "rear_tyre"}
 
 
 def all_values(found):
@@ -78,15 +81,10 @@ def test_random_bicycles_no_root_lost_or_doubled_and_names_do_not_depend_on_the_
                 np.testing.assert_allclose(here[:, :width], found.branches[name][:, :width], rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("effects", "names"),
-    [
-        (EFFECTS[0], {"weave", "capsize", "castering"}),
-        (EFFECTS[2], {"weave", "wobble", "capsize", "castering", "rear_tyre"}),
-        (EFFECTS[4], {"weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance"}),
-    ],
-    ids=["no_slip", "relaxation", "compliance"],
-)
+@pytest.mark.parametrize(("effects", "names"), [
+    (EFFECTS[0], {"weave", "capsize", "castering"}),
+    (EFFECTS[2], TYRE_NAMES), (EFFECTS[4], TYRE_NAMES | {"front_compliance"}),
+], ids=["no_slip", "relaxation", "compliance"])  # fmt: skip
 def test_names_of_the_benchmark_and_of_a_ridden_track_bicycle(tyred, effects, names):
     for bicycle in ("benchmark", "pista_charlie_drops"):
         found = modes(tyred(bicycle, **effects), [4.0, 8.0, 12.0])
@@ -152,10 +150,9 @@ def test_identity_is_lost_only_while_roots_of_two_modes_are_a_pair(tyred):
         assert said["capsize"][k][0] > said["castering"][k][0]  # the slower one
     merge, split = [event for event in found.events if event.modes == ("capsize", "castering")]
     assert (merge.kind, split.kind) == ("merge", "split")
-    assert "two real roots of capsize and castering meet at -" in str(merge)
-    assert "and become the pair capsize+castering" in str(merge)
-    assert "the pair capsize+castering splits at -" in str(split)
-    assert "into two real roots of capsize and castering" in str(split)
+    told = r"two real roots of capsize and castering meet at -.* and become the pair capsize\+castering"
+    assert re.search(told, str(merge))
+    assert re.search(r"the pair capsize\+castering splits at -.* into two real roots of capsize and cast", str(split))
 
 
 def test_after_a_meeting_the_pair_is_weave_and_the_real_root_capsize(tyred):
@@ -173,20 +170,14 @@ def on_tyre(bicycle, tyre, pressure, law="relaxation_length", **effects):
     return build_model({"bicycle": bicycle, "effects": contact | effects}).linear_model()
 
 
-TYRE_NAMES = {"weave", "wobble", "capsize", "castering", "rear_tyre"}
-
-
-@pytest.mark.parametrize(
-    ("law", "tyre", "pressure"),
-    [
-        ("relaxation_length", "Tyre1", 5.5),
-        ("relaxation_length", "Tyre2", 7.5),
-        ("relaxation_length", "Tyre3", 5.5),
-        ("relaxation_length", "Tyre3", 7.5),
-        ("side_slip", "Tyre2", 5.5),
-        ("side_slip", "Tyre3", 7.5),
-    ],
-)
+@pytest.mark.parametrize(("law", "tyre", "pressure"), [
+    ("relaxation_length", "Tyre1", 5.5),
+    ("relaxation_length", "Tyre2", 7.5),
+    ("relaxation_length", "Tyre3", 5.5),
+    ("relaxation_length", "Tyre3", 7.5),
+    ("side_slip", "Tyre2", 5.5),
+    ("side_slip", "Tyre3", 7.5),
+])  # fmt: skip
 def test_the_pair_that_stabilises_next_to_whipples_weave_speed_is_weave(tyred, law, tyre, pressure):
     """Overdamped pairs of this bicycle's tyres split and merge around 6 to 10 m/s and were once taken for weave."""
     whipple = [c for c in critical_speeds(tyred("pista")) if c.kind == "oscillatory"]
@@ -261,9 +252,8 @@ def test_two_pairs_swap_their_names_where_they_exchange_character(tyred):
     assert "exchange character" in str(exchange)
     at = exchange.speed
     found = modes(model, [at - 0.01, at + 0.01])
-    best = [
-        {name.split("+")[0]: rows[k, 0] for name, rows in found.branches.items() if rows[k, 0].imag > 0} for k in (0, 1)
-    ]
+    branches = [(name.split("+")[0], rows) for name, rows in found.branches.items()]
+    best = [{name: rows[k, 0] for name, rows in branches if rows[k, 0].imag > 0} for k in (0, 1)]
     for one, other in (("wobble", "rear_tyre"), ("rear_tyre", "wobble")):
         assert best[0][one] == pytest.approx(best[1][other], rel=0.01)
 
@@ -330,14 +320,12 @@ POWERS = {  # of length, mass and time
 def test_other_units_of_length_mass_and_time_change_nothing_physical(length, mass, time, damping):
     def build(unit):
         values = load_bicycle("benchmark").values
-        tyre = {"cornering_stiffness": C_110 * unit["N/rad"], "relaxation_length": 0.12 * unit["m"]}
-        camber = {"camber_stiffness": 300.0 * unit["N/rad"], "lag_share": 0.7}
-        tables = {
-            "relaxation_length": tyre, "camber_thrust": camber, "pneumatic_trail": {"trail": 0.02 * unit["m"]},
-            "steer_damper": {"damping": damping * unit["N m s/rad"]},
-        }  # fmt: skip
-        effects = tuple(effect_class(name)(**table) for name, table in tables.items())
-        return Model(Bicycle("scaled", {key: values[key] * unit[UNITS[key]] for key in UNITS}), effects)
+        return built(
+            Bicycle("scaled", {key: values[key] * unit[UNITS[key]] for key in UNITS}),
+            relaxation_length={"cornering_stiffness": C_110 * unit["N/rad"], "relaxation_length": 0.12 * unit["m"]},
+            camber_thrust={"camber_stiffness": 300.0 * unit["N/rad"], "lag_share": 0.7},
+            pneumatic_trail={"trail": 0.02 * unit["m"]}, steer_damper={"damping": damping * unit["N m s/rad"]},
+        )  # fmt: skip
 
     v = np.array([1.0, 5.0, 12.0, 25.0])
     scaled = {name: length**a * mass**b * time**c for name, (a, b, c) in POWERS.items()}

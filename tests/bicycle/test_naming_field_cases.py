@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from built import built
 
 from bicycle import Bicycle, Model, load_bicycle, modes
 from bicycle.critical import critical_speeds
-from bicycle.model_file import build_model, read_model
+from bicycle.model_file import read_model
 from studies.cli import main
 from tyre.errors import InputError
 
@@ -31,9 +32,10 @@ def test_a_demand_on_wobble_binds_the_root_that_was_called_rear_tyre(tmp_path, m
     assert fast[(fast.imag > 2 * np.pi * 8)].real.max() < 0
 
 
-@pytest.mark.parametrize(
-    "words", ["critical", "modes --speeds 5:45:5", "sensitivity --mode wobble --speed 40", "uncertainty --samples 20"]
-)
+COMMANDS = "critical", "modes --speeds 5:45:5", "sensitivity --mode wobble --speed 40", "uncertainty --samples 20"
+
+
+@pytest.mark.parametrize("words", COMMANDS)
 def test_commands_tell_where_modes_exchange_character(words, tmp_path, monkeypatch, capsys):
     """The 12 Hz pair was a tyre's at low speed, so somewhere below 39.4 m/s it becomes wobble."""
     monkeypatch.chdir(tmp_path)
@@ -47,11 +49,8 @@ def test_commands_tell_where_modes_exchange_character(words, tmp_path, monkeypat
 
 @pytest.mark.parametrize("cornering", [8500.0, 10000.0, 12000.0])
 def test_the_growing_pair_about_the_steer_axis_is_wobble_on_stiff_tyres_too(cornering):
-    tables = {
-        "relaxation_length": {"cornering_stiffness": cornering, "relaxation_length": 0.14},
-        "camber_thrust": {"camber_stiffness": 474.3, "lag_share": 1.0},
-    }
-    model = build_model({"bicycle": "benchmark", "effects": tables})
+    tyre = {"cornering_stiffness": cornering, "relaxation_length": 0.14}
+    model = built(relaxation_length=tyre, camber_thrust={"camber_stiffness": 474.3, "lag_share": 1.0})
     (last,) = [c for c in critical_speeds(model) if c.speed > 20 and c.destabilising]
     assert last.mode == "wobble"
     assert last.frequency_hz == pytest.approx(12.02 * np.sqrt(cornering / 8279), rel=0.05)  # C x trail is its spring

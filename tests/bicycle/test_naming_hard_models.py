@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from built import linear
 
-from bicycle import Model, critical_speeds, effect_class, load_bicycle, modes
+from bicycle import critical_speeds, load_bicycle, modes
 
 CASES = json.loads((Path(__file__).parent / "hard_models.json").read_text())
 
 
 def drawn(case):
-    effects = tuple(effect_class(name)(**table) for name, table in case["effects"].items())
-    return Model(load_bicycle("benchmark").replace(**case["bicycle"]), effects).linear_model()
+    return linear(load_bicycle("benchmark").replace(**case["bicycle"]), **case["effects"])
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)

@@ -9,8 +9,9 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from built import built
 
-from bicycle import Model, critical_speeds, effect_class, load_bicycle, modes
+from bicycle import critical_speeds, load_bicycle, modes
 from tyre.errors import InputError
 
 DAMPER = 1e-4  # N m s/rad
@@ -19,15 +20,11 @@ HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.8, "joint_z": -0.85}
 RIDER = {"mass": 40.0, "x": 0.35, "z": -1.2, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9, "stiffness": 1500.0}
 
 
-def built(bicycle, effects):
-    return Model(bicycle, tuple(effect_class(name)(**table) for name, table in effects.items()))
-
-
 def damped(bicycle, effects):
     """The model as it is, and with a little more steer damping."""
     damper = {"damping": effects.get("steer_damper", {}).get("damping", 0.0) + DAMPER}
     both = effects, effects | {"steer_damper": damper}
-    return tuple(built(bicycle, table).linear_model() for table in both)
+    return tuple(built(bicycle, **table).linear_model() for table in both)
 
 
 def upper(model, speed):
@@ -59,16 +56,15 @@ def random_bicycles(seed, count, **effects):
     while made < count:
         base = load_bicycle(("benchmark", "pista_rider", "browser", "rigid_rider", "pista_charlie_drops")[made % 5])
         try:
-            bicycle = base.replace(
-                **{key: x * (1 + rng.uniform(-0.15, 0.15)) for key, x in base.values.items() if key != "g"}
-            )
-            stiffness = {wheel: rng.uniform(8, 25) * load for wheel, load in zip(
-                ("rear", "front"), bicycle.static_loads, strict=True)}  # fmt: skip
+            off = {key: x * (1 + rng.uniform(-0.15, 0.15)) for key, x in base.values.items() if key != "g"}
+            bicycle = base.replace(**off)
+            rear, front = (rng.uniform(8, 25) * load for load in bicycle.static_loads)
+            stiffness = {"rear": rear, "front": front}
             tyre = {"cornering_stiffness": stiffness, "relaxation_length": rng.uniform(0.03, 0.25)}
             table = {"relaxation_length": tyre} | effects
             if rng.uniform() < 0.5:
                 table["camber_thrust"] = {"camber_stiffness": rng.uniform(200, 600), "lag_share": rng.uniform()}
-            built(bicycle, table)
+            built(bicycle, **table)
         except InputError:
             continue
         made += 1
@@ -95,11 +91,9 @@ def judged(seed, count, speeds=SPEEDS, **effects):
     return told
 
 
-@pytest.mark.parametrize(
-    ("seed", "count", "effects"),
-    [(20, 40, {}), (21, 20, {"front_compliance": HINGE})],
-    ids=["eight states", "flexible front"],
-)
+@pytest.mark.parametrize(("seed", "count", "effects"), [
+    (20, 40, {}), (21, 20, {"front_compliance": HINGE}),
+], ids=["eight states", "flexible front"])  # fmt: skip
 def test_wobble_is_the_pair_that_a_steer_damper_moves_most(seed, count, effects):
     told = judged(seed, count, **effects)
     assert told["points"] > 0.5 * count * len(SPEEDS)
@@ -111,8 +105,7 @@ def test_wobble_is_the_pair_that_a_steer_damper_moves_most(seed, count, effects)
 def test_the_case_of_twelve_hertz_is_wobble():
     tyre = {"cornering_stiffness": 8279.0, "relaxation_length": 0.142}
     camber = {"camber_stiffness": 474.3, "lag_share": 1.0}
-    effects = {"relaxation_length": tyre, "camber_thrust": camber}
-    model = built(load_bicycle("benchmark"), effects)
+    model = built(relaxation_length=tyre, camber_thrust=camber)
     (wobble,) = [c for c in critical_speeds(model) if c.speed > 30.0]
     assert (wobble.mode, wobble.direction) == ("wobble", "destabilising")
     assert wobble.speed == pytest.approx(39.392, abs=5e-4)
@@ -141,7 +134,7 @@ def test_rigid_bicycles_that_roll_without_slip_have_no_wobble(changes, seed):
     rng = np.random.default_rng(seed)
     base = load_bicycle("benchmark").replace(**changes)
     moved = {key: x * (1 + 0.1 * rng.uniform(-1, 1) * (seed > 0)) for key, x in base.values.items() if key != "g"}
-    found = modes(built(base.replace(**moved), {}), np.linspace(0.0, 15.0, 40))
+    found = modes(built(base.replace(**moved)), np.linspace(0.0, 15.0, 40))
     assert {part for name in found.names for part in name.split("+")} <= {"weave", "capsize", "castering"}
 
 
@@ -165,7 +158,7 @@ def test_odd_bicycles_on_tyres_have_every_root_once_and_the_wobble_of_the_damper
 def test_weave_is_the_slow_pair_and_capsize_the_slowest_real_root_of_an_ordinary_bicycle():
     """From 8 m/s on: weave is below 5 Hz, capsize slower than 5 1/s."""
     for bicycle, table in random_bicycles(30, 15):
-        found = modes(built(bicycle, table), np.linspace(8.0, 20.0, 7))
+        found = modes(built(bicycle, **table), np.linspace(8.0, 20.0, 7))
         assert np.nanmax(found.frequency("weave")) < 5.0
         capsize = found.branch("capsize")[:, 0]
         assert (capsize.imag == 0).all()

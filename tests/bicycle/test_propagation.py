@@ -6,7 +6,7 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.critical import critical_speeds
 from bicycle.parameter_covariance import checked_covariance
-from bicycle.propagation import critical_speed_sd, mode_sd
+from bicycle.propagation import critical_speed_gradients, mode_sd, standard_deviation
 from tyre.errors import InputError
 
 NAMES = ("relaxation_length.relaxation_length.rear", "relaxation_length.relaxation_length.front", "c")
@@ -60,8 +60,9 @@ def test_a_name_without_wheel_is_both_wheels():
     """The same length on both wheels, not known better than 3 mm: rear and front are wholly correlated."""
     here = model(0.1, 0.1)
     critical = critical_speeds(here.linear_model())
-    both = critical_speed_sd(here, critical, ["relaxation_length.relaxation_length"], [[9e-6]])
-    apart = critical_speed_sd(here, critical, NAMES[:2], [[9e-6, 9e-6], [9e-6, 9e-6]])
+    whole = critical_speed_gradients(here, critical, ["relaxation_length.relaxation_length"])
+    both = standard_deviation(whole, [[9e-6]])
+    apart = standard_deviation(critical_speed_gradients(here, critical, NAMES[:2]), [[9e-6, 9e-6], [9e-6, 9e-6]])
     ends = [[c.speed for c in critical_speeds(model(0.1 + h, 0.1 + h).linear_model())] for h in (1e-5, -1e-5)]
     np.testing.assert_allclose(both, np.abs(np.subtract(*ends)) / 2e-5 * 3e-3, rtol=1e-4, atol=1e-7)
     np.testing.assert_allclose(apart, both, rtol=1e-9, atol=1e-12)

@@ -4,12 +4,14 @@ from itertools import pairwise
 
 import control
 import numpy as np
+import pandas as pd
 import pytest
+from built import linear
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from bicycle import Model, effect_class, load_bicycle
+from bicycle import load_bicycle
 from bicycle.inputs import InputHistory, doublet, pulse, step
 from bicycle.responses import frequency_response, modal_response, respond
 from tests.shared.published_bicycle import K0, K2, G
@@ -19,28 +21,13 @@ REAR, FRONT = 6302.5, 6016.1  # N/rad
 START = {"lean": 0.03, "steer_rate": 0.4, "rear_side_force": 20.0}
 
 
-def build(*effects):
-    return Model(
-        load_bicycle("benchmark"), tuple(effect_class(name)(**table) for name, table in effects)
-    ).linear_model()
+LAW = {"cornering_stiffness": {"rear": REAR, "front": FRONT}, "relaxation_length": 0.12}
 
 
 @pytest.fixture(scope="module")
 def tyred():
-    return build(
-        ("relaxation_length", {"cornering_stiffness": {"rear": REAR, "front": FRONT}, "relaxation_length": 0.12}),
-        ("camber_thrust", {"camber_stiffness": 400.0}), ("pneumatic_trail", {"trail": 0.017}),
-    )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def slipping():
-    return build(("side_slip", {"cornering_stiffness": {"rear": REAR, "front": FRONT}}))
-
-
-@pytest.fixture(scope="module")
-def whipple():
-    return build()
+    beside = {"camber_thrust": {"camber_stiffness": 400.0}, "pneumatic_trail": {"trail": 0.017}}
+    return linear(relaxation_length=LAW, **beside)
 
 
 def states_of(model, found):
@@ -84,13 +71,10 @@ def test_samples_of_a_recording_are_joined_by_straight_lines(tyred):
 def test_slip_step_settles_at_cornering_stiffness_times_slip():
     # A bicycle too heavy to be pushed aside stays straight, so its tyre sees the imposed slip alone: F = C alpha
     # after the lag F(t) = C alpha (1 - exp(-v t / lambda)) (Dell'Orto et al., eq. 2, corrected).
-    heavy = load_bicycle("benchmark")
-    heavy = heavy.replace(
-        allow_unusual=True, **{key: 1e9 * heavy[key] for key in heavy.values if key[0] == "I" or key[0] == "m"}
-    )
-    law = effect_class("relaxation_length")(cornering_stiffness={"rear": REAR, "front": FRONT}, relaxation_length=0.12)
+    masses = {key: 1e9 * value for key, value in load_bicycle("benchmark").values.items() if key[0] in "Im"}
+    heavy = linear(load_bicycle("benchmark").replace(allow_unusual=True, **masses), relaxation_length=LAW)
     time = np.linspace(0.0, 0.5, 26)
-    found = respond(Model(heavy, (law,)).linear_model(), speed=4.0, time=time, inputs={"rear_slip": step(0.01)})
+    found = respond(heavy, speed=4.0, time=time, inputs={"rear_slip": step(0.01)})
     expected = 0.01 * REAR * (1 - np.exp(-4.0 * time / 0.12))
     assert np.allclose(found.outputs["rear_side_force"], expected, rtol=1e-5, atol=1e-5)
     assert np.abs(found.outputs["front_side_force"]).max() < 1e-3
@@ -99,9 +83,9 @@ def test_slip_step_settles_at_cornering_stiffness_times_slip():
 def test_steady_turn_of_the_whipple_bicycle_holds_its_balance():
     # K steady = T (Meijaard et al. 2007, eq. 5.3): (g K0 + v^2 K2) [lean, steer] = [0, steer torque], at a stable speed
     expected = np.linalg.solve(G * K0 + 5.0**2 * K2, [0.0, 0.2])
-    found = respond(build(), speed=5.0, time=[0.0, 60.0], inputs={"steer_torque": step(0.2)})
+    found = respond(linear(), speed=5.0, time=[0.0, 60.0], inputs={"steer_torque": step(0.2)})
     assert [found.outputs["lean"][1], found.outputs["steer"][1]] == pytest.approx(expected.tolist(), rel=1e-7)
-    static = frequency_response(build(), speed=5.0, input="steer_torque", frequency_hz=[1e-9])
+    static = frequency_response(linear(), speed=5.0, input="steer_torque", frequency_hz=[1e-9])
     assert static.outputs["steer"][0].real == pytest.approx(expected[1] / 0.2, rel=1e-7)
 
 
@@ -110,9 +94,8 @@ def test_path_integrates_yaw_rate_and_lateral_velocity(tyred):
     found = respond(tyred, speed=6.0, time=time, initial=START)
     yaw, y = found.outputs["yaw"], found.outputs["rear_lateral_displacement"]
     assert np.allclose(np.gradient(yaw, time)[1:-1], found.outputs["yaw_rate"][1:-1], atol=2e-4)
-    assert np.allclose(
-        np.gradient(y, time)[1:-1], (found.outputs["rear_lateral_velocity"] + 6.0 * yaw)[1:-1], atol=2e-4
-    )
+    sideways = found.outputs["rear_lateral_velocity"] + 6.0 * yaw
+    assert np.allclose(np.gradient(y, time)[1:-1], sideways[1:-1], atol=2e-4)
 
 
 @settings(max_examples=15)
@@ -121,10 +104,8 @@ def test_superposition_and_restart(tyred, speed, a, b, split):
     time = np.array([0.0, split, 1.0])
     torque, force = {"steer_torque": step(a)}, {"lateral_force": pulse(30 * b, start=0.2, duration=0.3)}
     both = respond(tyred, speed=speed, time=time, initial=START, inputs={**torque, **force})
-    parts = [
-        respond(tyred, speed=speed, time=time, **given)
-        for given in ({"initial": START}, {"inputs": torque}, {"inputs": force})
-    ]
+    alone = {"initial": START}, {"inputs": torque}, {"inputs": force}
+    parts = [respond(tyred, speed=speed, time=time, **given) for given in alone]
     middle = {name: both.outputs[name][1] for name in tyred.states}
     again = respond(tyred, speed=speed, time=time[1:], initial=middle, inputs={**torque, **force})
     for name in tyred.states:
@@ -155,11 +136,8 @@ def test_frequency_response_agrees_with_control(tyred):
 
 
 def test_csv_has_units_and_all_digits(tyred, tmp_path):
-    import pandas as pd
-
-    found = respond(
-        tyred, speed=6.0, time=np.arange(5) / 3, initial=START, inputs={"steer_torque": step(1 / 3, start=0.5)}
-    )
+    torque = {"steer_torque": step(1 / 3, start=0.5)}
+    found = respond(tyred, speed=6.0, time=np.arange(5) / 3, initial=START, inputs=torque)
     found.to_csv(tmp_path / "r.csv")
     table = pd.read_csv(tmp_path / "r.csv")
     assert list(table)[:2] == ["time_s", "lean_rad"]
@@ -183,18 +161,15 @@ def test_large_motion_and_fall_are_reported(tyred):
     assert len(calm.until_fall().time) == 2
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"initial": {"leam": 1.0}}, "unknown state 'leam'; did you mean 'lean'"),
-        ({"initial": {"lean": np.nan}}, "initial lean = nan rad must be finite"),
-        ({"inputs": {"steer_torqe": step(1.0)}}, "unknown input 'steer_torqe'; did you mean 'steer_torque'"),
-        ({"time": [0.0, 0.0]}, "finite, increasing instants"),
-        ({"time": []}, "finite, increasing instants"),
-        ({"time": [0.0, 1e5], "speed": 1.0}, "grows beyond all numbers within 100000 s; take less time"),
-        ({"speed": -1.0}, "speed -1 m/s is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"initial": {"leam": 1.0}}, "unknown state 'leam'; did you mean 'lean'"),
+    ({"initial": {"lean": np.nan}}, "initial lean = nan rad must be finite"),
+    ({"inputs": {"steer_torqe": step(1.0)}}, "unknown input 'steer_torqe'; did you mean 'steer_torque'"),
+    ({"time": [0.0, 0.0]}, "finite, increasing instants"),
+    ({"time": []}, "finite, increasing instants"),
+    ({"time": [0.0, 1e5], "speed": 1.0}, "grows beyond all numbers within 100000 s; take less time"),
+    ({"speed": -1.0}, "speed -1 m/s is not allowed"),
+])  # fmt: skip
 def test_refused_responses(tyred, changes, words):
     with pytest.raises(InputError, match=words):
         respond(tyred, **{"speed": 6.0, "time": [0.0, 1.0], "initial": START, **changes})
@@ -207,16 +182,13 @@ def test_refused_frequencies_and_inputs(tyred):
         frequency_response(tyred, speed=6.0, input="torque", frequency_hz=[1.0])
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: InputHistory([0.0, 1.0], [1.0]), "an input has 2 times and 1 values; give one value for each time"),
-        (lambda: InputHistory([0.0, np.inf], [1.0, 1.0]), "a time or value that is not finite"),
-        (lambda: InputHistory([1.0, 1.0], [1.0, 2.0]), "the times of an input must increase"),
-        (lambda: pulse(1.0, duration=0.0), "the duration of a pulse is 0 s; it must be positive"),
-        (lambda: doublet(1.0, duration=-1.0), "the duration of a doublet is -1 s; it must be positive"),
-    ],
-)
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: InputHistory([0.0, 1.0], [1.0]), "an input has 2 times and 1 values; give one value for each time"),
+    (lambda: InputHistory([0.0, np.inf], [1.0, 1.0]), "a time or value that is not finite"),
+    (lambda: InputHistory([1.0, 1.0], [1.0, 2.0]), "the times of an input must increase"),
+    (lambda: pulse(1.0, duration=0.0), "the duration of a pulse is 0 s; it must be positive"),
+    (lambda: doublet(1.0, duration=-1.0), "the duration of a doublet is -1 s; it must be positive"),
+])  # fmt: skip
 def test_refused_inputs(make, words):
     with pytest.raises(InputError, match=words):
         make()

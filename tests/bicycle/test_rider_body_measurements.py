@@ -50,27 +50,24 @@ def test_millimetres_and_equal_signs(tmp_path, lines):
     assert "was not weighed" in found.notes[0]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda x: [*x, "Ls9L: 3"], r"me.txt, line 100: unknown measurement 'Ls9L'; did you mean '"),
-        (lambda x: [*x, "Ls1L: 3"], "line 100: Ls1L is given twice"),
-        (lambda x: x[:-2], "2 of 95 measurements missing: Lk9w, Lk6d"),
-        (lambda x: [*x[:-1], "Lk6d: -3"], "Lk6d = -3 must be a positive length"),
-        (lambda x: [*x[:-1], "Lk6d: 5e-324"], "Lk6d = 4.94066e-324 is 0 m; give 0.001 m or more"),
-        (lambda x: [*x[:-1], "Lk6d: 0.05"], "Lk6d = 0.05 is 0.0005 m; give 0.001 m or more"),
-        (lambda x: [*x[:-1], "Lk6d: three"], "Lk6d = 'three' is not a finite number"),
-        (lambda x: [*x, "hello"], "'hello' is no 'key : value'"),
-        (lambda x: x[1:], "measurementconversionfactor is missing or not positive; give metres per unit, 0.01 for cm"),
-        (lambda x: ["measurementconversionfactor: 1", *x[1:]], r"would be 171 m, allowed 0.5 to 2.6; is .* = 1 right"),
-        (lambda x: [x[0], "totalmass: 787", *x[2:]], "totalmass = 787 must lie between 8 and 300 kg"),
-        (
-            lambda x: [line if not line.startswith("Ls0w") else "Ls0w: 60" for line in x],
-            r"perimeter Ls0p and width Ls0w have the ratio 1.633 .*; it must lie between 2 \(flat\) and 3.14 \(round\)",
-        ),
-        (lambda x: [line if not line.startswith("Ls4d") else "Ls4d: 60" for line in x], "Ls4d must be smaller than"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda x: [*x, "Ls9L: 3"], r"me.txt, line 100: unknown measurement 'Ls9L'; did you mean '"),
+    (lambda x: [*x, "Ls1L: 3"], "line 100: Ls1L is given twice"),
+    (lambda x: x[:-2], "2 of 95 measurements missing: Lk9w, Lk6d"),
+    (lambda x: [*x[:-1], "Lk6d: -3"], "Lk6d = -3 must be a positive length"),
+    (lambda x: [*x[:-1], "Lk6d: 5e-324"], "Lk6d = 4.94066e-324 is 0 m; give 0.001 m or more"),
+    (lambda x: [*x[:-1], "Lk6d: 0.05"], "Lk6d = 0.05 is 0.0005 m; give 0.001 m or more"),
+    (lambda x: [*x[:-1], "Lk6d: three"], "Lk6d = 'three' is not a finite number"),
+    (lambda x: [*x, "hello"], "'hello' is no 'key : value'"),
+    (lambda x: x[1:], "measurementconversionfactor is missing or not positive; give metres per unit, 0.01 for cm"),
+    (lambda x: ["measurementconversionfactor: 1", *x[1:]], r"would be 171 m, allowed 0.5 to 2.6; is .* = 1 right"),
+    (lambda x: [x[0], "totalmass: 787", *x[2:]], "totalmass = 787 must lie between 8 and 300 kg"),
+    (
+        lambda x: [line if not line.startswith("Ls0w") else "Ls0w: 60" for line in x],
+        r"perimeter Ls0p and width Ls0w have the ratio 1.633 .*; it must lie between 2 \(flat\) and 3.14 \(round\)",
+    ),
+    (lambda x: [line if not line.startswith("Ls4d") else "Ls4d: 60" for line in x], "Ls4d must be smaller than"),
+])  # fmt: skip
 def test_what_is_refused(tmp_path, lines, change, message):
     with pytest.raises(InputError, match=message):
         read_rider(write(tmp_path, change(lines)))

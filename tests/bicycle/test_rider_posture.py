@@ -1,6 +1,7 @@
 """Joint angles in closed form: the forward kinematics of yeadon put hands and feet where they were asked."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -60,6 +61,8 @@ def test_hands_and_feet_arrive(lean, rounding, elbows, x, z, half):
 @pytest.mark.parametrize("name", POSTURES)
 def test_the_fitting_bar_is_reached_with_the_elbows_of_the_posture(name):
     posture = POSTURES[name]
+    for level in re.findall(r"torso (\d+) deg from the horizontal", posture.source):  # of its source
+        assert math.degrees(posture.torso_lean) == pytest.approx(90 - float(level))
     hands = HIP + fitting_hands(BODY, posture, torso_lean=posture.torso_lean)
     found = sit(BODY, Contacts(HIP, PEDALS, hands, posture.hand_width / 2), torso_lean=posture.torso_lean)
     assert found.elbow_flexion == pytest.approx(posture.elbow_flexion)

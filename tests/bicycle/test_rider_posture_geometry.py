@@ -80,24 +80,21 @@ def test_a_posture_has_its_own_hands(file):
     assert (drops.sd, drops.assumed) == ({"reach_m": 0.002, "drop_m": 0.005}, ())
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("value = 1", "unknown key 'value'; did you mean 'values'"),
-        ("[values]\nchain_stay = 0.4", "unknown values 'chain_stay'; did you mean 'chain_stay_m'"),
-        ("[values]\nchain_stay_m = 423", "chain_stay_m = 423 is outside 0.2 to 1.2; is the unit right"),
-        ("[values]\nseat_tube_angle_deg = 1.27", "seat_tube_angle_deg = 1.27 is outside 20 to 110"),
-        ("[values]\nchain_stay_m = true", r"\[values\]: chain_stay_m = True must be a finite number"),
-        ("[values]\nreach_m = 0.6", "give the hands either by rear_hub_to_hand_m .* leave all four out"),
-        ("[values]\nreach_m=0.6\ndrop_m=0\nrear_hub_to_hand_m=1\nfront_hub_to_hand_m=1", "give the hands either by"),
-        ("[posture.dropps]\nreach_m = 0.6", "unknown posture 'dropps'; did you mean 'drops'"),
-        ("[posture.drops]\nchain_stay_m = 0.4", r"\[posture.drops\]: unknown key 'chain_stay_m'"),
-        ("[sd]\nreach_m = -1", "a standard deviation must not be negative"),
-        ("assumed = 3", "assumed = 3 must be a list of keys"),
-        ("assumed = ['reach_m']", "unknown assumed key 'reach_m'"),
-        ("values = 3", r"values = 3 must be a table: write \[values\]"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("value = 1", "unknown key 'value'; did you mean 'values'"),
+    ("[values]\nchain_stay = 0.4", "unknown values 'chain_stay'; did you mean 'chain_stay_m'"),
+    ("[values]\nchain_stay_m = 423", "chain_stay_m = 423 is outside 0.2 to 1.2; is the unit right"),
+    ("[values]\nseat_tube_angle_deg = 1.27", "seat_tube_angle_deg = 1.27 is outside 20 to 110"),
+    ("[values]\nchain_stay_m = true", r"\[values\]: chain_stay_m = True must be a finite number"),
+    ("[values]\nreach_m = 0.6", "give the hands either by rear_hub_to_hand_m .* leave all four out"),
+    ("[values]\nreach_m=0.6\ndrop_m=0\nrear_hub_to_hand_m=1\nfront_hub_to_hand_m=1", "give the hands either by"),
+    ("[posture.dropps]\nreach_m = 0.6", "unknown posture 'dropps'; did you mean 'drops'"),
+    ("[posture.drops]\nchain_stay_m = 0.4", r"\[posture.drops\]: unknown key 'chain_stay_m'"),
+    ("[sd]\nreach_m = -1", "a standard deviation must not be negative"),
+    ("assumed = 3", "assumed = 3 must be a list of keys"),
+    ("assumed = ['reach_m']", "unknown assumed key 'reach_m'"),
+    ("values = 3", r"values = 3 must be a table: write \[values\]"),
+])  # fmt: skip
 def test_what_is_refused(file, text, message):
     with pytest.raises(InputError, match=message):
         read_geometry(file(text), "drops")

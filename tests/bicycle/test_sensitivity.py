@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
+from built import built
 from eigenvalue_sets import assert_same_eigenvalues, in_order_of
 
+from bicycle import sensitivity
 from bicycle.bicycle_files import load_bicycle
 from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.effect_registry import effect_class
 from bicycle.model import Model
-from bicycle.sensitivity import (
-    critical_speed_sensitivities,
-    eigenvalue_derivative_terms,
-    pair_sensitivities,
-    sensitivities,
-)
+from bicycle.sensitivity import critical_speed_sensitivities, pair_sensitivities, sensitivities
 from tests.validation.sensitivity_mpmath import ORDERS, compare, draw_model
 from tyre.errors import InputError
 
@@ -22,12 +18,8 @@ TYRE = {"cornering_stiffness": {"rear": 6300.0, "front": 6020.0}, "relaxation_le
 
 def flexible(lam_change: float = 0.0, **changes: float) -> Model:
     """The benchmark on relaxing tyres with a flexible front, whose hinge is perpendicular to the steer axis."""
-    base = load_bicycle("benchmark")
-    hinge = {"joint_x": 0.8, "joint_z": -0.85} | changes
-    return Model(
-        base.replace(lam=base["lam"] + lam_change),
-        (effect_class("relaxation_length")(**TYRE), effect_class("front_compliance")(**hinge)),
-    )
+    base, hinge = load_bicycle("benchmark"), {"joint_x": 0.8, "joint_z": -0.85} | changes
+    return built(base.replace(lam=base["lam"] + lam_change), relaxation_length=TYRE, front_compliance=hinge)
 
 
 @pytest.mark.parametrize("seed", [1, 4])
@@ -78,29 +70,25 @@ def test_an_unknown_parameter_is_named():
 
 
 def test_speed_zero_with_side_slip_is_refused():
-    slipping = effect_class("side_slip")(cornering_stiffness=6000.0)
     with pytest.raises(InputError, match="speed 0 m/s is not allowed"):
-        sensitivities(Model(load_bicycle("benchmark"), (slipping,)), [0.0])
+        sensitivities(built(side_slip={"cornering_stiffness": 6000.0}), [0.0])
 
 
 @pytest.mark.parametrize("key", ["c", "IFyy", "lam"])
 def test_critical_speeds_move_as_differences_say(key):
     base, h = load_bicycle("benchmark"), 1e-6
-    tyre = effect_class("relaxation_length")(**TYRE)
-    critical = critical_speeds(Model(base, (tyre,)).linear_model())
+    critical = critical_speeds(built(relaxation_length=TYRE))
     assert [c.mode for c in critical] == ["weave", "capsize", "wobble"]
-    found = critical_speed_sensitivities(Model(base, (tyre,)), critical)[key]
-    ends = [
-        [c.speed for c in critical_speeds(Model(base.replace(**{key: base[key] + s * h}), (tyre,)).linear_model())]
-        for s in (1, -1)
-    ]
+    found = critical_speed_sensitivities(built(relaxation_length=TYRE), critical)[key]
+    beside = [built(base.replace(**{key: base[key] + s * h}), relaxation_length=TYRE) for s in (1, -1)]
+    ends = [[c.speed for c in critical_speeds(model)] for model in beside]
     np.testing.assert_allclose(found, np.subtract(*ends) / (2 * h), rtol=1e-5, atol=1e-5)
 
 
 def test_capsize_speed_does_not_move_with_the_relaxation_length():
     """It is a steady state: Pacejka, Tire and Vehicle Dynamics, ch. 11."""
-    model = Model(load_bicycle("benchmark"), (effect_class("relaxation_length")(**TYRE),))
-    critical = [c for c in critical_speeds(model.linear_model()) if c.mode == "capsize"]
+    model = built(relaxation_length=TYRE)
+    critical = [c for c in critical_speeds(model) if c.mode == "capsize"]
     found = critical_speed_sensitivities(model, critical)
     assert abs(found["relaxation_length.relaxation_length.front"][0]) < 1e-8
     assert abs(found["relaxation_length.cornering_stiffness.front"][0]) > 1e-6
@@ -108,8 +96,7 @@ def test_capsize_speed_does_not_move_with_the_relaxation_length():
 
 def test_a_jump_at_a_switch_speed_moves_with_the_switch():
     """A critical speed where no root is on the axis is the speed at which the equations switch."""
-    assist = effect_class("steer_assist")(gain=0.0, fade_speed=8.0, lean_gain=60.0)
-    model = Model(load_bicycle("benchmark"), (assist,))
+    model = built(steer_assist={"gain": 0.0, "fade_speed": 8.0, "lean_gain": 60.0})
     found = sensitivities(model, [8.0, 8.5])
     assert np.abs(found.of("steer_assist.lean_gain")[0]).max() == 0  # the switch speed belongs to the range below
     assert np.abs(found.of("steer_assist.lean_gain")[1]).max() > 0
@@ -171,8 +158,7 @@ def test_first_order_is_the_sum_of_products():
     left, right = (rng.normal(size=(2500, 5)) + 1j * rng.normal(size=(2500, 5)) for _ in range(2))
     stacks = [rng.normal(size=(3, 5, 5)) * (rng.random((5, 5)) < 0.4) for _ in range(2)]
     weights = [rng.normal(size=2500), rng.normal(size=2500) + 1j]
-    expected = sum(
-        w[:, None] * np.einsum("ki,pij,kj->kp", left, stack, right) for w, stack in zip(weights, stacks, strict=True)
-    )
-    found = eigenvalue_derivative_terms(left, right, list(zip(weights, stacks, strict=True)))
+    terms = list(zip(weights, stacks, strict=True))
+    expected = sum(w[:, None] * np.einsum("ki,pij,kj->kp", left, stack, right) for w, stack in terms)
+    found = sensitivity.eigenvalue_derivative_terms(left, right, terms)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)

@@ -9,13 +9,10 @@ from tyre.errors import InputError
 V, A, B, X, Y = sp.symbols("v a b x y", real=True)
 
 
-@pytest.mark.parametrize(
-    "expression",
-    [
-        A, V, A / V, (V - A) ** 2, (V - A) * (V + A) / V, A * V**2 / 2 + B * V - 3, ((V + 1) * A + V * B) * (B - V),
-        (A + B) * V**2 - A * (V**2 + 1), (V * (A + 1)) ** 3 / V**2, sp.sqrt(A) * V, (2 * A) ** 2 / (V * B),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("expression", [
+    A, V, A / V, (V - A) ** 2, (V - A) * (V + A) / V, A * V**2 / 2 + B * V - 3, ((V + 1) * A + V * B) * (B - V),
+    (A + B) * V**2 - A * (V**2 + 1), (V * (A + 1)) ** 3 / V**2, sp.sqrt(A) * V, (2 * A) ** 2 / (V * B),
+])  # fmt: skip
 def test_the_powers_add_up_to_the_expression(expression):
     found = powers(expression, V)
     assert sp.expand(sum(coefficient * V**power for power, coefficient in found.items()) - expression) == 0

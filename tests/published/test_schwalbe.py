@@ -15,10 +15,8 @@ from tyre.pacejka89 import Pacejka89, check_coefficients, read_pacejka89
 OLDER = json.loads((Path(__file__).parent / "data" / "schwalbe_t03_older_fits.json").read_text())["sets"]
 # Slope of the side force at zero slip, N/rad, at 300, 400, 500, 600 N: the authors' evaluation of the three sets
 SLOPES = {
-    3e5: (4870.0, 5878.0, 6549.0, 6937.0),
-    4e5: (4419.0, 5848.0, 7235.0, 8565.0),
-    5e5: (4563.0, 5403.0, 5901.0, 6134.0),
-}
+    3e5: (4870.0, 5878.0, 6549.0, 6937.0), 4e5: (4419.0, 5848.0, 7235.0, 8565.0), 5e5: (4563.0, 5403.0, 5901.0, 6134.0),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from built import built, linear
 from eigenvalue_sets import assert_same_eigenvalues
 from point_mass import enlarged
 
-from bicycle import Effect, Model, effect_class, load_bicycle, load_effects
+from bicycle import Model, load_bicycle, load_effects
 from bicycle.effect_registry import outside_effects
 from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
@@ -22,20 +23,16 @@ OTHERS = {
 }
 
 
-def effects(given: dict[str, dict[str, float]]) -> tuple[Effect, ...]:
-    return tuple(effect_class(name)(**values) for name, values in given.items())
-
-
 @pytest.mark.parametrize("identifier", PLACES)
 @pytest.mark.parametrize("others", OTHERS)
 def test_a_point_mass_is_part_of_its_frame(identifier, others):
     part, x, z = PLACES[identifier]
     bicycle = load_bicycle("benchmark")
-    added = Model(bicycle, (*effects(OTHERS[others]), effect_class(identifier)(mass=4.0, x=x, z=z))).linear_model()
-    inside = Model(enlarged(bicycle, part, 4.0, x, z), effects(OTHERS[others])).linear_model()
+    added = linear(bicycle, **OTHERS[others], **{identifier: {"mass": 4.0, "x": x, "z": z}})
+    inside = linear(enlarged(bicycle, part, 4.0, x, z), **OTHERS[others])
     for speed in (0.0, 3.0, 7.0):
         assert_same_eigenvalues(added.eigenvalues(speed), inside.eigenvalues(speed), atol=1e-7)
-    bare = Model(bicycle, effects(OTHERS[others])).linear_model()
+    bare = linear(bicycle, **OTHERS[others])
     assert np.abs(np.sort_complex(added.eigenvalues(5.0)) - np.sort_complex(bare.eigenvalues(5.0))).max() > 0.01
     weight = 4.0 * 9.81
     front = bicycle.static_loads[1] + weight * x / bicycle["w"]
@@ -45,20 +42,17 @@ def test_a_point_mass_is_part_of_its_frame(identifier, others):
 def test_a_bag_at_the_bar_is_not_one_on_the_rack():
     """At the same place the two differ by what turns with the steering: the steer inertia and weight."""
     at = {"mass": 4.0, "x": 0.95, "z": -0.9}
-    found = [Model(load_bicycle("benchmark"), effects({name: at})).linear_model().eigenvalues(5.0) for name in PLACES]
+    found = [linear(**{name: at}).eigenvalues(5.0) for name in PLACES]
     assert np.abs(np.sort_complex(found[0]) - np.sort_complex(found[1])).max() > 0.1
 
 
-@pytest.mark.parametrize(
-    ("identifier", "at", "words"),
-    [
-        ("luggage", {"mass": 60.0, "x": -1.0}, "60 kg at x = -1 m lift the front wheel; give less mass or more x"),
-        ("bar_bag", {"mass": 90.0, "x": 2.0}, "90 kg at x = 2 m lift the rear wheel; give less mass or less x"),
-    ],
-)
+@pytest.mark.parametrize(("identifier", "at", "words"), [
+    ("luggage", {"mass": 60.0, "x": -1.0}, "60 kg at x = -1 m lift the front wheel; give less mass or more x"),
+    ("bar_bag", {"mass": 90.0, "x": 2.0}, "90 kg at x = 2 m lift the rear wheel; give less mass or less x"),
+])  # fmt: skip
 def test_a_mass_that_lifts_a_wheel_is_refused(identifier, at, words):
     with pytest.raises(InputError, match=f"effect '{identifier}': {words}"):
-        Model(load_bicycle("benchmark"), effect_class(identifier)(**at))
+        built(**{identifier: at})
 
 
 def test_a_body_is_fixed_to_one_that_there_is():
@@ -82,6 +76,6 @@ def test_what_is_fixed_to_a_fixed_body_comes_along(tmp_path):
     )
     with outside_effects(()):
         (bracket,) = load_effects(path)
-        found = Model(load_bicycle("benchmark"), bracket()).linear_model().eigenvalues(5.0)
-    bag = effects({"bar_bag": {"mass": 4.0, "x": 0.95, "z": -0.9}})
-    assert_same_eigenvalues(found, Model(load_bicycle("benchmark"), bag).linear_model().eigenvalues(5.0), atol=1e-9)
+        found = Model("benchmark", bracket()).linear_model().eigenvalues(5.0)
+    bag = linear(bar_bag={"mass": 4.0, "x": 0.95, "z": -0.9})
+    assert_same_eigenvalues(found, bag.eigenvalues(5.0), atol=1e-9)

@@ -9,37 +9,27 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from built import built
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bicycle import Effect, Model, critical_speeds, effect_class, load_bicycle
+from bicycle import Model, critical_speeds
 from bicycle.nonlinear import magic_formula_model
-from tyre.contact_patch import half_length_of_trail, half_length_under_load, string_trail
+from tyre.contact_patch import half_length_under_load, string_trail
 from tyre.errors import InputError
 
 LENGTH = 0.11  # m, C/K of a racing tyre
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 CORNERING = {"rear": 6500.0, "front": 6100.0}
 RELAXATION = {"rear": 0.108, "front": 0.101}
+LAW = {"cornering_stiffness": CORNERING, "relaxation_length": RELAXATION}
 HALF = {"rear": 0.034, "front": 0.03}
 WHEELS = ("rear", "front")
 
 
-def effect(identifier: str, **parameters: object) -> Effect:
-    return effect_class(identifier)(**parameters)
-
-
-def tyre(**changes: object) -> Effect:
-    return effect(
-        "relaxation_length", **({"cornering_stiffness": CORNERING, "relaxation_length": RELAXATION} | changes)
-    )
-
-
-def model(*effects: Effect, bicycle: str = "benchmark") -> Model:
-    return Model(load_bicycle(bicycle), effects)
-
-
-# ------------------------------------------------------------------------- the string and the states of the package
+def model(tyre: dict | None = None, *, bicycle: str = "benchmark", **tables: dict) -> Model:
+    """On tyres as above, but for what ``tyre`` says."""
+    return built(bicycle, relaxation_length=LAW | (tyre or {}), **tables)
 
 
 def deflection(p: complex, a: float, sigma: float, distance: np.ndarray) -> np.ndarray:
@@ -85,10 +75,8 @@ def response(built: Model, wheel: str, p: complex) -> np.ndarray:
 
 def string_like(half: float, length: float = LENGTH) -> Model:
     """Tyres with c_c = 1 N/m^2, as the string above."""
-    stiffness = 2 * length**2
-    return model(
-        tyre(cornering_stiffness=stiffness, relaxation_length=length), effect("contact_length", half_length=half)
-    )
+    tyre = {"cornering_stiffness": 2 * length**2, "relaxation_length": length}
+    return model(tyre, contact_length={"half_length": half})
 
 
 def error(found: complex, exact: complex) -> tuple[float, float]:
@@ -141,16 +129,13 @@ def exact_string_at_rest(a: float, sigma: float) -> np.ndarray:
     return np.diag([shifted, turned])
 
 
-# ------------------------------------------------------------------------- limits
-
-
 def test_without_length_it_is_the_single_lag():
     """A power series in the half length, whose limit at zero is the relaxing tyre to 1e-9."""
-    beside = (tyre(), effect("camber_thrust", camber_stiffness=400.0))
-    expected = model(*beside).linear_model().eigenvalues(7.0)
+    beside = {"camber_thrust": {"camber_stiffness": 400.0}}
+    expected = model(**beside).linear_model().eigenvalues(7.0)
     table = []
     for half in 3.2e-3 / 2.0 ** np.arange(8):
-        found = model(*beside, effect("contact_length", half_length=half)).linear_model().eigenvalues(7.0)
+        found = model(**beside, contact_length={"half_length": half}).linear_model().eigenvalues(7.0)
         table.append(np.array([found[np.abs(found - value).argmin()] for value in expected]))
     size = np.maximum(1, np.abs(expected))
     first = [np.abs((row - expected) / size).max() for row in table]
@@ -168,9 +153,8 @@ def test_stiff_and_short_it_is_the_bicycle_that_rolls_without_slip():
     published = np.array([-14.07838969279822, -0.77534188219585 + 4.46486771378823j, -0.32286642900409])
 
     def nearest(stiffer: float) -> np.ndarray:
-        stiff = tyre(cornering_stiffness=1e7 * stiffer, relaxation_length=1e-3)
-        built = model(stiff, effect("contact_length", half_length=1e-4 / stiffer))
-        found = built.linear_model().eigenvalues(5.0)
+        tyre = {"cornering_stiffness": 1e7 * stiffer, "relaxation_length": 1e-3}
+        found = model(tyre, contact_length={"half_length": 1e-4 / stiffer}).linear_model().eigenvalues(5.0)
         return np.array([found[np.abs(found - value).argmin()] for value in published])
 
     one, two, four = nearest(5.0), nearest(10.0), nearest(20.0)
@@ -184,20 +168,16 @@ def test_capsize_depends_on_the_trail_but_not_on_the_lag():
     """A steady turn knows C and t only: other relaxation lengths with the half length of the same trail agree."""
     speeds = []
     for length in (0.08, 0.11, 0.16):
-        half = half_length_of_trail(pneumatic_trail=0.01, relaxation_length=length)
-        built = model(
-            tyre(relaxation_length=length), effect("contact_length", half_length=half),
-            effect("twisting_torque", twisting_stiffness=1.0), effect("camber_thrust", camber_stiffness=300.0),
-        )  # fmt: skip
-        speeds.append([c.speed for c in critical_speeds(built.linear_model()) if c.mode == "capsize"])
+        half = length * (1 - (1 - 3 * 0.01 / length) ** (1 / 3))  # 3 L^2 t = L^3 - (L - a)^3
+        beside = {"twisting_torque": {"twisting_stiffness": 1.0}, "camber_thrust": {"camber_stiffness": 300.0}}
+        whole = model({"relaxation_length": length}, contact_length={"half_length": half}, **beside)
+        speeds.append([c.speed for c in critical_speeds(whole) if c.mode == "capsize"])
     assert len(speeds[0]) == 1
     np.testing.assert_allclose(speeds[1:], [speeds[0]] * 2, rtol=1e-8)
 
 
 @settings(max_examples=15)
-@given(
-    share=st.floats(0.05, 0.95), length=st.floats(0.05, 0.3), caster=st.floats(0.01, 3.0), inertia=st.floats(0.01, 30.0)
-)
+@given(st.floats(0.05, 0.95), st.floats(0.05, 0.3), st.floats(0.01, 3.0), st.floats(0.01, 30.0))
 def test_shimmy_of_a_trailing_wheel(share, length, caster, inertia):
     """An undamped wheel on a caster e: the leading point of a string tracks straight where e = sigma + a.
 
@@ -225,9 +205,6 @@ def test_shimmy_of_a_trailing_wheel(share, length, caster, inertia):
     assert moment == pytest.approx(-2 * length**2 * (length + trail), rel=1e-9)
 
 
-# ------------------------------------------------------------------------- the bicycle on exact strings
-
-
 HINGE = {"joint_x": 0.85, "joint_z": -0.65}
 CAMBER = {"rear": 365.0, "front": 275.0}
 
@@ -236,9 +213,9 @@ class OnStrings:
     """A bicycle with rider, flexible front, camber thrust; ports from geometry, tyres from a frequency response."""
 
     def __init__(self) -> None:
-        front = effect("front_compliance", stiffness=5000.0, damping=20.0, **HINGE)
-        self.effects = (tyre(), effect("camber_thrust", camber_stiffness=CAMBER), front)
-        linear = model(*self.effects, bicycle="pista_rider").linear_model()
+        front = {"stiffness": 5000.0, "damping": 20.0, **HINGE}
+        self.effects = {"camber_thrust": {"camber_stiffness": CAMBER}, "front_compliance": front}
+        linear = model(bicycle="pista_rider", **self.effects).linear_model()
         matrices, p = linear.ranges[0].matrices, linear.parameters
         assert linear.states[8:] == ("rear_side_force", "front_side_force")
         self.mass = matrices.mass[:8, :8]
@@ -252,9 +229,8 @@ class OnStrings:
         }
         turns = {"rear": [0, 1, 0, 0, 0], "front": [0, 1, 0, -math.sin(tilt), cosine]}
         leans = {"rear": [1, 0, 0], "front": [1, math.cos(tilt), sine]}
-        self.rates, self.turns, self.leans = (
-            {w: np.array(r, float) for w, r in rows.items()} for rows in (rates, turns, leans)
-        )
+        every = ({w: np.array(r, float) for w, r in rows.items()} for rows in (rates, turns, leans))
+        self.rates, self.turns, self.leans = every
 
     def matrix(self, z: complex, speed: float, law) -> np.ndarray:
         """z E - F(v) - ports x tyres x motion, (8, 8); its determinant vanishes at the eigenvalues."""
@@ -292,7 +268,7 @@ def of_states(p: complex, a: float, sigma: float) -> np.ndarray:
 def test_the_bicycle_on_exact_strings_has_the_same_weave_and_wobble():
     """Independent assembly: the same states to rounding, the exact string within what docs/physics.md says."""
     strings = OnStrings()
-    linear = model(*strings.effects, effect("contact_length", half_length=HALF), bicycle="pista_rider").linear_model()
+    linear = model(bicycle="pista_rider", **strings.effects, contact_length={"half_length": HALF}).linear_model()
     wobble = {3.6: 0.17, 6.0: 0.07, 20.0: 0.01}  # 1/s
     for speed, bound in wobble.items():
         values = linear.eigenvalues(speed)
@@ -305,28 +281,22 @@ def test_the_bicycle_on_exact_strings_has_the_same_weave_and_wobble():
             assert abs(strings.root(z, speed, exact_string) - z) < 0.03
 
 
-# ------------------------------------------------------------------------- beside other effects
-
-
 def test_a_soft_wheel_is_a_spring_in_series_with_the_string():
     """alpha of the tyre = alpha - p F/K_w: eliminated by hand."""
     springs = {"rear": 2e5, "front": 1e5}
-    contact = effect("contact_length", half_length=HALF)
-    alone, soft = model(tyre(), contact), model(tyre(), contact, effect("wheel_compliance", stiffness=springs))
+    contact = {"contact_length": {"half_length": HALF}}
+    alone, soft = model(**contact), model(**contact, wheel_compliance={"stiffness": springs})
     for wheel in WHEELS:
         p = 2j * math.pi / 0.45
         hard = response(alone, wheel, p)
         spring = np.array([[p / springs[wheel], 0], [0, 0]])
-        np.testing.assert_allclose(
-            response(soft, wheel, p), np.linalg.solve(np.eye(2) + hard @ spring, hard), rtol=1e-10
-        )
+        expected = np.linalg.solve(np.eye(2) + hard @ spring, hard)
+        np.testing.assert_allclose(response(soft, wheel, p), expected, rtol=1e-10)
 
 
 def test_camber_thrust_acts_at_the_centre_and_builds_up_like_turn_slip():
-    contact = effect("contact_length", half_length=HALF)
-    linear = model(
-        tyre(), contact, effect("camber_thrust", camber_stiffness={"rear": 500.0, "front": 400.0})
-    ).linear_model()
+    camber = {"camber_stiffness": {"rear": 500.0, "front": 400.0}}
+    linear = model(contact_length={"half_length": HALF}, camber_thrust=camber).linear_model()
     dynamics, states = linear.ranges[0].matrices.dynamics, linear.states
     rows = [states.index("rear_side_force"), states.index("rear_aligning_moment")]
     seen = dynamics[1][rows, states.index("lean")]
@@ -334,39 +304,29 @@ def test_camber_thrust_acts_at_the_centre_and_builds_up_like_turn_slip():
 
 
 def test_without_turn_slip_the_standing_wheel_turns_freely():
-    _, gain = states_of(model(tyre(), effect("contact_length", half_length=HALF, turn_slip_share=0.0)), "front")
-    np.testing.assert_array_equal(gain[1], 0)
-    _, gain = states_of(model(tyre(), effect("contact_length", half_length=HALF, turn_slip_share=0.5)), "front")
+    none, gain = (states_of(model(contact_length={"half_length": HALF, "turn_slip_share": share}), "front")[1]
+                  for share in (0.0, 0.5))  # fmt: skip
+    np.testing.assert_array_equal(none[1], 0)
     trail = string_trail(half_length=HALF["front"], relaxation_length=RELAXATION["front"])
     assert gain[1, 1] == pytest.approx(0.5 * trail * CORNERING["front"])
 
 
-@pytest.mark.parametrize("other", ["pneumatic_trail", "aligning_moment"])
-def test_the_trail_is_not_counted_twice(other):
-    given_too = (
-        effect(other) if other == "pneumatic_trail" else effect(other, aligning_stiffness=1.0, relaxation_length=0.1)
-    )
-    with pytest.raises(InputError, match="exclude each other: both are the aligning moment of the model; keep one"):
-        model(tyre(), given_too, effect("contact_length"))
-
-
-@pytest.mark.parametrize("law", [(), (effect("side_slip", cornering_stiffness=6000.0),)], ids=["no_slip", "side_slip"])
-def test_it_needs_a_relaxation_length(law):
-    with pytest.raises(InputError, match="'contact_length' needs a relaxing contact, .* use relaxation_length"):
-        model(*law, effect("contact_length"))
-
-
-def test_a_contact_longer_than_the_relaxation_length_allows_is_refused():
-    with pytest.raises(InputError, match=r"half_length.front = 0.12 m leaves nothing of the relaxation length 0.101 m"):
-        model(tyre(), effect("contact_length", half_length={"rear": 0.03, "front": 0.12}))
+@pytest.mark.parametrize(("tables", "words"), [
+    *(({"relaxation_length": LAW, "contact_length": {}} | other, "exclude each other: both are the aligning moment of")
+      for other in ({"pneumatic_trail": {}}, {"aligning_moment": {"aligning_stiffness": 1, "relaxation_length": 0.1}})),
+    *((law | {"contact_length": {}}, "'contact_length' needs a relaxing contact, .* use relaxation_length")
+      for law in ({}, {"side_slip": {"cornering_stiffness": 6000.0}})),
+    ({"relaxation_length": LAW, "contact_length": {"half_length": {"rear": 0.03, "front": 0.12}}},
+     "half_length.front = 0.12 m leaves nothing of the relaxation length 0.101 m"),
+])  # fmt: skip
+def test_what_it_cannot_stand_beside_is_refused(tables, words):
+    with pytest.raises(InputError, match=words):
+        built(**tables)
 
 
 def test_nonlinear_tyres_refuse_it():
     with pytest.raises(InputError, match="touch the ground at a point; the effect 'contact_length' is linear only"):
-        magic_formula_model(model(tyre(), effect("contact_length")), speed=5.0)
-
-
-# ------------------------------------------------------------------------- how long a contact is
+        magic_formula_model(model(contact_length={}), speed=5.0)
 
 
 def test_half_length_from_load_and_pressure():
@@ -378,17 +338,12 @@ def test_half_length_from_load_and_pressure():
 
 
 @given(share=st.floats(0.01, 1.0), length=st.floats(0.02, 0.5))
-def test_half_length_from_a_trail(share, length):
+def test_trail_of_a_half_length(share, length):
     trail = string_trail(half_length=share * length, relaxation_length=length)
     assert share * length / 3 - 1e-12 < trail <= share * length
-    found = half_length_of_trail(pneumatic_trail=min(trail, length / 3), relaxation_length=length)
-    assert string_trail(half_length=found, relaxation_length=length) == pytest.approx(trail, rel=1e-9)
+    assert 3 * length**2 * trail == pytest.approx(length**3 - (length - share * length) ** 3, rel=1e-9)
 
 
 def test_impossible_sizes_are_refused():
-    with pytest.raises(
-        InputError, match="pneumatic_trail = 0.05 m is more than a third of the relaxation length 0.1 m"
-    ):
-        half_length_of_trail(pneumatic_trail=0.05, relaxation_length=0.1)
     with pytest.raises(InputError, match="pressure = 0 must be a positive number in SI units"):
         half_length_under_load(load=400.0, pressure=0, wheel_radius=0.335, tyre_width=0.025)

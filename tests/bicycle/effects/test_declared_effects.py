@@ -4,9 +4,10 @@ import inspect
 
 import pytest
 
-from bicycle import Effect, Model, critical_speeds, load_bicycle, modes, registry
+from bicycle import Effect, Model, critical_speeds, effect_class, load_bicycle, modes, registry
 from bicycle.effects import RelaxationLength, SideSlip, SteerDamper
 from tyre import TyreMap
+from tyre.errors import InputError
 
 LAGGED = RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000}, relaxation_length=0.1)
 
@@ -40,9 +41,8 @@ def test_an_effect_is_written_as_it_is_made(identifier):
 
 
 def test_effects_with_the_same_values_are_equal():
-    same = RelaxationLength(
-        cornering_stiffness={"front": 5000.0, "rear": 6000}, relaxation_length={"rear": 0.1, "front": 0.1}
-    )
+    lengths = {"rear": 0.1, "front": 0.1}
+    same = RelaxationLength(cornering_stiffness={"front": 5000.0, "rear": 6000}, relaxation_length=lengths)
     assert same == LAGGED
     assert hash(same) == hash(LAGGED)
     assert RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1) != LAGGED
@@ -80,3 +80,25 @@ def test_what_things_are_in_a_few_lines():
         assert all(word in text for word in words), text
         assert text.count("\n") <= 3
         assert "array(" not in text
+
+
+@pytest.mark.parametrize(("identifier", "given", "words"), [
+    ("steer_damper", {"dampng": 1.0}, "unknown parameter 'dampng'; did you mean 'damping'"),
+    ("no_slip", {"trail": 1.0}, "unknown parameter 'trail'; known: none"),
+    ("side_slip", {}, "missing parameter 'cornering_stiffness' .*N/rad, one value or {rear, front}"),
+    ("steer_damper", {"damping": -1.0}, "damping = -1 N m s/rad is outside 0 .. inf"),
+    ("steer_damper", {"damping": float("inf")}, "damping = inf N m s/rad is outside"),
+    ("steer_damper", {"damping": float("nan")}, "damping = nan must be a number"),
+    ("steer_damper", {"damping": "1"}, "damping = '1' must be a number"),
+    ("steer_damper", {"damping": {"rear": 1.0, "front": 1.0}}, "one number for the bicycle"),
+    ("pneumatic_trail", {"trail": {"rear": 0.01}}, "has the keys rear; give rear and front"),
+    ("pneumatic_trail", {"trail": {"rear": 0.01, "front": 0.3}}, "trail.front = 0.3 m is outside 0 .. 0.2"),
+])  # fmt: skip
+def test_refused_parameters(identifier, given, words):
+    with pytest.raises(InputError, match=words):
+        effect_class(identifier)(**given)
+
+
+def test_unknown_effect_lists_the_known_ones():
+    with pytest.raises(InputError, match=r"unknown effect 'steer_dampr'; did you mean 'steer_damper'\? known: .*no_s"):
+        effect_class("steer_dampr")

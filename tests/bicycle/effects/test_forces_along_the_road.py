@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from built import built, effect, linear
 
-from bicycle import Model, effect_class, load_bicycle
+from bicycle import Model, load_bicycle
 from bicycle.inputs import step
 from bicycle.model_file import build_model
 from bicycle.nonlinear import magic_formula_model
@@ -15,10 +16,7 @@ from tyre import read_tyre
 from tyre.errors import InputError
 
 FRONT = {"joint_x": 0.8, "joint_z": -0.85}
-
-
-def effect(identifier: str, **parameters: object):
-    return effect_class(identifier)(**parameters)
+TYRE = {"cornering_stiffness": 5000.0, "relaxation_length": 0.1}
 
 
 def loads(bicycle, *effects) -> tuple[float, float]:
@@ -27,7 +25,7 @@ def loads(bicycle, *effects) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("held", [False, True], ids=["relaxing tyres", "no slip"])
-@pytest.mark.parametrize("name", [*EFFECTS[:6], "together"])
+@pytest.mark.parametrize("name", [*EFFECTS[:9], "together"])
 def test_kane_equations_with_exact_rotations_give_the_same_eigenvalues(name, held):
     """Two models of each kind; ``python -m tests.validation independent-derivation`` compares thirty of each."""
     rng = np.random.default_rng(20261126)
@@ -36,16 +34,20 @@ def test_kane_equations_with_exact_rotations_give_the_same_eigenvalues(name, hel
         assert largest_error(draw(rng, chosen, held=held), speed) < 1e-9
 
 
+def whole(b) -> tuple[float, float, float]:
+    """Mass (kg), mass times height (kg m) and spin-up of the wheels per acceleration (kg m) of a bicycle."""
+    masses = {"mB": b["zB"], "mR": -b["rR"], "mH": b["zH"], "mF": -b["rF"]}
+    moment = -sum(b[key] * z for key, z in masses.items())
+    return sum(b[key] for key in masses), moment, b["IRyy"] / b["rR"] + b["IFyy"] / b["rF"]
+
+
 @pytest.mark.parametrize("name", ["benchmark", "pista_rider", "crescendo"])
 def test_braking_moves_load_by_the_height_of_the_mass_centre_and_the_spin_up(name):
     """N_front w = m g x + (B z + sum(Iyy / r) a) of the whole bicycle, B = m a; a gradient takes g cos(slope)."""
     b, brake, gradient = load_bicycle(name), 60.0, -0.08
-    masses = {"mB": b["zB"], "mR": -b["rR"], "mH": b["zH"], "mF": -b["rF"]}
-    mass = sum(b[key] for key in masses)
-    height = -sum(b[key] * z for key, z in masses.items()) / mass
+    mass, moment, spins = whole(b)
     deceleration = brake / mass - b["g"] * math.sin(math.atan(-gradient))
-    spin_up = (b["IRyy"] / b["rR"] + b["IFyy"] / b["rF"]) * deceleration
-    moved = (brake * height + spin_up) / b["w"]
+    moved = (brake * moment / mass + spins * deceleration) / b["w"]
     rear, front = (load * math.cos(math.atan(gradient)) for load in b.static_loads)
     found = loads(b, effect("longitudinal", brake_force=brake, front_share=0.3, gradient=gradient))
     assert found == pytest.approx((rear - moved, front + moved), rel=1e-12)
@@ -54,19 +56,15 @@ def test_braking_moves_load_by_the_height_of_the_mass_centre_and_the_spin_up(nam
 def test_luggage_is_braked_too():
     b, bag = load_bicycle("benchmark"), effect("luggage", mass=12.0, x=-0.2, z=-0.7)
     braked = loads(b, bag, effect("longitudinal", brake_force=80.0))
-    masses = {"mB": b["zB"], "mR": -b["rR"], "mH": b["zH"], "mF": -b["rF"]}
-    mass = sum(b[key] for key in masses) + 12.0
-    moment = 80.0 * -(sum(b[key] * z for key, z in masses.items()) - 12.0 * 0.7) / mass
-    spin_up = (b["IRyy"] / b["rR"] + b["IFyy"] / b["rF"]) * 80.0 / mass
-    assert braked[1] - loads(b, bag)[1] == pytest.approx((moment + spin_up) / b["w"], rel=1e-12)
+    mass, moment, spins = whole(b)
+    moved = 80.0 * (moment + 12.0 * 0.7 + spins) / (mass + 12.0) / b["w"]
+    assert braked[1] - loads(b, bag)[1] == pytest.approx(moved, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("forces", "wheel"), [({"brake_force": 800.0}, "rear"), ({"drive_force": 500.0}, "front")], ids=["brake", "drive"]
-)
+@pytest.mark.parametrize(("forces", "wheel"), [({"brake_force": 800.0}, "rear"), ({"drive_force": 500.0}, "front")])
 def test_forces_that_lift_a_wheel_are_refused(forces, wheel):
     with pytest.raises(InputError, match=f"lift the {wheel} wheel, whose load becomes -.* N; give smaller forces"):
-        Model("benchmark", effect("longitudinal", **forces))
+        built(longitudinal=forces)
 
 
 def test_luggage_behind_and_drive_lift_the_front_wheel_together():
@@ -78,10 +76,8 @@ def test_luggage_behind_and_drive_lift_the_front_wheel_together():
 
 def braked_model(name: str, **forces: float) -> Model:
     tyre = {"tyre": "Tyre2", "pressure_bar": 5.5, "extrapolate": True}
-    return build_model({
-        "bicycle": name,
-        "effects": {"relaxation_length": tyre, "longitudinal": forces, "front_compliance": FRONT},
-    })  # fmt: skip
+    effects = {"relaxation_length": tyre, "longitudinal": forces, "front_compliance": FRONT}
+    return build_model({"bicycle": name, "effects": effects})
 
 
 def test_a_measured_tyre_is_taken_at_the_load_that_braking_leaves():
@@ -91,11 +87,8 @@ def test_a_measured_tyre_is_taken_at_the_load_that_braking_leaves():
         expected = read_tyre("Tyre2").at(load=load, pressure=5.5e5)
         for key in ("cornering_stiffness", "relaxation_length"):
             assert model.parameters[f"relaxation_length.{key}.{wheel}"] == pytest.approx(getattr(expected, key))
-    still = braked_model("benchmark").parameters
-    assert (
-        model.parameters["relaxation_length.cornering_stiffness.front"]
-        > 1.1 * (still["relaxation_length.cornering_stiffness.front"])
-    )
+    front = "relaxation_length.cornering_stiffness.front"
+    assert model.parameters[front] > 1.1 * braked_model("benchmark").parameters[front]
 
 
 @pytest.mark.parametrize("name", ["benchmark", "pista_rider"])
@@ -120,41 +113,36 @@ def test_tyres_at_their_limit_are_not_braked():
 def test_wind_from_the_side_pushes_drags_and_turns_by_its_yaw_angle():
     """Generalised forces of the input on lateral motion, yaw and lean at rest of the bicycle, by hand."""
     area, side, turning, x, z, density, speed = 0.45, 0.7, 0.2, 0.3, -1.15, 1.2, 12.0
-    drag = effect(
-        "aerodynamic_drag", drag_area=area, side_area=side, yaw_moment_area=turning, centre_of_pressure_x=x,
-        centre_of_pressure_z=z, air_density=density,
-    )  # fmt: skip
-    tyre = effect("relaxation_length", cornering_stiffness=5000.0, relaxation_length=0.1)
-    linear = Model("pista_rider", [tyre, drag]).linear_model()
-    assert linear.inputs[-1] == "side_wind"
-    assert linear.declared.units["side_wind"] == "m/s"
-    force = linear.ranges[0].matrices.input_matrix(speed)[:, -1]
+    drag = {"drag_area": area, "side_area": side, "yaw_moment_area": turning, "centre_of_pressure_x": x,
+            "centre_of_pressure_z": z, "air_density": density}  # fmt: skip
+    model = linear("pista_rider", relaxation_length=TYRE, aerodynamic_drag=drag)
+    assert model.inputs[-1] == "side_wind"
+    assert model.declared.units["side_wind"] == "m/s"
+    force = model.ranges[0].matrices.input_matrix(speed)[:, -1]
     push = density * speed / 2 * (area + side)
     for state, expected in (
         ("rear_lateral_velocity", push), ("yaw_rate", x * push + density * speed / 2 * turning),
         ("lean_rate", -z * push), ("steer_rate", 0.0), ("rear_side_force", 0.0),
     ):  # fmt: skip
-        assert force[linear.states.index(state)] == pytest.approx(expected, rel=1e-12)
+        assert force[model.states.index(state)] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_bicycle_that_drifts_with_the_wind_feels_none():
     """Only the relative wind counts: drifting sideways at the wind's speed gives the same force as neither."""
-    drag = effect("aerodynamic_drag", centre_of_pressure_z=-1.1, side_area=0.8)
-    tyre = effect("relaxation_length", cornering_stiffness=5000.0, relaxation_length=0.1)
-    linear, bare = Model("benchmark", [tyre, drag]).linear_model(), Model("benchmark", tyre).linear_model()
-    own, wind = (m.ranges[0].matrices for m in (linear, bare)), linear.ranges[0].matrices.input_matrix(9.0)[:, -1]
-    with_drag, without = (m.dynamics(9.0)[:, 0] for m in own)
-    np.testing.assert_allclose(with_drag - without, -wind, atol=1e-9)
+    drag = {"centre_of_pressure_z": -1.1, "side_area": 0.8}
+    models = linear(relaxation_length=TYRE, aerodynamic_drag=drag), linear(relaxation_length=TYRE)
+    with_drag, without = (model.ranges[0].matrices for model in models)
+    drifting = with_drag.dynamics(9.0)[:, 0] - without.dynamics(9.0)[:, 0]
+    np.testing.assert_allclose(drifting, -with_drag.input_matrix(9.0)[:, -1], atol=1e-9)
 
 
 def test_side_wind_is_an_input_of_responses_and_simulation():
     """A steady wind that a stable bicycle has long felt: the motion is the frequency response at low frequency."""
-    drag = effect("aerodynamic_drag", centre_of_pressure_z=-1.0, drag_area=0.1)
-    model = Model("benchmark", drag)
+    model = built(aerodynamic_drag={"centre_of_pressure_z": -1.0, "drag_area": 0.1})
     gust = step(2.0)
     moved = respond(model, speed=5.0, time=np.linspace(0, 120, 50), inputs={"side_wind": gust})
     gain = frequency_response(model, speed=5.0, input="side_wind", frequency_hz=1e-5).outputs["lean"][0]
     assert moved.outputs["lean"][-1] == pytest.approx(2.0 * gain.real, rel=1e-4)
     assert moved.outputs["lean"][-1] != 0
     with pytest.raises(InputError, match="unknown input 'side_wind'"):
-        respond(Model("benchmark"), speed=5.0, time=[0.0, 1.0], inputs={"side_wind": gust})
+        respond(built(), speed=5.0, time=[0.0, 1.0], inputs={"side_wind": gust})

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from built import linear
 from eigenvalue_sets import assert_same_eigenvalues
+from point_mass import enlarged
 
-from bicycle import Model, effect_class, load_bicycle
+from bicycle import effect_class, load_bicycle
 from bicycle.rider_body import RigidBody, read_rider
 from bicycle.rider_frame import felt_mass, rider_on_bicycle
 from bicycle.rider_posture import packaged_geometry, read_geometry
@@ -20,29 +22,15 @@ SPEEDS = (2.0, 5.0, 9.0)
 
 
 def eigenvalues(bicycle, speed, **effects):
-    tyre = effect_class("relaxation_length")(**TYRE)
-    every = [tyre, *(effect_class(name)(**given) for name, given in effects.items())]
-    return Model(bicycle, every).linear_model().eigenvalues(speed)
+    return linear(bicycle, relaxation_length=TYRE, **effects).eigenvalues(speed)
 
 
 def moved_to_the_bar(bicycle):
     """Two point masses at (x, +-half_width, z) taken from the rear frame and put on the front frame, by Steiner."""
-    m, x, z, width = HANDS["mass"], HANDS["x"], HANDS["z"], HANDS["half_width"]
-    new = {}
+    (m, width, x, z), new = HANDS.values(), {}
     for part, sign in (("B", -1), ("H", 1)):
-        mass = bicycle[f"m{part}"] + sign * m
-        old = np.array([bicycle[f"x{part}"], bicycle[f"z{part}"]])
-        centre = (bicycle[f"m{part}"] * old + sign * m * np.array([x, z])) / mass
-        new |= {f"m{part}": mass, f"x{part}": centre[0], f"z{part}": centre[1]}
-        tensor = {axes: bicycle[f"I{part}{axes}"] for axes in ("xx", "zz", "xz")}
-        for share, at in ((bicycle[f"m{part}"], old), (sign * m, np.array([x, z]))):
-            dx, dz = at - centre
-            tensor["xx"] += share * dz**2
-            tensor["zz"] += share * dx**2
-            tensor["xz"] -= share * dx * dz
-        tensor["xx"] += sign * m * width**2
-        tensor["zz"] += sign * m * width**2
-        new |= {f"I{part}{axes}": value for axes, value in tensor.items()}
+        bicycle = enlarged(bicycle, part, sign * m, x, z)
+        new |= {f"I{part}{axes}": bicycle[f"I{part}{axes}"] + sign * m * width**2 for axes in ("xx", "zz")}
     return bicycle.replace(**new, allow_unusual=True)
 
 

@@ -6,9 +6,9 @@ M q'' + v C1 q' + (g K0 + v^2 K2) q = (0, T), lag T' = share k(v) lean' - T, wit
 
 import numpy as np
 import pytest
+from built import built, linear
 from eigenvalue_sets import assert_same_eigenvalues
 
-from bicycle import Model, effect_class, load_bicycle
 from tests.shared.published_bicycle import C1, K0, K2, G, M
 from tyre.errors import InputError
 
@@ -22,35 +22,27 @@ def by_hand(speed: float, share: float, lag: float | None) -> np.ndarray:
     angle = 0.0 if speed < FADE else LEAN_GAIN * (speed - FADE)
     inverse = np.linalg.inv(M)
     stiffness, damping = G * K0 + speed**2 * K2, speed * C1
-    if lag is None:
-        feedback = np.array([[0, 0, 0, 0], [angle, 0, rate, 0]]) * share
-        lower = np.hstack([-inverse @ stiffness, -inverse @ damping]) + inverse @ feedback
-        return np.linalg.eigvals(np.vstack([np.eye(4)[2:], lower]))
-    rows = np.zeros((5, 5))
+    rows, told = np.zeros((5, 5)), np.array([share * angle, 0, share * rate, 0])
     rows[:2, 2:4] = np.eye(2)
     rows[2:4] = np.hstack([-inverse @ stiffness, -inverse @ damping, inverse[:, 1:]])
-    rows[4] = np.array([share * angle, 0, share * rate, 0, -1]) / lag
+    if lag is None:
+        rows[2:4, :4] += np.outer(rows[2:4, 4], told)
+        return np.linalg.eigvals(rows[:4, :4])
+    rows[4] = np.append(told, -1) / lag
     return np.linalg.eigvals(rows)
 
 
 def assisted(**motor: float):
-    effects = [effect_class("steer_assist")(gain=GAIN, fade_speed=FADE, lean_gain=LEAN_GAIN)]
-    if motor:
-        effects.append(effect_class("steer_motor")(**motor))
-    return Model(load_bicycle("benchmark"), tuple(effects)).linear_model()
+    assist = {"gain": GAIN, "fade_speed": FADE, "lean_gain": LEAN_GAIN}
+    return linear(steer_assist=assist, **({"steer_motor": motor} if motor else {}))
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
-def test_a_lag_is_a_state_of_its_own(speed):
-    for share, lag in ((1.0, 0.03), (0.6, 0.1), (0.6, 0.004)):
-        assert_same_eigenvalues(
-            assisted(share=share, lag=lag).eigenvalues(speed), by_hand(speed, share, lag), rtol=1e-9
-        )
-
-
-@pytest.mark.parametrize("speed", SPEEDS)
-def test_without_a_motor_all_of_the_command_arrives_at_once(speed):
+def test_a_lag_is_a_state_of_its_own_and_without_a_motor_all_arrives_at_once(speed):
     assert_same_eigenvalues(assisted().eigenvalues(speed), by_hand(speed, 1.0, None), rtol=1e-9)
+    for share, lag in ((1.0, 0.03), (0.6, 0.1), (0.6, 0.004)):
+        found = assisted(share=share, lag=lag).eigenvalues(speed)
+        assert_same_eigenvalues(found, by_hand(speed, share, lag), rtol=1e-9)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -73,4 +65,4 @@ def test_a_lag_takes_damping_from_a_weave_that_the_assist_holds():
 
 def test_a_motor_without_a_command_is_refused():
     with pytest.raises(InputError, match="'steer_motor' needs a motor command, .* use steer_assist"):
-        Model(load_bicycle("benchmark"), (effect_class("steer_motor")(),))
+        built(steer_motor={})

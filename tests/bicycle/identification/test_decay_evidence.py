@@ -59,11 +59,10 @@ def over_colours(w, y, design, prior):
     return np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each)
 
 
-@pytest.mark.parametrize(
-    ("drift", "rates"),
-    [("none", None), ("parabola", None), ("parabola/10", None),
-     ("exponential", RATES), ("parabola-exponential/3", RATES)],
-)  # fmt: skip
+@pytest.mark.parametrize(("drift", "rates"), [
+    ("none", None), ("parabola", None), ("parabola/10", None),
+    ("exponential", RATES), ("parabola-exponential/3", RATES),
+])  # fmt: skip
 def test_noise_of_the_sensors(seen, drift, rates):
     noise = room.noise_floor(seen, MODES)
     found = room.Evidence(seen, drift, noise).solved(NEAR, rates).log()

@@ -316,14 +316,11 @@ def test_a_real_mode_is_no_oscillation_that_gets_a_name(seed):
     assert all(re.fullmatch(words, one.rejected) for one in found)
 
 
-@pytest.mark.parametrize(
-    ("count", "settings", "words"),
-    [
-        (1, {"drift": "parabole"}, "unknown drift 'parabole'; did you mean 'parabola'"),
-        (4, {}, "4 modes in one window; give 1 to 3"),
-        (0, {}, "0 modes in one window; give 1 to 3"),
-    ],
-)
+@pytest.mark.parametrize(("count", "settings", "words"), [
+    (1, {"drift": "parabole"}, "unknown drift 'parabole'; did you mean 'parabola'"),
+    (4, {}, "4 modes in one window; give 1 to 3"),
+    (0, {}, "0 modes in one window; give 1 to 3"),
+])  # fmt: skip
 def test_settings_that_do_not_exist(count, settings, words):
     with pytest.raises(InputError, match=words):
         identify_modes(decay(np.random.default_rng(1)), count, **settings)
@@ -361,22 +358,19 @@ def test_a_run_that_is_rejected_is_shown_and_kept_out_of_the_table(tmp_path, cap
     assert [row["speed_m_s"] for row in rows] == ["4.6"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["{a}"], "give a file and its speed in m/s"),
-        (["{a}@300"], "give a file and its speed in m/s"),
-        (["{a}@4", "--mode", "weeve"], "unknown mode 'weeve'; did you mean 'weave'"),
-        (["{a}@4", "--from", "3.95"], "samples between 3.95 and inf s; at least 20"),
-        (["{a}@4", "--start-hz", "0"], "start_hz = 0 is outside 0.016 .. 32 Hz"),
-        (["{b}@4", "--from", "2"], "roll_rate_rad_s is constant between 2 and inf s; leave it out"),
-        (["{a}@4", "--to", "0.25", "--out", "{t}"], "no run could be used"),
-        (["{a}@4", "--drift", "linear"], "unknown drift 'linear'"),
-        (["{a}@4", "--mode", "weave", "--modes", "weave,wobble"], "--mode and --modes: give one of them"),
-        (["{a}@4", "--modes", "weave,weave"], "a mode is named twice"),
-        (["{a}@4", "--modes", "weave,woble"], "unknown mode 'woble'; did you mean 'wobble'"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["{a}"], "give a file and its speed in m/s"),
+    (["{a}@300"], "give a file and its speed in m/s"),
+    (["{a}@4", "--mode", "weeve"], "unknown mode 'weeve'; did you mean 'weave'"),
+    (["{a}@4", "--from", "3.95"], "samples between 3.95 and inf s; at least 20"),
+    (["{a}@4", "--start-hz", "0"], "start_hz = 0 is outside 0.016 .. 32 Hz"),
+    (["{b}@4", "--from", "2"], "roll_rate_rad_s is constant between 2 and inf s; leave it out"),
+    (["{a}@4", "--to", "0.25", "--out", "{t}"], "no run could be used"),
+    (["{a}@4", "--drift", "linear"], "unknown drift 'linear'"),
+    (["{a}@4", "--mode", "weave", "--modes", "weave,wobble"], "--mode and --modes: give one of them"),
+    (["{a}@4", "--modes", "weave,weave"], "a mode is named twice"),
+    (["{a}@4", "--modes", "weave,woble"], "unknown mode 'woble'; did you mean 'wobble'"),
+])  # fmt: skip
 def test_bad_input(tmp_path, capsys, arguments, words):
     run = decay(np.random.default_rng(1))
     write(tmp_path / "a.csv", run)

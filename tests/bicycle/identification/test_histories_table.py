@@ -116,37 +116,34 @@ def test_under_a_prescribed_steer_angle_the_torque_is_measured(folder):
     assert set(alone.channels) == {"roll_rate_rad_s"}
 
 
-@pytest.mark.parametrize(
-    ("entry", "table", "words"),
-    [
-        ({"file": "other.csv", "held_out": True}, {}, "held_out = true in every run; leave it out where a run"),
-        ({"file": "other.csv", "held_out": 1}, {}, "held_out = 1 must be true or false"),
-        ({"file": "other.csv"}, {"folder": "$KICKS_NOWHERE/runs"}, "KICKS_NOWHERE is not set; set it to the folder"),
-        ({"file": "other.csv"}, {"folder": "runs"}, "folder = 'runs': there is no folder .*runs; give the one"),
-        ({"file": "other.csv"}, {"folder": 3}, 'folder = 3 must be a folder in quotes, such as "runs"'),
-        ({"file": "other.csv"}, {"input": "steer"}, "input = 'steer' is not allowed; write one of 'steer_torque_N_m',"),
-        ({"file": "other.csv"}, {"input": "lean_torque_N_m"}, "input = 'lean_torque_N_m' was not recorded; the run"),
-        ({"file": "other.csv"}, {"input": "steer_rad", "channels": ["steer_rad"]}, "steer_rad was not recorded; it"),
-        (
-            {"files": "push_*.csv"}, {},
-            r"push_\*.csv: no file in .* is called so; give a pattern.*; it holds kick_1.csv, kick_2.csv, other.csv",
-        ),
-        ({"file": "other.csv", "speed_km_h": 18}, {}, "other.csv: speed_m_s and speed_km_h say the same; keep one"),
-        ({"files": "kick_*.csv", "file": "other.csv"}, {}, "give one of file = .RUN.csv. and files"),
-        ({}, {}, "give one of file = .RUN.csv. and files"),
-        ({"file": 3}, {}, "file = 3 must be a path in quotes"),
-        ({"file": "other.csv"}, {"first_s": 0.1, "drop_first_s": 0.1}, "drop_first_s and first_s say the same"),
-        ({"file": "other.csv"}, {"first_s": 1.9}, r"other.csv: 5 samples after first_s = 1.9 s of 1.98 s; at least 20"),
-        ({"file": "other.csv"}, {"drop_first_s": 1.9}, "5 samples after drop_first_s = 1.9 s"),
-        ({"file": "other.csv"}, {"first_s": 0.5, "last_s": 0.6}, "6 samples from first_s = 0.5 s to last_s = 0.6 s"),
-        ({"file": "other.csv"}, {"drop_first_s": 0.1, "last_s": 0.05}, "0.05 s is not after drop_first_s = 0.1 s"),
-        ({"file": "other.csv", "first_s": 0.9}, {"last_s": 0.6}, "last_s = 0.6 s is not after first_s = 0.9 s"),
-        ({"file": "other.csv", "last_s": -1}, {}, "last_s = -1 must be a time >= 0 in s, from the first sample"),
-        ({"file": "other.csv"}, {"channels": ["lean_rad"]}, "lean_rad was not recorded; it holds roll_rate_rad_s,"),
-        ({"file": "other.csv"}, {"channels": []}, r"channels = \[\]: name one or more of roll_rate_rad_s, steer_rad"),
-        ({"file": "other.csv"}, {"channels": ["stear_rad"]}, "unknown channel 'stear_rad'; did you mean 'steer_rad'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("entry", "table", "words"), [
+    ({"file": "other.csv", "held_out": True}, {}, "held_out = true in every run; leave it out where a run"),
+    ({"file": "other.csv", "held_out": 1}, {}, "held_out = 1 must be true or false"),
+    ({"file": "other.csv"}, {"folder": "$KICKS_NOWHERE/runs"}, "KICKS_NOWHERE is not set; set it to the folder"),
+    ({"file": "other.csv"}, {"folder": "runs"}, "folder = 'runs': there is no folder .*runs; give the one"),
+    ({"file": "other.csv"}, {"folder": 3}, 'folder = 3 must be a folder in quotes, such as "runs"'),
+    ({"file": "other.csv"}, {"input": "steer"}, "input = 'steer' is not allowed; write one of 'steer_torque_N_m',"),
+    ({"file": "other.csv"}, {"input": "lean_torque_N_m"}, "input = 'lean_torque_N_m' was not recorded; the run"),
+    ({"file": "other.csv"}, {"input": "steer_rad", "channels": ["steer_rad"]}, "steer_rad was not recorded; it"),
+    (
+        {"files": "push_*.csv"}, {},
+        r"push_\*.csv: no file in .* is called so; give a pattern.*; it holds kick_1.csv, kick_2.csv, other.csv",
+    ),
+    ({"file": "other.csv", "speed_km_h": 18}, {}, "other.csv: speed_m_s and speed_km_h say the same; keep one"),
+    ({"files": "kick_*.csv", "file": "other.csv"}, {}, "give one of file = .RUN.csv. and files"),
+    ({}, {}, "give one of file = .RUN.csv. and files"),
+    ({"file": 3}, {}, "file = 3 must be a path in quotes"),
+    ({"file": "other.csv"}, {"first_s": 0.1, "drop_first_s": 0.1}, "drop_first_s and first_s say the same"),
+    ({"file": "other.csv"}, {"first_s": 1.9}, r"other.csv: 5 samples after first_s = 1.9 s of 1.98 s; at least 20"),
+    ({"file": "other.csv"}, {"drop_first_s": 1.9}, "5 samples after drop_first_s = 1.9 s"),
+    ({"file": "other.csv"}, {"first_s": 0.5, "last_s": 0.6}, "6 samples from first_s = 0.5 s to last_s = 0.6 s"),
+    ({"file": "other.csv"}, {"drop_first_s": 0.1, "last_s": 0.05}, "0.05 s is not after drop_first_s = 0.1 s"),
+    ({"file": "other.csv", "first_s": 0.9}, {"last_s": 0.6}, "last_s = 0.6 s is not after first_s = 0.9 s"),
+    ({"file": "other.csv", "last_s": -1}, {}, "last_s = -1 must be a time >= 0 in s, from the first sample"),
+    ({"file": "other.csv"}, {"channels": ["lean_rad"]}, "lean_rad was not recorded; it holds roll_rate_rad_s,"),
+    ({"file": "other.csv"}, {"channels": []}, r"channels = \[\]: name one or more of roll_rate_rad_s, steer_rad"),
+    ({"file": "other.csv"}, {"channels": ["stear_rad"]}, "unknown channel 'stear_rad'; did you mean 'steer_rad'"),
+])  # fmt: skip
 def test_what_is_refused(folder, entry, table, words):
     with pytest.raises(InputError, match=words):
         runs(folder, entry, **table)

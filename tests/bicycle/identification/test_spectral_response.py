@@ -154,13 +154,12 @@ def test_several_recordings_are_averaged_and_a_dead_line_is_left_out():
     assert left.left_out >= len(found.gain) - 1
 
 
-@pytest.mark.parametrize(
-    ("segment", "highest", "words"),
-    [(8.0, 5.0, "20 s hold 3.8 independent segments of 8 s; at least 5 are needed: take shorter segments"),
-     (2.0, 1.2, "segments of 2 s show 1 frequencies up to 1.2 Hz; take longer segments or a higher limit"),
-     (0.01, 5.0, "segments of 0.01 s hold 1 samples of 0.01 s; at least 16 are needed: take segments of 0.16 s or"),
-     (2.0, 51.0, "51 Hz is above 50 Hz, half the sample rate, and cannot be seen; take a lower limit")],
-)  # fmt: skip
+@pytest.mark.parametrize(("segment", "highest", "words"), [
+    (8.0, 5.0, "20 s hold 3.8 independent segments of 8 s; at least 5 are needed: take shorter segments"),
+    (2.0, 1.2, "segments of 2 s show 1 frequencies up to 1.2 Hz; take longer segments or a higher limit"),
+    (0.01, 5.0, "segments of 0.01 s hold 1 samples of 0.01 s; at least 16 are needed: take segments of 0.16 s or"),
+    (2.0, 51.0, "51 Hz is above 50 Hz, half the sample rate, and cannot be seen; take a lower limit"),
+])  # fmt: skip
 def test_records_that_say_too_little(segment, highest, words):
     u = np.random.default_rng(7).standard_normal(2000)
     with pytest.raises(InputError, match=re.escape(words)):
@@ -193,11 +192,9 @@ def test_forced_runs_are_read_with_a_reference_and_a_force(tmp_path):
     table = {name: {"column": column, "unit": unit} for name, (column, unit) in names.items() if unit != "V"}
     table["command"] = {"column": "steer_torque_N_m", "unit": "N mm"}
     (mapped,) = read_forced(
-        written(tmp_path),
-        5.0,
-        reference="command",
+        written(tmp_path), 5.0, reference="command",
         channel_map=ChannelMap.from_table({"channels": table}, tmp_path, where="m"),
-    )
+    )  # fmt: skip
     assert set(mapped.inputs) == {"lateral_force_N", "command"}
     (plain,) = read_forced(written(tmp_path), 5.0, reference="push")
     np.testing.assert_allclose(mapped.inputs["lateral_force_N"], 1e3 * plain.inputs["push"])

@@ -13,9 +13,8 @@ STEER = 0.55 * np.exp(-0.4j)
 def decay(rng, *, start=0.0, amplitude=0.5, phase=1.0):
     """Free motion from a ``start`` (s) on, in both channels."""
     wave = amplitude * np.exp(1j * phase + ROOT * np.clip(TIME - start, 0, None)) * (start <= TIME)
-    return wave.real + 0.01 * rng.standard_normal(TIME.size), (STEER * wave).real + 0.005 * rng.standard_normal(
-        TIME.size
-    )
+    roll = wave.real + 0.01 * rng.standard_normal(TIME.size)
+    return roll, (STEER * wave).real + 0.005 * rng.standard_normal(TIME.size)
 
 
 def run(roll, steer):
