@@ -6,24 +6,14 @@ Every name is imported when it is first used: the command line needs none of the
 from tyre.door import door
 
 __all__ = [
-    "InputError",
-    "MeasuredTable",
-    "TyreMap",
-    "TyreProperties",
-    "TyreSource",
-    "available_tyres",
-    "read_tyre",
-]
+    "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
+]  # fmt: skip
 
 HOME = {
-    "InputError": "tyre.errors",
-    "MeasuredTable": "tyre.tables",
-    "TyreMap": "tyre.tyre_map",
-    "TyreProperties": "tyre.properties",
-    "TyreSource": "tyre.properties",
-    "available_tyres": "tyre.map_files",
+    "InputError": "tyre.errors", "MeasuredTable": "tyre.tables", "TyreMap": "tyre.tyre_map",
+    "TyreProperties": "tyre.properties", "TyreSource": "tyre.properties", "available_tyres": "tyre.map_files",
     "read_tyre": "tyre.find_tyre",
-}
+}  # fmt: skip
 """Name -> its home; ``__init__.pyi`` tells the types."""
 
 __getattr__, __dir__ = door(__name__, HOME)

@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -19,19 +19,12 @@ from tyre.channel_map import ChannelMap
 from tyre.condition import (
     ConditionResult,
     FitSettings,
-    Key,
     RecordingSummary,
     Repeatability,
     check_plausible,
-    check_repeats,
-    combine,
-    condition_key,
-    near_conditions,
-    pooled_repeatability,
+    combined,
     refuse_infinite,
     upright,
-    with_agreement,
-    with_camber,
 )
 from tyre.contact_patch import log_curvature
 from tyre.errors import InputError
@@ -59,10 +52,7 @@ Points = dict[str, list[float]]
 def summarise(
     path: Path, *, name: str, settings: FitSettings, cache_folder: Path | None, channel_map: ChannelMap | None = None
 ) -> list[tuple[str, RecordingSummary | str]]:
-    """Fit every event of one file, or take the results of an earlier run with the same content, settings and code.
-
-    Gives the name of each event with its fit, or the reason why there is none.
-    """
+    """Fit every event of one file, or take its fits (by name, or why there is none) from the cache."""
     try:
         kept = None if cache_folder is None else cache_folder / f"{_key(path, settings, channel_map)}.fit"
         found = None if kept is None else _read_kept(kept)
@@ -157,11 +147,12 @@ def fit_read(
 
 
 def _summary(
-    recording: RigRun | PullTest, name: str, kind: str, estimate: Estimate, fit: Any, details: dict[str, float]
+    recording: RigRun | PullTest, name: str, kind: str, estimate: Estimate, fit: Any, details: Mapping[str, Any]
 ) -> RecordingSummary:
     return RecordingSummary(
         file=name, kind=kind, condition=recording.condition, synthetic=recording.synthetic, value=estimate.value,
-        fit_sd=getattr(fit, "fit_sd", estimate.sd), r_squared=fit.r_squared, details=details, notes=fit.notes,
+        fit_sd=fit.fit_sd, r_squared=fit.r_squared, notes=fit.notes,
+        details={name: value for name, value in details.items() if value is not None},
     )  # fmt: skip
 
 
@@ -169,6 +160,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
     fit = fit_slip_sweep(run, calibration=settings.calibration, lag_correction=settings.lag_correction)
     parameters, blocks, used = fit.parameters, fit.blocks, fit.blocks.settled
     sd, largest = fit.parameters_sd, float(np.max(np.abs(blocks.force)))
+    moment, camber = fit.aligning_moment, run.inclination
     details = {
         "peak_N": parameters["peak"], "shape": parameters["shape"], "curvature": parameters["curvature"],
         "Sv_N": parameters["vertical_shift"], "Sv_sd_N": sd["vertical_shift"],
@@ -176,19 +168,15 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "drift_N": parameters["drift"], "load_N": fit.load, "largest_force_N": largest,
         "branches": float(fit.branches), "residual_sd_N": fit.residual_sd,
         "force_at_zero_N": fit.force_at_zero[0], "force_at_zero_sd_N": fit.force_at_zero[1],
+        "apparent_relaxation_length_m": fit.apparent_relaxation_length,
+        "camber_rad": None if camber is None else float(np.nanmedian(camber)), "temperature_C": fit.temperature,
     }  # fmt: skip
-    if fit.apparent_relaxation_length is not None:
-        details["apparent_relaxation_length_m"] = fit.apparent_relaxation_length
-    if run.inclination is not None:
-        details["camber_rad"] = float(np.nanmedian(run.inclination))
-    if fit.temperature is not None:
-        details["temperature_C"] = fit.temperature
-    if fit.aligning_moment is not None:
-        details["pneumatic_trail_m"] = fit.aligning_moment.pneumatic_trail
-        details["pneumatic_trail_sd_m"] = fit.aligning_moment.pneumatic_trail_sd
-        details["aligning_moment_slope_N_m_per_rad"] = fit.aligning_moment.slope
-        zero, sd_of_zero = fit.aligning_moment.at_zero
-        details |= {"moment_at_zero_N_m": zero, "moment_at_zero_sd_N_m": sd_of_zero}
+    if moment is not None:
+        details |= {
+            "pneumatic_trail_m": moment.pneumatic_trail, "pneumatic_trail_sd_m": moment.pneumatic_trail_sd,
+            "aligning_moment_slope_N_m_per_rad": moment.slope, "moment_at_zero_N_m": moment.at_zero[0],
+            "moment_at_zero_sd_N_m": moment.at_zero[1],
+        }  # fmt: skip
     summary = _summary(run, name, "slip_sweep", fit.cornering_stiffness, fit, details)
     summary = replace(summary, rate=fit.rate, speed=fit.speed, half_gap=fit.half_gap, half_gap_sd=fit.half_gap_sd)
     points = {
@@ -215,10 +203,8 @@ def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
     details = {
         "force_change_N": fit.force_change, "residual_sd_N": fit.residual_sd, "dof": fit.fit_dof,
         "slip_before_rad": fit.slip[0], "slip_after_rad": fit.slip[1], "curve_sd_m": fit.curve_sd,
-        "deficit": fit.deficit, "length_by_deficit": fit.length_by_deficit,
+        "deficit": fit.deficit, "length_by_deficit": fit.length_by_deficit, "distance_to_63_m": fit.distance_to_63,
     }  # fmt: skip
-    if fit.distance_to_63 is not None:
-        details["distance_to_63_m"] = fit.distance_to_63
     return _summary(run, name, "slip_step", fit.relaxation_length, fit, details), {}
 
 
@@ -332,40 +318,9 @@ def fit_campaign(
             "the first: {}: {}".format(*next(iter(skipped.items())))
         )
     summaries.sort(key=lambda item: item.file)
-    return _assemble(folder, summaries, settings, dict(sorted(skipped.items())), wheel_radius)
-
-
-def _assemble(
-    folder: Path, summaries: Sequence[RecordingSummary], settings: FitSettings, skipped: dict[str, str],
-    wheel_radius: float,
-) -> Campaign:  # fmt: skip
-    groups: dict[Key, list[RecordingSummary]] = defaultdict(list)
-    for summary in summaries:
-        groups[condition_key(summary)].append(summary)
-    for key, group in groups.items():
-        check_repeats(group, f"{folder}: {key}, {key.surface}")
-    near = near_conditions(groups)
-
-    sweeps, pulls = (
-        pooled_repeatability(
-            [[item for item in group if item.kind == kind] for group in groups.values()],
-            floor=settings.calibration.repeatability,
-        )
-        for kind in ("slip_sweep", "pull_test")
-    )
-    conditions = []
-    for key in sorted(groups, key=lambda k: (k.tyre, k.surface != "flat", k.surface, k.pressure, k.load, k.camber)):
-        flat = groups.get(key._replace(surface="flat"), []) if key.surface == "drum" else []
-        conditions.append(
-            combine(
-                key, groups[key], borrowed=[item for item in flat if item.kind == "pull_test"],
-                sweep_repeatability=sweeps, pull_repeatability=pulls, calibration=settings.calibration,
-                further_warnings=[near[key]] if key in near else [],
-            )
-        )  # fmt: skip
-    conditions = with_agreement(with_camber(conditions, settings.calibration))
+    conditions, sweeps, pulls = combined(summaries, settings, where=str(folder))
     curvature = _curvature(conditions, wheel_radius)
-    return Campaign(folder, tuple(conditions), sweeps, pulls, settings, skipped, curvature)
+    return Campaign(folder, tuple(conditions), sweeps, pulls, settings, dict(sorted(skipped.items())), curvature)
 
 
 def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tuple[CurvatureExponent, ...]:
@@ -374,16 +329,15 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
     for tyre in sorted({condition.tyre for condition in conditions}):
         mine = [c for c in upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
         flat = {(c.load, c.pressure): c.cornering_stiffness for c in mine if c.surface == "flat"}
-        logs, bases, radii = [], [], []
-        for c in mine:
-            partner = flat.get((c.load, c.pressure))
-            if c.surface == "drum" and c.drum_radius and c.cornering_stiffness and partner:
-                logs.append(np.log(partner.value / c.cornering_stiffness.value))
-                bases.append(log_curvature(wheel_radius=wheel_radius, drum_radius=c.drum_radius))
-                radii.append(c.drum_radius)
-        if not logs:
+        pairs = [
+            (partner.value / c.cornering_stiffness.value, c.drum_radius) for c in mine
+            if c.surface == "drum" and c.drum_radius and c.cornering_stiffness
+            and (partner := flat.get((c.load, c.pressure)))
+        ]  # fmt: skip
+        if not pairs:
             continue
-        y, x = np.array(logs), np.array(bases)
+        ratios, radii = np.array(pairs).T
+        y, x = np.log(ratios), np.array([log_curvature(wheel_radius=wheel_radius, drum_radius=r) for r in radii])
         exponent = float(x @ y / (x @ x))
         estimate = Estimate(exponent, float("nan"), 1.0)
         if y.size > 1:
@@ -459,13 +413,10 @@ def measured_tables(campaign: Campaign) -> tuple[list[MeasuredTable], list[str]]
     remarks: list[str] = []
     for (tyre, surface), every in groups.items():
         members = upright(every)
-        if len(members) < len(every):
-            cambered = len(every) - len(members)
-            remarks.append(f"{tyre} on {surface}: {cambered} conditions at more camber are not in the map")
         complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
-        if len(complete) < len(members):
-            missing = len(members) - len(complete)
-            remarks.append(f"{tyre} on {surface}: {missing} conditions without C or K are not in the map")
+        left_out = {"at more camber": len(every) - len(members), "without C or K": len(members) - len(complete)}
+        label = f"{tyre} on {surface}"
+        remarks += [f"{label}: {n} conditions {how} are not in the map" for how, n in left_out.items() if n]
         if complete:
             tables.append(_table(complete, campaign))
     return tables, remarks

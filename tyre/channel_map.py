@@ -63,14 +63,9 @@ _TRIGGER = table({
     needed("unit", "unit is missing; give the unit of the level"): _TEXT, maybe("before_s", 0.0): number(least=0),
     needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
 })  # fmt: skip
-_WINDOW = table(
-    {
-        maybe("name"): _TEXT,
-        maybe("from_s"): number(least=0),
-        maybe("to_s"): number(above=0),
-        maybe("trigger"): any_table,
-    }
-)
+_WINDOW = table({
+    maybe("name"): _TEXT, maybe("from_s"): number(least=0), maybe("to_s"): number(above=0), maybe("trigger"): any_table,
+})  # fmt: skip
 _WINDOWS = list_of(anything, "must be tables: write [[windows]] with from_s and to_s, or with a trigger", least=1)
 
 

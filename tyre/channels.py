@@ -42,10 +42,7 @@ def read_records(
 def records(
     signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True, own: bool = False
 ) -> tuple[Record, ...]:
-    """Bring signals to SI units, one time base and the axes of the vehicle, and cut them into events.
-
-    With ``own`` the arrays of the signals are converted in their place, for large files fill the memory.
-    """
+    """Bring signals to SI units (``own`` ones in place), one time base and the vehicle's axes, and cut out events."""
     where = signals.source
     known = _all_quantities(channel_map, quantities)
     units = {name: _unit(signals, entry, known[name], where, name) for name, entry in channel_map.channels.items()}

@@ -16,13 +16,7 @@ from tyre.plausible import BANDS, doubts, suspicion
 from tyre.preflight import LOAD_TOLERANCE, TOLERANCES
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.recording import SYNTHETIC_NOTES, Condition
-from tyre.relaxation import (
-    Agreement,
-    agreement,
-    mean_of_steps,
-    relaxation_from_stiffness,
-    relaxation_from_two_rates,
-)
+from tyre.relaxation import Agreement, agreement, mean_of_steps, relaxation_from_stiffness, relaxation_from_two_rates
 from tyre.units import PASCAL_PER_BAR
 
 
@@ -88,10 +82,8 @@ def pooled_repeatability(groups: Sequence[Sequence[RecordingSummary]], *, floor:
 
 # values that a tyre of any vehicle may have, SI; usual ones of a bicycle's: `tyre.plausible`
 POSSIBLE = {
-    "cornering_stiffness_per_load": (2.0, 60.0),
-    "lateral_stiffness": (5e3, 1e6),
-    "relaxation_length": (3e-3, 3.0),
-}
+    "cornering_stiffness_per_load": (2.0, 60.0), "lateral_stiffness": (5e3, 1e6), "relaxation_length": (3e-3, 3.0),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -164,9 +156,7 @@ def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
             said.append(f"{one.file} and {other.file} agree to {LIMITS.reprint:g}: the same recording twice?")
         if one.kind != "slip_step" and abs(one.value / other.value - 1) > LIMITS.spread:
             said.append(f"{one.file} and {other.file} differ by {100 * abs(one.value / other.value - 1):.1f} %")
-    for item in recordings:
-        if item.kind != "pull_test":
-            continue
+    for item in (item for item in recordings if item.kind == "pull_test"):
         if item.r_squared < 0.98:
             said.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
         share = item.details.get("friction_N", 0.0) / item.details.get("largest_force_N", np.inf)
@@ -264,7 +254,6 @@ def combine(
     further_warnings: Sequence[str] = (),
 ) -> ConditionResult:  # fmt: skip
     """Combine the recordings of one condition."""
-    tyre, surface, load, pressure, camber = Key(*key)
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
         for kind in ("slip_sweep", "pull_test", "slip_step")
@@ -275,9 +264,8 @@ def combine(
     is_borrowed = not pulls and bool(borrowed)
     if is_borrowed:
         pulls = tuple(sorted(borrowed, key=lambda item: item.file))
-        where = (
-            "flat track (no pull test on the drum)" if surface == "drum" else "upright wheel (no pull test at camber)"
-        )
+        others = {"drum": "flat track (no pull test on the drum)"}
+        where = others.get(key.surface, "upright wheel (no pull test at camber)")
         warnings.append(f"lateral stiffness is that of the {where}")
     c = _mean(sweeps, sweep_repeatability, "cornering stiffness", warnings)
     k = _mean(pulls, pull_repeatability, "lateral stiffness", warnings)
@@ -300,8 +288,7 @@ def combine(
         if len(items) > 1
     }
     return ConditionResult(
-        tyre=tyre, surface=surface, load=load, pressure=pressure, camber=camber,
-        drum_radius=next((item.condition.drum_radius for item in recordings), None),
+        **key._asdict(), drum_radius=next((item.condition.drum_radius for item in recordings), None),
         cornering_stiffness=_with_calibration(c, calibration.force, calibration.slip),
         lateral_stiffness=_with_calibration(k, calibration.force, calibration.displacement), relaxation_length=length,
         covariance=covariance, r_squared=float(np.mean([item.r_squared for item in sweeps])) if sweeps else None,
@@ -351,25 +338,22 @@ def _with_calibration(estimate: Estimate | None, force: float, other: float) -> 
 
 
 def _trail(sweeps: Sequence[RecordingSummary]) -> Estimate | None:
-    values = [item.details["pneumatic_trail_m"] for item in sweeps if "pneumatic_trail_m" in item.details]
-    if not values:
-        return None
-    own = [item.details["pneumatic_trail_sd_m"] for item in sweeps if "pneumatic_trail_sd_m" in item.details]
-    mean, count = float(np.mean(values)), len(values)
-    if count == 1:
-        return Estimate(mean, own[0])
-    return Estimate(mean, float(np.std(values, ddof=1)) / np.sqrt(count), float(count - 1))
+    told = [item.details for item in sweeps if "pneumatic_trail_m" in item.details]
+    values, count = [details["pneumatic_trail_m"] for details in told], len(told)
+    if count < 2:
+        return Estimate(values[0], told[0]["pneumatic_trail_sd_m"]) if told else None
+    return Estimate(float(np.mean(values)), float(np.std(values, ddof=1)) / np.sqrt(count), float(count - 1))
 
 
 def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
     """Judge the routes to the relaxation length of all ``conditions`` together, and warn of those that disagree."""
-    tests = sum(c.routes is not None for c in conditions)
-    judged = [c if c.routes is None else replace(c, routes=replace(c.routes, tests=tests)) for c in conditions]
-    return [
-        c if c.routes is None or c.routes.agree
-        else replace(c, warnings=(*c.warnings, f"routes to the relaxation length disagree: {c.routes.sentence}"))
-        for c in judged
-    ]  # fmt: skip
+    tests, judged = sum(c.routes is not None for c in conditions), []
+    for c in conditions:
+        routes = c.routes and replace(c.routes, tests=tests)
+        disagree = "" if routes is None or routes.agree else routes.sentence
+        said = [f"routes to the relaxation length disagree: {disagree}"] if disagree else []
+        judged.append(replace(c, routes=routes, warnings=(*c.warnings, *said)))
+    return judged
 
 
 def upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
@@ -408,6 +392,33 @@ def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration)
         replace(c, camber_stiffness=forces.get(key), twisting_stiffness=twisting.get(key))
         for c, key in zip(conditions, keys, strict=True)
     ]
+
+
+def combined(
+    summaries: Sequence[RecordingSummary], settings: FitSettings, *, where: str
+) -> tuple[list[ConditionResult], Repeatability, Repeatability]:
+    """Combine the recordings of a campaign by condition, with the repeatability of sweeps and of pulls."""
+    groups: dict[Key, list[RecordingSummary]] = {}
+    for summary in summaries:
+        groups.setdefault(condition_key(summary), []).append(summary)
+    for key, group in groups.items():
+        check_repeats(group, f"{where}: {key}, {key.surface}")
+    near, floor = near_conditions(groups), settings.calibration.repeatability
+    sweeps, pulls = (
+        pooled_repeatability([[item for item in group if item.kind == kind] for group in groups.values()], floor=floor)
+        for kind in ("slip_sweep", "pull_test")
+    )
+    conditions = []
+    for key in sorted(groups, key=lambda k: (k.tyre, k.surface != "flat", k.surface, k.pressure, k.load, k.camber)):
+        flat = groups.get(key._replace(surface="flat"), []) if key.surface == "drum" else []
+        conditions.append(
+            combine(
+                key, groups[key], borrowed=[item for item in flat if item.kind == "pull_test"],
+                sweep_repeatability=sweeps, pull_repeatability=pulls, calibration=settings.calibration,
+                further_warnings=[near[key]] if key in near else [],
+            )
+        )  # fmt: skip
+    return with_agreement(with_camber(conditions, settings.calibration)), sweeps, pulls
 
 
 def _slopes(

@@ -18,31 +18,17 @@ def string_trail(*, half_length: Any, relaxation_length: Any) -> Any:
     return relaxation_length / 3 * (1 - free**3)
 
 
-def half_length_of_trail(*, pneumatic_trail: float, relaxation_length: float) -> float:
-    """Half the length (m) of the contact of a string that has a measured trail: the inverse of :func:`string_trail`."""
-    _positive(pneumatic_trail=pneumatic_trail, relaxation_length=relaxation_length)
-    if pneumatic_trail > relaxation_length / 3:
-        raise InputError(
-            f"pneumatic_trail = {pneumatic_trail:g} m is more than a third of the relaxation length "
-            f"{relaxation_length:g} m; no string has it, use the effect pneumatic_trail"
-        )
-    return relaxation_length * (1 - (1 - 3 * pneumatic_trail / relaxation_length) ** (1 / 3))
-
-
 def half_length_under_load(*, load: float, pressure: float, wheel_radius: float, tyre_width: float) -> float:
     """Estimate half the length (m) of the contact ellipse of a tyre: a = sqrt(N/(pi p) sqrt(R/rho)).
 
     The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
     pressed on a plane, a/b = sqrt(R/rho). A stiff casing shortens the contact, thick rubber lengthens it.
     """
-    _positive(load=load, pressure=pressure, wheel_radius=wheel_radius, tyre_width=tyre_width)
-    return math.sqrt(load / (math.pi * pressure) * math.sqrt(2 * wheel_radius / tyre_width))
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
+    given = {"load": load, "pressure": pressure, "wheel_radius": wheel_radius, "tyre_width": tyre_width}
+    for name, value in given.items():
         if not is_number(value) or not 0 < value < math.inf:
             raise InputError(f"{name} = {shown(value)} must be a positive number in SI units")
+    return math.sqrt(load / (math.pi * pressure) * math.sqrt(2 * wheel_radius / tyre_width))
 
 
 def log_curvature(*, wheel_radius: float, drum_radius: float | None) -> float:

@@ -1,7 +1,7 @@
 """Names of a package that are imported when they are first used."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -17,3 +17,8 @@ def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], 
         return own[name]
 
     return get, lambda: sorted({*own, *homes})
+
+
+def room(package: str, files: Mapping[str, Iterable[str]]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Give the same of a room whose names stand in its ``files``, by file."""
+    return door(package, {name: f"{package}.{file}" for file, names in files.items() for name in names})

@@ -92,12 +92,9 @@ def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[st
             of_name = next((end for end in _unit_words(found.name) if quantity_of(end) == quantity), "")
             if quantity == "time" and not of_name:
                 of_name = next((unit for word, unit in _TIMES.items() if word in found.name.casefold()), "")
-            others = [
-                c.name for c in columns if _OF_A_PHONE in found.name.casefold() and _OF_A_PHONE in c.name.casefold()
-            ]
-            doubt = (
-                f"the axes of a phone are its own: {listed(others)}" if others and quantity == "angular rate" else ""
-            )
+            phone = [c.name for c in columns if _OF_A_PHONE in c.name.casefold()]
+            turned = found.name in phone and quantity == "angular rate"
+            doubt = f"the axes of a phone are its own: {listed(phone)}" if turned else ""
             taken[name] = Guess(found, "" if said else of_name or UNKNOWN, doubt)
     return taken
 

@@ -31,7 +31,10 @@ def replacing(target: str | Path) -> Iterator[Path]:
     try:
         yield part
         if not device:
-            _settle(part, target)
+            with part.open("rb+") as file:
+                os.fsync(file.fileno())
+            if target.exists():
+                shutil.copymode(target, part)
             os.replace(part, target)
     except OSError as error:
         if error.errno is not None and error.filename in (None, str(part)):  # a full disk says no name
@@ -52,14 +55,6 @@ def clear_of_killed_runs(folder: Path) -> None:
     for file in folder.iterdir():
         if left_by_a_killed_run(file.name):
             file.unlink(missing_ok=True)
-
-
-def _settle(part: Path, target: Path) -> None:
-    """Put ``part`` on the disk, with the permissions of ``target`` where there is one."""
-    with part.open("rb+") as file:
-        os.fsync(file.fileno())
-    if target.exists():
-        shutil.copymode(target, part)
 
 
 def write_text(target: str | Path, text: str) -> None:

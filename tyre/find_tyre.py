@@ -1,6 +1,5 @@
 """A tyre by its name or file, whatever describes it: a measured table, a .tir file or Pacejka-89 coefficients."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -8,9 +7,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from tyre.errors import InputError, nearest
-from tyre.files import data_root
-from tyre.map_files import available_tyres
+from tyre.errors import InputError
+from tyre.files import data_root, read_toml
+from tyre.map_files import available_tyres, no_tyre
 from tyre.properties import TyreSource
 from tyre.tyre_map import TyreMap
 
@@ -59,13 +58,7 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None, camber_moment: st
     if name in tables:
         return TyreMap.load(name, surface=surface or "flat")
     if not is_file_name(name) and name not in formulas:
-        names = sorted([*tables, *formulas])
-        near = nearest(name, names)
-        hint = f" (did you mean '{near}'?)" if near else ""
-        raise InputError(
-            f"no tyre '{name}'{hint}; available are {', '.join(names) or 'none'}; or give a file "
-            f"({', '.join(FILE_ENDINGS)})."
-        )
+        raise no_tyre(name, [*tables, *formulas], f"; or give a file ({', '.join(FILE_ENDINGS)})")
     found = _from_file(Path(name), choice) if is_file_name(name) else formulas[name]
     if surface and surface != found.surface:
         raise InputError(f"{name} was not measured on surface '{surface}', only on: {found.surface}; leave surface out")
@@ -96,10 +89,7 @@ def _from_file(path: Path, camber_moment: str = "") -> TyreSource:
     if ending not in (".csv", ".toml"):
         return read_pacejka89(path)
     if ending == ".toml" and path.is_file():
-        try:
-            content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: is not valid TOML: {error}") from error
+        content = read_toml(path, "tyre")
         named = {"a0", SIDE, "set"} & {str(key).lower() for key in content}
         kind = content.get("kind", KIND if named else "map")
         if kind not in ("map", KIND):

@@ -14,11 +14,13 @@ from tyre.errors import InputError
 from tyre.plausible import table_doubts
 from tyre.properties import (
     MEASURED_BESIDE,
+    QUANTITIES,
     JointCovariance,
     JointProperties,
     TyreProperties,
     TyreSource,
     stated_range,
+    stiffness_names,
     stiffness_note,
 )
 from tyre.units import PASCAL_PER_BAR
@@ -73,8 +75,7 @@ class FormulaTyre(TyreSource):
                         f"give a {name.replace('_', ' ')} of {value:g} {unit}, which is not physical; stay nearer to "
                         f"the {stated_range(self)} {self.range_kind}"
                     )
-        names = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
-        columns = [values.get(name, np.full(load.size, np.nan)) for name in names]
+        columns = [values.get(name, np.full(load.size, np.nan)) for name in QUANTITIES]
         c, k, length = (self.relative_stiffness_sd * column for column in columns)
         nothing = np.zeros(load.size)
         factor = np.stack([np.stack([c, nothing, length], 1).ravel(), np.stack([nothing, k, -length], 1).ravel()], 1)
@@ -88,7 +89,7 @@ class FormulaTyre(TyreSource):
         for n in range(load.size):
             origin = self.origin(load=load[n], pressure=pressure[n])
             held: dict[str, Any] = {name: float(values[name][n]) for name in MEASURED_BESIDE if name in values}
-            held |= {name: float(column[n]) for name, column in zip(names, columns, strict=True)}
+            held |= {name: float(column[n]) for name, column in zip(QUANTITIES, columns, strict=True)}
             properties.append(
                 TyreProperties(
                     tyre=self.tyre, surface=self.surface, load=float(load[n]), pressure=float(pressure[n]),
@@ -98,4 +99,4 @@ class FormulaTyre(TyreSource):
                     surface_stated=self.surface_stated, **held,
                 )
             )  # fmt: skip
-        return JointProperties(tuple(properties), JointCovariance(covariance, None))
+        return JointProperties(tuple(properties), JointCovariance(stiffness_names(range(load.size)), covariance))

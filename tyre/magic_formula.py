@@ -98,14 +98,8 @@ def cornering_stiffness_gradient(
     dpi = (pressure - NOMPRES) / NOMPRES
     peak, x = FNOMIN * (1 + PPY1 * dpi), load / (PKY2 * (1 + PPY2 * dpi) * FNOMIN)
     shape, slope = saturation(x), 2 * (1 - x**2) / (1 + x**2) ** 2
-    return np.column_stack(
-        [
-            peak * shape,
-            -PKY1 * peak * slope * x / PKY2,
-            PKY1 * FNOMIN * dpi * shape,
-            -PKY1 * peak * slope * x * dpi / (1 + PPY2 * dpi),
-        ]
-    )
+    by_pky2, by_ppy1 = -PKY1 * peak * slope * x / PKY2, PKY1 * FNOMIN * dpi * shape
+    return np.column_stack([peak * shape, by_pky2, by_ppy1, PKY2 * by_pky2 * dpi / (1 + PPY2 * dpi)])
 
 
 def lateral_stiffness(
@@ -133,20 +127,14 @@ def lateral_stiffness_gradient(
 class Law(NamedTuple):
     """A law of MF6.1 over load and pressure that can be fitted to measured conditions."""
 
-    form: str  # in words
     names: tuple[str, ...]  # of the coefficients that are fitted
     value: Callable[..., Array]
     gradient: Callable[..., Array]
 
 
-CORNERING = Law(
-    "MF6.1 cornering stiffness, saturating in load, with pressure terms", ("PKY1", "PKY2", "PPY1", "PPY2"),
-    cornering_stiffness, cornering_stiffness_gradient,
-)  # fmt: skip
-LATERAL = Law(
-    "MF6.1 lateral stiffness, linear in load and in pressure", ("LATERAL_STIFFNESS", "PCFY1", "PCFY3"),
-    lateral_stiffness, lateral_stiffness_gradient,
-)  # fmt: skip
+# saturating in load, with pressure terms; and linear in load and in pressure
+CORNERING = Law(("PKY1", "PKY2", "PPY1", "PPY2"), cornering_stiffness, cornering_stiffness_gradient)
+LATERAL = Law(("LATERAL_STIFFNESS", "PCFY1", "PCFY3"), lateral_stiffness, lateral_stiffness_gradient)
 
 
 class Fit(NamedTuple):

@@ -3,7 +3,7 @@
 import csv
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -137,39 +137,27 @@ def _one_length(columns: dict[str, Array], path: Path, places: list[str]) -> dic
     return {key: values for key, values in columns.items() if not key.startswith(left_out)}
 
 
-POSITIVE = number(
-    above=0, least=SMALLEST, most=LARGEST, says=f"must be finite and > 0, from {SMALLEST:g} to {LARGEST:g}"
-)
+_BOUNDS = f"must be finite and > 0, from {SMALLEST:g} to {LARGEST:g}"
+POSITIVE = number(above=0, least=SMALLEST, most=LARGEST, says=_BOUNDS)
 _WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
 _RESOLUTION = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")
 _GAINS = ("force", "slip", "displacement")
-SIDECAR = table(
-    {
-        needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
-        for key in ("tyre", "surface", "source")
-    }
-    | {
-        maybe("description", ""): _WORDS,
-        maybe("synthetic", False): flag,
-        maybe("notes", []): _NAMES,
-        maybe("width_mm"): POSITIVE,
-        maybe("drum_diameter_m"): POSITIVE,
-        maybe("relaxation_length_sd_mm"): POSITIVE,
-        maybe("lateral_stiffness_shared_over", []): _NAMES,
-        maybe("lateral_stiffness_origin", "measured"): _WORDS,
-        maybe("resolution"): table(
-            {needed(key, f"give both {listed(_RESOLUTION)}"): POSITIVE for key in _RESOLUTION},
-            kind="key of resolution:",
-        ),
-        maybe("calibration"): table(
-            dict.fromkeys(
-                (needed(key, f"give {listed(_GAINS)}; 0 is a gain known exactly") for key in _GAINS),
-                number(says="must be a number, 0.003 for 0.3 %"),
-            ),
-            kind="key of calibration:",
-        ),
-    }
-)
+_GAIN = number(says="must be a number, 0.003 for 0.3 %")
+SIDECAR = table({
+    needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
+    for key in ("tyre", "surface", "source")
+} | {
+    maybe("description", ""): _WORDS, maybe("synthetic", False): flag, maybe("notes", []): _NAMES,
+    maybe("width_mm"): POSITIVE, maybe("drum_diameter_m"): POSITIVE, maybe("relaxation_length_sd_mm"): POSITIVE,
+    maybe("lateral_stiffness_shared_over", []): _NAMES, maybe("lateral_stiffness_origin", "measured"): _WORDS,
+    maybe("resolution"): table(
+        {needed(key, f"give both {listed(_RESOLUTION)}"): POSITIVE for key in _RESOLUTION}, kind="key of resolution:"
+    ),
+    maybe("calibration"): table(
+        {needed(key, f"give {listed(_GAINS)}; 0 is a gain known exactly"): _GAIN for key in _GAINS},
+        kind="key of calibration:",
+    ),
+})  # fmt: skip
 
 
 def read_sidecar(path: Traversable) -> dict[str, Any]:
@@ -215,19 +203,15 @@ FIELDS = {
 _NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
 _FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
 _ANY = number(least=-LARGEST, most=LARGEST, says="must be finite, or empty where it was not measured")
-
-
 COLUMNS: dict[str, Check] = (
-    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE)
-    | dict.fromkeys(SD, _NOT_NEGATIVE)
+    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE) | dict.fromkeys(SD, _NOT_NEGATIVE) | dict.fromkeys(DOF, _FREEDOM)
     | {CORRELATION: number(least=-1, most=1, says="must be from -1 to 1")}
-    | dict.fromkeys(DOF, _FREEDOM)
     | {
         f"{name}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
         for name in (TRAIL, *DIRECT.values())
         for end, check in (("_mm", _ANY), ("_sd_mm", _NOT_NEGATIVE), ("_dof", _FREEDOM))
     }
-)
+)  # fmt: skip
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
@@ -250,10 +234,8 @@ def read_table(file: str | Path) -> MeasuredTable:
     """Read a tyre table from its CSV (or the path of its sidecar)."""
     file = Path(file)
     if file.suffix not in (".csv", ".toml"):
-        raise InputError(
-            f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either "
-            "(read_tyre reads .tir and Pacejka-89 files)."
-        )
+        others = "(read_tyre reads .tir and Pacejka-89 files)"
+        raise InputError(f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either {others}.")
     return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"))
 
 
@@ -273,19 +255,16 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         if column is not None:
             columns |= {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3}
             columns[f"{name}_dof"] = np.where(column.known, column.dof, np.nan)
+    printed = table.resolution and (math.radians(table.resolution[0]), table.resolution[1] * 1e3)
     keys: dict[str, Any] = {
         name: getattr(table, name) for name in ("tyre", "surface", "lateral_stiffness_origin", "synthetic")
     } | {
-        "source": table.source or "not stated",
-        "description": table.description or None,
-        "notes": list(table.notes) or None,
-        "width_mm": None if table.width is None else table.width * 1e3,
-        "drum_diameter_m": table.drum_diameter,
+        "source": table.source or "not stated", "description": table.description or None,
+        "notes": list(table.notes) or None, "width_mm": None if table.width is None else table.width * 1e3,
+        "drum_diameter_m": table.drum_diameter, "calibration": table.calibration and asdict(table.calibration),
         "lateral_stiffness_shared_over": list(table.lateral_stiffness_shared_over) or None,
-        "calibration": table.calibration and asdict(table.calibration),
-        "resolution": table.resolution
-        and dict(zip(_RESOLUTION, (math.radians(table.resolution[0]), table.resolution[1] * 1e3), strict=True)),
-    }
+        "resolution": printed and dict(zip(_RESOLUTION, printed, strict=True)),
+    }  # fmt: skip
     with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
@@ -392,15 +371,19 @@ def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, .
     return {tyre: tuple(sorted(measured, reverse=True)) for tyre, measured in sorted(surfaces.items())}
 
 
+def no_tyre(tyre: str, known: Iterable[str], more: str = "") -> InputError:
+    """Make the error of a ``tyre`` that is none of the ``known`` ones; ``more`` ends it."""
+    near = nearest(tyre, names := sorted(known))
+    hint = f" (did you mean '{near}'?)" if near else ""
+    return InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}{more}.")
+
+
 def find_table(tyre: str, *, surface: str, folder: Traversable | None = None) -> MeasuredTable:
     """Return the table of a tyre on a surface, checked against those it shares pull tests with."""
     tables = read_folder(folder)
     mine = [table for table in tables if table.tyre == tyre]
     if not mine:
-        names = sorted({table.tyre for table in tables})
-        near = nearest(tyre, names)
-        hint = f" (did you mean '{near}'?)" if near else ""
-        raise InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}.")
+        raise no_tyre(tyre, {table.tyre for table in tables})
     chosen = [table for table in mine if table.surface == surface]
     if not chosen:
         known = ", ".join(sorted((table.surface for table in mine), reverse=True))

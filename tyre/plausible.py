@@ -22,20 +22,12 @@ WAY_OUT = "allow_unusual"
 """Key at the top of a model or bicycle file that lets absurd values pass (with a warning)."""
 
 PER_DEGREE = 180 / math.pi
-SLIPS = MappingProxyType(
-    {
-        "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
-        "m^2": ((1e-4, "cm^2"), (1e-6, "mm^2")),
-        "rad": ((1 / PER_DEGREE, "degrees"),),
-        "kg": ((1e-3, "grams"),),
-        "kg m^2": ((1e-4, "kg cm^2"), (1e-6, "kg mm^2"), (1e-7, "g cm^2"), (1e-9, "g mm^2")),
-        "kg/m^3": ((1e3, "g/cm^3"),),
-        "m/s": ((1 / 3.6, "km/h"),),
-        "m/s^2": ((1e-2, "cm/s^2"), (1e-3, "mm/s^2")),
-        "N/m": ((1e3, "N/mm"),),
-        "1": ((1e-2, "per cent"),),
-    }
-)
+SLIPS = MappingProxyType({
+    "m": ((1e-3, "millimetres"), (1e-2, "centimetres")), "m^2": ((1e-4, "cm^2"), (1e-6, "mm^2")),
+    "rad": ((1 / PER_DEGREE, "degrees"),), "kg": ((1e-3, "grams"),), "kg/m^3": ((1e3, "g/cm^3"),),
+    "kg m^2": ((1e-4, "kg cm^2"), (1e-6, "kg mm^2"), (1e-7, "g cm^2"), (1e-9, "g mm^2")), "N/m": ((1e3, "N/mm"),),
+    "m/s": ((1 / 3.6, "km/h"),), "m/s^2": ((1e-2, "cm/s^2"), (1e-3, "mm/s^2")), "1": ((1e-2, "per cent"),),
+})  # fmt: skip
 """Unit -> what a value may have been given in, with the factor to the unit; those per radian also per degree."""
 RARE_SLIPS = MappingProxyType({"m": ((0.0254, "inches"),), "m/s^2": ((0.3048, "ft/s^2"),)})
 """The same, where none of the others explains the value."""
@@ -62,14 +54,9 @@ class Doubt:
 
 
 def doubt(
-    key: str,
-    value: float,
-    *,
-    unit: str,
-    typical: tuple[float, float],
-    usual: Sequence[object] = (),
+    key: str, value: float, *, unit: str, typical: tuple[float, float], usual: Sequence[object] = (),
     slips: Sequence[tuple[float, str]] = (),
-) -> Doubt | None:
+) -> Doubt | None:  # fmt: skip
     """Judge one value in ``unit``; None if it is typical, zero, infinite or usual."""
     if value in (0.0, *usual) or not math.isfinite(value):
         return None
@@ -107,14 +94,13 @@ def _middle(typical: tuple[float, float]) -> float:
     return math.sqrt(low * high) if low * high > 0 else max(abs(low), abs(high)) / 2
 
 
-def refuse_absurd(doubts: Iterable[Doubt], *, where: str, remedy: str = "") -> None:
+def refuse_absurd(doubts: Iterable[Doubt], *, where: str) -> None:
     """Refuse the first doubt that is far beyond its typical range; ``where`` is the file that may allow it."""
-    others = f"{remedy}, " if remedy else ""
     for found in doubts:
         if found.absurd:
             raise InputError(
-                f"{found.text}; give it in SI units, {others}or write {WAY_OUT} = true at the top of the {where} "
-                "if it is meant so"
+                f"{found.text}; give it in SI units, or write {WAY_OUT} = true at the top of the {where} if it is "
+                "meant so"
             )
 
 

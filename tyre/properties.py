@@ -1,9 +1,9 @@
 """A tyre as a bicycle sees it: stiffnesses and relaxation length at a load and pressure, with their covariance."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, Self
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,6 +78,12 @@ class Calibration(CommonCalibration):
     slip: float = 0.003
     displacement: float = 0.002
     repeatability: float = 0.01
+
+    def estimate(self, value: float, fit_sd: float, dof: float, other: float) -> Estimate:
+        """A fitted value with its repeatability, and the gains of the load cell and of another sensor, in its sd."""
+        gains = float(np.hypot(self.force, other)) * value
+        parts = [(fit_sd, dof), (self.repeatability * value, REPEATABILITY_DOF), (gains, np.inf)]
+        return Estimate(value, *combine_uncertainties(parts))
 
 
 Origin = Literal["measured", "interpolated", "extrapolated"]
@@ -214,33 +220,74 @@ def stiffness_note(relative_sd: float, quantity: str = "cornering") -> str:
 UNSTATED = "the source states no uncertainty of the {} stiffness; "
 
 
-class JointCovariance(NamedTuple):
-    """Covariance of (C_Fy, K_y, relaxation length) of the first condition, then of the second, and so on; SI units."""
+@dataclass(frozen=True, eq=False)
+class JointCovariance:
+    """Covariance of numbers whose errors hang together, as those of one measured tyre do."""
 
-    covariance: Array  # (3 n, 3 n)
-    # (3 n, 3 n), parts Q of the covariance that were estimated each by itself, over the root of their degrees of
+    names: tuple[str, ...] = ()  # p of them
+    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (p, p), SI units
+    # (p, p), parts Q of the covariance that were estimated each by itself, over the root of their degrees of
     # freedom: the variance g' S g of a result with gradient g has (g' S g)^2 / sum (g' Q g)^2 degrees of freedom
-    variance_spread: tuple[Array, ...] | None
+    variance_spread: tuple[Array, ...] = ()
 
-    def degrees_of_freedom(self, gradient: ArrayLike) -> float:
-        """Effective degrees of freedom of a result (Welch-Satterthwaite; JCGM 100:2008, eq. G.2b), at least 1."""
-        return effective_degrees_of_freedom(gradient, self.covariance, self.variance_spread or ())
+    def __post_init__(self) -> None:
+        size = len(self.names)
+        if len(set(self.names)) < size:
+            raise InputError(f"covariance of {', '.join(self.names)}: a parameter stands there twice; keep one")
+        for matrix in (self.matrix, *self.variance_spread):
+            if np.shape(matrix) != (size, size):
+                raise InputError(
+                    f"covariance of {', '.join(self.names) or 'no parameter'} has the shape {np.shape(matrix)}; "
+                    f"it must be {size} x {size}"
+                )
 
-    def of(self, row: int) -> tuple[Array, Array | None]:
-        """Covariance (3, 3) and degrees of freedom (3,), or None where nobody states any, of one condition."""
-        place = slice(3 * row, 3 * row + 3)
-        mine = self.covariance[place, place].copy()
-        if self.variance_spread is None:
-            return mine, None
-        return mine, np.array([self.degrees_of_freedom(g) for g in np.eye(len(self.covariance))[place]])
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, JointCovariance) and self._content == other._content
 
+    def __hash__(self) -> int:
+        return hash(self._content)
 
-class JointLengths(NamedTuple):
-    """A length measured beside the stiffnesses, at n conditions."""
+    @property
+    def _content(self) -> tuple[object, ...]:
+        matrices = (self.matrix, *self.variance_spread)
+        return (self.names, *(tuple(np.asarray(matrix, float).ravel().tolist()) for matrix in matrices))
 
-    estimates: tuple[Estimate | None, ...]  # m; None where the table says nothing of it
-    covariance: Array  # (n, n), m^2; NaN in rows and columns of those
-    variance_spread: tuple[Array, ...]  # (n, n), as in :class:`JointCovariance`
+    @property
+    def sd(self) -> dict[str, float]:
+        """One standard deviation of each."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.matrix)).tolist(), strict=True))
+
+    def among(self, names: Sequence[str]) -> Array:
+        """The covariance among other numbers, zero for those it says nothing of, shape (q, q)."""
+        return self._among(self.matrix, names)
+
+    def _among(self, matrix: Array, names: Sequence[str]) -> Array:
+        places = [self.names.index(name) if name in self.names else -1 for name in names]
+        whole = np.zeros((len(self.names) + 1,) * 2)  # the last row is that of all others
+        whole[:-1, :-1] = matrix
+        return whole[np.ix_(places, places)]
+
+    def degrees_of_freedom(self, names: Sequence[str], gradient: ArrayLike, covariance: Array) -> float:
+        """Effective ones behind the variance g' S g of a result (Welch-Satterthwaite; JCGM 100:2008, G.2b), >= 1."""
+        g = np.asarray(gradient, float)
+        spent = sum(float(g @ self._among(part, names) @ g) ** 2 for part in self.variance_spread)
+        return max(1.0, float(g @ covariance @ g) ** 2 / spent) if spent > 0.0 else np.inf
+
+    def dof(self, name: str) -> float:
+        """Effective degrees of freedom behind one standard deviation."""
+        return self.degrees_of_freedom([name], [1.0], self.among([name]))
+
+    def renamed(self, names: Mapping[str, str]) -> "JointCovariance":
+        """Part of the covariance under other names (own name -> new one)."""
+        own = tuple(names)
+        spread = tuple(self._among(part, own) for part in self.variance_spread)
+        return JointCovariance(tuple(names.values()), self.among(own), spread)
+
+    def and_also(self, other: "JointCovariance") -> Self:
+        """This and the covariance of numbers that have nothing in common with it."""
+        names = (*self.names, *other.names)
+        spread = tuple(one._among(part, names) for one in (self, other) for part in one.variance_spread)
+        return replace(self, names=names, matrix=self.among(names) + other.among(names), variance_spread=spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,44 +295,18 @@ class JointProperties:
     """Properties at n conditions with their joint covariance."""
 
     properties: tuple[TyreProperties, ...]  # in the order asked for
+    # of QUANTITIES and measured trails at each, as ``cornering_stiffness.0`` of the first condition
     joint: JointCovariance
-    trails: JointLengths | None = None  # pneumatic trails; None where a tyre of them has none
 
     @property
     def covariance(self) -> Array:
         """Covariance of (C_Fy, K_y, relaxation length) of each, SI units, shape (3 n, 3 n)."""
-        return self.joint.covariance
+        return self.joint.among(stiffness_names(range(len(self.properties))))
 
 
-def effective_degrees_of_freedom(gradient: ArrayLike, covariance: Array, variance_spread: Sequence[Array]) -> float:
-    """Welch-Satterthwaite degrees of freedom of a result."""
-    g = np.asarray(gradient, float)
-    spent = sum(float(g @ part @ g) ** 2 for part in variance_spread)
-    return max(1.0, float(g @ covariance @ g) ** 2 / spent) if spent > 0.0 else np.inf
-
-
-def side_by_side(parts: Sequence[JointProperties]) -> JointProperties:
-    """Join the properties of different tyres: their errors have nothing in common."""
-    counts = [len(part.properties) for part in parts]
-
-    def placed(at: int, block: Array) -> Array:
-        """The block of one part among zeros."""
-        width = len(block) // counts[at]
-        return np.pad(block, (width * sum(counts[:at]), width * sum(counts[at + 1 :])))
-
-    joints = [part.joint for part in parts]
-    spread = tuple(placed(at, one) for at, joint in enumerate(joints) for one in joint.variance_spread or ())
-    covariance = np.sum([placed(at, joint.covariance) for at, joint in enumerate(joints)], 0)
-    joint = JointCovariance(covariance, None if all(one.variance_spread is None for one in joints) else spread)
-    trails = [part.trails for part in parts if part.trails is not None]
-    together = None
-    if len(trails) == len(parts):
-        together = JointLengths(
-            tuple(estimate for trail in trails for estimate in trail.estimates),
-            np.sum([placed(at, trail.covariance) for at, trail in enumerate(trails)], 0),
-            tuple(placed(at, one) for at, trail in enumerate(trails) for one in trail.variance_spread),
-        )
-    return JointProperties(tuple(one for part in parts for one in part.properties), joint, together)
+def stiffness_names(rows: Iterable[int]) -> tuple[str, ...]:
+    """Names of the QUANTITIES of conditions in their joint covariance."""
+    return tuple(f"{quantity}.{row}" for row in rows for quantity in QUANTITIES)
 
 
 class TyreSource(ABC):
@@ -442,4 +463,10 @@ def wheel_properties(tyres: Sequence[TyreSource], conditions: Sequence[tuple[flo
     """Properties of the tyre of each wheel; what wheels with one tyre have in common is in their covariance."""
     if len({(tyre.tyre, tyre.surface) for tyre in tyres}) == 1:
         return tyres[0].jointly(conditions)
-    return side_by_side([tyre.jointly([at]) for tyre, at in zip(tyres, conditions, strict=True)])
+    parts = [tyre.jointly([at]) for tyre, at in zip(tyres, conditions, strict=True)]
+    joint = JointCovariance()  # the errors of different tyres have nothing in common
+    for row, part in enumerate(parts):
+        joint = joint.and_also(
+            part.joint.renamed({name: f"{name.removesuffix('0')}{row}" for name in part.joint.names})
+        )
+    return JointProperties(tuple(part.properties[0] for part in parts), joint)

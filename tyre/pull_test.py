@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.preflight import reading_step
-from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
+from tyre.properties import Calibration, Estimate
 from tyre.recording import Channel, PullTest
 
 
@@ -126,16 +126,11 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     step = reading_step(test.rim_displacement[good])
     coarse = step > 0.0 and float(np.ptp(test.rim_displacement[good])) < 10.0 * step
     fit_sd = float(np.hypot(chosen["K_sd"] * inflation, stiffness * step / np.sqrt(12.0) / span if coarse else 0.0))
-    total, dof = combine_uncertainties(
-        [
-            (fit_sd, max(deflection.size - chosen["terms"], 1)),
-            (calibration.repeatability * stiffness, REPEATABILITY_DOF),
-            (float(np.hypot(calibration.force, calibration.displacement)) * stiffness, np.inf),
-        ]
-    )
+    dof = max(deflection.size - chosen["terms"], 1)
     total_squares = float(np.sum((force - force.mean()) ** 2))
     return PullTestFit(
-        lateral_stiffness=Estimate(stiffness, total, dof), fit_sd=fit_sd, friction=abs(chosen["f"]),
+        lateral_stiffness=calibration.estimate(stiffness, fit_sd, dof, calibration.displacement), fit_sd=fit_sd,
+        friction=abs(chosen["f"]),
         presliding=chosen["l"], offset=chosen["F0"], drift=chosen["drift"], curvature=k2,
         linear_range=reach if abs(departure) <= 0.02 else 0.02 / abs(k2), departure=departure, resolution=resolution,
         rim_share=rim_share, r_squared=1.0 - chosen["cost"] / total_squares, residual_sd=chosen["sd"],
@@ -208,15 +203,9 @@ def _fit_loop(
     covariance = np.linalg.pinv(full.T @ full, rcond=1e-15) * variance
     stiffness = float(values[1])
     return {
-        "F0": float(values[0]),
-        "K": stiffness,
-        "K_sd": float(np.sqrt(covariance[1, 1])),
-        "f": float(values[2]) if turns.size > 1 else 0.0,
-        "l": length,
+        "F0": float(values[0]), "K": stiffness, "K_sd": float(np.sqrt(covariance[1, 1])),
+        "f": float(values[2]) if turns.size > 1 else 0.0, "l": length,
         "k2": float(values[-1]) / stiffness if curved else 0.0,
-        "drift": float(values[-1 - int(curved)]) if drifting else 0.0,
-        "cost": cost,
-        "sd": float(np.sqrt(variance)),
-        "terms": terms,
-        "fitted": fitted,
-    }
+        "drift": float(values[-1 - int(curved)]) if drifting else 0.0, "cost": cost, "sd": float(np.sqrt(variance)),
+        "terms": terms, "fitted": fitted,
+    }  # fmt: skip

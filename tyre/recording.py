@@ -144,13 +144,10 @@ def slope_grows(axes: str) -> bool:
 
 # name of a Condition field -> lowest, highest, factor to the printed unit, printed unit
 _CONDITION_LIMITS = {
-    "load": (5.0, 1e4, 1.0, "N"),
-    "pressure": (0.2e5, 20e5, 1e-5, "bar"),
-    "drum_radius": (0.1, 20.0, 1.0, "m"),
-    "speed": (0.0, 60.0, 1.0, "m/s"),
-    "temperature": (-40.0, 120.0, 1.0, "degrees Celsius"),
+    "load": (5.0, 1e4, 1.0, "N"), "pressure": (0.2e5, 20e5, 1e-5, "bar"), "drum_radius": (0.1, 20.0, 1.0, "m"),
+    "speed": (0.0, 60.0, 1.0, "m/s"), "temperature": (-40.0, 120.0, 1.0, "degrees Celsius"),
     "camber": (-np.pi / 3, np.pi / 3, 180.0 / np.pi, "deg"),
-}
+}  # fmt: skip
 _PRINTED = {"km_h": ("m/s", 1.0), "C": ("degrees Celsius", 1.0), "Nm": ("N m", 1.0)}
 # name -> usual values and, with the factor to the right one, what may have gone wrong with a unit; all SI
 _DEGREES = ((np.pi / 180.0, "degrees under rad"),)

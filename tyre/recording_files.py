@@ -6,8 +6,7 @@ Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement 
 ``LATDISPW`` of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +37,8 @@ from tyre.schema import Check, flag, maybe, number, read, refused, table, text
 from tyre.table import csv_text, read_cells
 from tyre.units import PASCAL_PER_BAR, Unit, find_unit, unit_in_name
 
-QUANTITIES = {name: channel.quantity for name, channel in CHANNELS.items() if name != "time"}
+EVERY = {name: channel.quantity for name, channel in CHANNELS.items()}
+QUANTITIES = {name: quantity for name, quantity in EVERY.items() if name != "time"}
 """Channels of a rig beside ``time``, and what each measures."""
 
 _PULL_COLUMNS = ("plate_displacement", "rim_displacement")
@@ -76,9 +76,9 @@ class Sidecar:
 
     condition: Condition
     axes: str
-    kind: str | None
-    synthetic: bool
-    notes: tuple[str, ...]
+    kind: str | None = None
+    synthetic: bool = False
+    notes: tuple[str, ...] = ()
     channel_map: ChannelMap | None = None
     recording: str = ""
     rigid_rim: bool = False
@@ -102,11 +102,8 @@ def read_sidecar(path: Path) -> Sidecar:
     for key, meaning in _REQUIRED.items():
         if key not in values:
             raise InputError(f"{where}: key {key!r} is missing ({meaning})")
-    other = {
-        "axes": values.pop("axes"), "kind": values.pop("kind", None), "synthetic": values.pop("synthetic", False),
-        "notes": values.pop("note", ()), "recording": values.pop("recording", ""),
-        "rigid_rim": values.pop("rigid_rim", False),
-    }  # fmt: skip
+    values["notes"] = values.pop("note", ())
+    other = {field.name: values.pop(field.name) for field in fields(Sidecar) if field.name in values}
     signs(other["axes"], where=where)
     condition = Condition(**dict.fromkeys(("load", "pressure", "camber"), np.nan) | values)
     check_condition(condition, where=where)
@@ -118,20 +115,14 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
     """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m)."""
     condition = recording.condition
     content: dict[str, Any] = {
-        "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
-        "tyre": condition.tyre,
-        "load_N": condition.load,
-        "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
-        "surface": condition.surface,
-        "drum_radius_m": condition.drum_radius,
-        "rim": condition.rim,
+        "kind": recording.kind if isinstance(recording, RigRun) else "pull_test", "tyre": condition.tyre,
+        "load_N": condition.load, "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
+        "surface": condition.surface, "drum_radius_m": condition.drum_radius, "rim": condition.rim,
         "speed_km_h": None if condition.speed is None else _printed(condition.speed * 3.6),
-        "temperature_C": condition.temperature,
-        "camber_deg": _printed(np.rad2deg(condition.camber)),
-        "axes": recording.axes,
-        "synthetic": True if recording.synthetic else None,
+        "temperature_C": condition.temperature, "camber_deg": _printed(np.rad2deg(condition.camber)),
+        "axes": recording.axes, "synthetic": True if recording.synthetic else None,
         "note": list(recording.notes) or (COMPUTED_NOTE if recording.synthetic else None),
-    }
+    }  # fmt: skip
     write_text(path, tomli_w.dumps({key: value for key, value in content.items() if value is not None}))
 
 
@@ -187,11 +178,7 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
 
 
 def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | PullTest]:
-    """Read every event of a recording or of its sidecar, by name ("" if it is the only one).
-
-    A recording of several conditions is cut into sweeps and steps, see :func:`tyre.segments.split`; ``channel_map``
-    serves where the sidecar has no map of its own.
-    """
+    """Read every event by name ("" of the only one); ``channel_map`` serves where the sidecar has no map of its own."""
     from tyre.segments import split  # here: it brings most of scipy, which a file that is refused need not wait for
 
     file, sidecar = file_and_sidecar(Path(path))
@@ -201,7 +188,13 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     own = sidecar.channel_map if sidecar is not None else None
     if own is not None or channel_map is not None:
         sidecar = sidecar or read_sidecar(file.with_suffix(".toml"))
-        records = _mapped_records(file, own or ChannelMap(), channel_map)
+        chosen = own or ChannelMap()
+        if not chosen.channels and channel_map is not None:  # the map of the sidecar is taken first
+            parts = {name: getattr(chosen, name) for name in ("mountings", "resampling", "windows")}
+            parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
+            chosen = replace(channel_map, **{name: part for name, part in parts.items() if part})
+        pull = "plate_displacement" in chosen.channels  # dial gauges are often read by hand
+        records = read_records(file, chosen, QUANTITIES, timed=not pull)
         names = [record.event for record in records] if len(records) > 1 else [""]
         return split({name: rig_recording(record, sidecar, file) for name, record in zip(names, records, strict=True)})
     if suffix == ".tdx":
@@ -217,16 +210,6 @@ def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
     file = recording_of(path) if path.suffix.casefold() == ".toml" else path
     beside = path if path is not file and path.is_file() else file.with_suffix(".toml")
     return file, read_sidecar(beside) if beside.is_file() else None
-
-
-def _mapped_records(path: Path, chosen: ChannelMap, channel_map: ChannelMap | None) -> Sequence[Record]:
-    """Channels in SI units, in the axes of the file, one record an event; the map of the sidecar is taken first."""
-    if not chosen.channels and channel_map is not None:
-        parts = {name: getattr(chosen, name) for name in ("mountings", "resampling", "windows")}
-        parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
-        chosen = replace(channel_map, **{name: part for name, part in parts.items() if part})
-    pull = "plate_displacement" in chosen.channels  # dial gauges are often read by hand
-    return read_records(path, chosen, QUANTITIES, timed=not pull)
 
 
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
@@ -319,13 +302,12 @@ def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
 
 def _identify(names: list[str], path: Path) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
     """Place and unit of every known column, and a note on those that are not used."""
-    known = {name: channel.quantity for name, channel in CHANNELS.items()}
     wanted: dict[str, tuple[int, Unit]] = {}
     unused = []
     for index, name in enumerate(names):
-        found = unit_in_name(name, known, where=str(path))
+        found = unit_in_name(name, EVERY, where=str(path))
         if found is None:
-            near = nearest(name.rpartition("_")[0], known, cutoff=0.8)
+            near = nearest(name.rpartition("_")[0], EVERY, cutoff=0.8)
             if near:
                 raise InputError(f"{path}: column {name!r} is unknown; did you mean {near!r} with its unit?")
             unused.append(name)
@@ -354,7 +336,6 @@ _TYDEX = {
     "plate_displacement": (("LATDISPW",), "Lateral displacement, plate", "mm"),
     "rim_displacement": (("RIMDISPW",), "Lateral displacement, rim", "mm"),
 }
-_TYDEX_QUANTITIES = {name: channel.quantity for name, channel in CHANNELS.items()}
 _PULL_CHANNELS = ("time", "side_force", "plate_displacement", "rim_displacement")
 
 
@@ -424,7 +405,7 @@ def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Chan
         if tydex_name is None:
             continue
         entry = document.channels[tydex_name]
-        unit = find_unit(entry.unit, _TYDEX_QUANTITIES[name], where=f"{document.source}, channel {tydex_name}")
+        unit = find_unit(entry.unit, EVERY[name], where=f"{document.source}, channel {tydex_name}")
         found[name] = unit.factor * document.physical(tydex_name) + unit.offset
         if tydex_name in ("FYH", "FZH", "MZH"):
             notes.append(f"{tydex_name} (H-axes) stands in for {candidates[0]} (W-axes)")
@@ -460,7 +441,7 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
 
     def value_of(name: str, *exact: str, nominal: str = "", said: list[str] = notes) -> float | None:
         """One number: a constant, else a nominal value near the measured median, else that median."""
-        quantity = _TYDEX_QUANTITIES[name]
+        quantity = EVERY[name]
         constants = (_constant_number(document, constant, quantity) for constant in exact)
         exactly = next((value for value in constants if value is not None), None)
         channel = found.get(name)

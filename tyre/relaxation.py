@@ -209,10 +209,9 @@ def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel]:
 
 
 def relaxation_from_stiffness(
-    *, cornering_stiffness: Estimate, lateral_stiffness: Estimate, calibration: Calibration | None = None
+    *, cornering_stiffness: Estimate, lateral_stiffness: Estimate, calibration: Calibration
 ) -> tuple[Estimate, NDArray[np.float64]]:
     """Relaxation length C_Fy / K_y with the covariance of all three (Dell'Orto et al., eq. 3)."""
-    calibration = calibration or Calibration()
     c, k = cornering_stiffness.value, lateral_stiffness.value
     c_sd, k_sd = cornering_stiffness.sd / c, lateral_stiffness.sd / k
     length = c / k
@@ -254,10 +253,7 @@ def relaxation_from_two_rates(sweeps: Sequence[Any]) -> Estimate | None:
 
 
 def mean_length(steps: Sequence[Estimate], *, repeatability: float = 0.01, common: float = 0.0) -> Estimate | None:
-    """Mean relaxation length of repeated slip steps, their scatter weighed against the stated repeatability.
-
-    ``common`` is a standard deviation (m) that all steps have in common: the curve of the tyre.
-    """
+    """Mean of repeated slip steps; ``common`` is a standard deviation (m) of all of them: the curve of the tyre."""
     if not steps:
         return None
     values = np.array([step.value for step in steps])

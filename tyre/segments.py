@@ -53,11 +53,7 @@ class Stretch:
 
 
 def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTest]:
-    """Cut the rolling ones of some ``events`` of one file where their conditions change, and complete the conditions.
-
-    A recording under one condition stays whole. Load, pressure and camber that are not declared (NaN) are those of the
-    levels of their channels, which all events of the file share.
-    """
+    """Cut rolling ``events`` of one file where conditions change; undeclared ones are the levels of their channels."""
     found: dict[str, RigRun | PullTest] = {}
     for name, event in events.items():
         cuts = stretches(event) if isinstance(event, RigRun) else []

@@ -51,9 +51,9 @@ class Signals:
         """Give the signal called ``name``, by its whole name or by any spelling that only one signal has."""
         return self.signals[self.find(name)]
 
-    def find(self, name: str, *, where: str = "") -> str:
+    def find(self, name: str) -> str:
         """Find the whole name of a signal, see :func:`find_column`."""
-        return find_column(name, self.columns, where=where or self.source)
+        return find_column(name, self.columns, where=self.source)
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:

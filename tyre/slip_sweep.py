@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.noise import correlated_covariance
-from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties
+from tyre.properties import Calibration, Estimate
 from tyre.recording import Channel, RigRun
 from tyre.sweep_curve import (
     BOUNDS,
@@ -83,13 +83,10 @@ def fit_aligning_moment(
     there = _steady(np.zeros(1), cornering_stiffness, parameters)[0][0]
     row = np.array([-there / (1.0 + (shift / np.exp(found.x[2])) ** 2), 1.0])
     return AligningMoment(
-        pneumatic_trail=trail,
-        pneumatic_trail_sd=sd,
-        slope=-trail * cornering_stiffness,
-        offset=float(found.x[1]),
+        pneumatic_trail=trail, pneumatic_trail_sd=sd, slope=-trail * cornering_stiffness, offset=float(found.x[1]),
         r_squared=1.0 - float(left @ left) / total if total > 0.0 else 0.0,
         at_zero=(float(row @ found.x[:2]), float(np.sqrt(row @ covariance[:2, :2] @ row * variance))),
-    )
+    )  # fmt: skip
 
 
 def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
@@ -196,20 +193,14 @@ def fit_slip_sweep(
     widened = np.sqrt(solution.dof / (solution.dof - 2.0))  # sd of Student's t: the noise is itself estimated
     r_squared, residual_sd, samples = _goodness(run, blocks, parameters, c)
     _condition_notes(run, blocks, load, r_squared, notes)
-    total, dof = combine_uncertainties(
-        [
-            (fit_sd, solution.dof),
-            (calibration.repeatability * c, REPEATABILITY_DOF),
-            (np.hypot(calibration.force, calibration.slip) * c, np.inf),
-        ]
-    )
     zero, by_shift = _steady(np.zeros(1), c, parameters)
     zero_sd = solution.sd_of_sum(
         horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
     )
     lag_fitted = model.free[NAMES.index("lag")] and blocks.speed is not None
     return SlipSweepFit(
-        cornering_stiffness=Estimate(c, total, dof), fit_sd=fit_sd, parameters=parameters, parameters_sd=sd,
+        cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip), fit_sd=fit_sd,
+        parameters=parameters, parameters_sd=sd,
         half_gap=parameters["lag"] * rate + parameters["hysteresis"],
         half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)), rate=rate, speed=blocks.speed,
         apparent_relaxation_length=parameters["lag"] * (blocks.speed or np.nan) if lag_fitted else None,

@@ -35,22 +35,16 @@ def magic_formula(
     """
     u = cornering_stiffness / (shape * peak) * slip
     curve = side_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
-    derivatives = np.stack(
-        [
-            curve.by_slip * cornering_stiffness / shape,
-            curve.by_slip * slip / shape,
-            curve.value - curve.by_slip * u,
-            peak * (curve.by_shape - curve.by_slip * u / shape),
-            peak * curve.by_curvature,
-        ]
-    )
-    return peak * curve.value, derivatives
+    derivatives = [
+        curve.by_slip * cornering_stiffness / shape, curve.by_slip * slip / shape, curve.value - curve.by_slip * u,
+        peak * (curve.by_shape - curve.by_slip * u / shape), peak * curve.by_curvature,
+    ]  # fmt: skip
+    return peak * curve.value, np.stack(derivatives)
 
 
 def lagged_magic_formula(
     *, time: Channel, slip_time: Channel, slip: Channel, direction: Channel, cornering_stiffness: float, peak: float,
-    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
-    pace: Any = None,
+    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float, pace: Any = None,
 ) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
     """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
 
@@ -357,11 +351,8 @@ def solve_least_squares(
     parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]], start: Channel, *,
     bounds: tuple[Any, Any] = (-np.inf, np.inf), loss: Any = "linear", margin: float = 1.0, tolerance: float = 1e-14,
 ) -> Any:  # fmt: skip
-    """Minimise a sum of squares (or of a robust loss): scipy's trust-region reflective solver, run to rounding.
-
-    ``parts`` gives the residuals (m,) and their derivatives (m, p) together; scipy asks for both at one point.
-    """
-    known: dict[bytes, Any] = {}
+    """Minimise a sum of squares, or of a robust ``loss``; ``parts`` gives residuals (m,) and derivatives (m, p)."""
+    known: dict[bytes, Any] = {}  # scipy asks for both at one point
 
     def at(values: Channel) -> Any:
         if (key := values.tobytes()) not in known:

@@ -159,13 +159,9 @@ class Cells:
 
 
 def read_columns(
-    path: Path | Traversable,
-    *,
-    numbers: Collection[str] | Mapping[str, Check],
-    texts: Sequence[str] = (),
-    needed: Sequence[str],
-    others: bool = False,
-) -> Columns:
+    path: Path | Traversable, *, numbers: Collection[str] | Mapping[str, Check], texts: Sequence[str] = (),
+    needed: Sequence[str], others: bool = False,
+) -> Columns:  # fmt: skip
     """Read a CSV file with a header line; ``#`` outside quotes begins a comment, empty lines are passed over."""
     cells = read_cells(path, kind="table; paths are relative to the file that names it", example=", ".join(needed))
     header = cells.header
@@ -194,10 +190,7 @@ def read_columns(
 
 
 def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: bool = False) -> Cells:
-    """Read the cells of a table (messages call it a ``kind``), empty lines passed over.
-
-    Bytes of a ``logged`` file below its header that are no UTF-8 are read as Latin-1.
-    """
+    """Read the cells of a table, which messages call a ``kind``; below the header of a ``logged`` one also Latin-1."""
     refuse_special(path)
     try:
         raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark

@@ -359,15 +359,12 @@ def _arch(relative_load: Array, value: Array) -> tuple[float, float]:
 
 # sections of a file that is written, and the coefficients in them; those of one version alone come last
 LAYOUT = {
-    "DIMENSION": ("UNLOADED_RADIUS",),
-    "OPERATING_CONDITIONS": ("INFLPRES", "NOMPRES"),
-    "INFLATION_PRESSURE_RANGE": ("PRESMIN", "PRESMAX"),
-    "VERTICAL": ("FNOMIN",),
-    "VERTICAL_FORCE_RANGE": ("FZMIN", "FZMAX"),
-    "STRUCTURAL": ("LATERAL_STIFFNESS", "PCFY1", "PCFY2", "PCFY3"),
+    "DIMENSION": ("UNLOADED_RADIUS",), "OPERATING_CONDITIONS": ("INFLPRES", "NOMPRES"),
+    "INFLATION_PRESSURE_RANGE": ("PRESMIN", "PRESMAX"), "VERTICAL": ("FNOMIN",),
+    "VERTICAL_FORCE_RANGE": ("FZMIN", "FZMAX"), "STRUCTURAL": ("LATERAL_STIFFNESS", "PCFY1", "PCFY2", "PCFY3"),
     "SCALING_COEFFICIENTS": ("LFZO", "LKY", "LSGAL"),
     "LATERAL_COEFFICIENTS": ("PKY1", "PKY2", "PKY3", "PKY4", "PPY1", "PPY2", "PTY1", "PTY2"),
-}
+}  # fmt: skip
 ONLY_NEW = ("NOMPRES", "PRESMIN", "PRESMAX", *LAYOUT["STRUCTURAL"], "PKY4", "PPY1", "PPY2")
 ONLY_OLD = ("LSGAL", "PKY3", "PTY1", "PTY2")
 

@@ -39,11 +39,7 @@ DEFAULTS = {"PTY2": 1.0, "LATERAL_STIFFNESS": nan, "UNLOADED_RADIUS": nan, "NOMP
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Coefficients by their names in a .tir file, those with a unit in SI, and the ranges in which they hold.
-
-    Signs are those of the file: ISO with PKY1 < 0, else adapted SAE. MF-Tyre 5.2 has PTY1 and PTY2 for the relaxation
-    length; 6.1 and 6.2 have the lateral stiffness over load and pressure.
-    """
+    """Coefficients by their names in a .tir file, SI, and their ranges; ISO signs with PKY1 < 0, else adapted SAE."""
 
     values: Mapping[str, float]
     version: Version
@@ -232,10 +228,7 @@ class Coefficients:
 
     @property
     def change_by_shifts(self) -> tuple[float, float]:
-        """Relative change of C_Fy and of the moment of camber by the shifts of the curve, at nominal load and pressure.
-
-        NaN if the file does not hold the curve.
-        """
+        """Relative change of C_Fy and of the moment of camber by the shifts of the curve; NaN without a curve."""
         at = {"load": np.array([self.nominal_load]), "pressure": np.array([self["NOMPRES"]])}
         shifts = ("PHY1", "PHY2", "PVY1", "PVY2", "QHZ1", "QHZ2", "QDZ6", "QDZ7")
         straight, found = replace(self, values={k: v for k, v in self.values.items() if k not in shifts}), []

@@ -16,13 +16,12 @@ from tyre.map_files import find_table, read_table, write_table
 from tyre.properties import (
     Estimate,
     JointCovariance,
-    JointLengths,
     JointProperties,
     Origin,
     TyreProperties,
     TyreSource,
-    effective_degrees_of_freedom,
     stated_range,
+    stiffness_names,
     stiffness_note,
 )
 from tyre.tables import MeasuredColumn, MeasuredTable, common_lateral_stiffness
@@ -73,17 +72,28 @@ class Prediction:
 class Trend:
     """A smooth model fitted to one quantity at N measured conditions, SI units."""
 
-    form: str  # the model in words
     parameters: dict[str, float]  # fitted and nominal values by their Magic Formula names
     # value and its derivative with respect to the fitted parameters
     evaluate: Callable[[Array, Array], tuple[Array, Array]] = field(repr=False)
     load: Array = field(repr=False)  # (N,), N
     pressure: Array = field(repr=False)  # (N,), Pa
-    residuals: Array = field(repr=False)  # (N,), measured minus model
-    degrees_of_freedom: int  # measured conditions minus fitted parameters
-    r_squared: float
-    parameter_shape: Array = field(repr=False)  # (p, p), (J' J)^-1: covariance of the parameters over misfit^2
-    sensitivity: Array = field(repr=False)  # (p, N), (J' J)^-1 J': how the parameters follow the measured values
+    measured: Array = field(repr=False)  # (N,)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured minus model, shape (N,)."""
+        return np.asarray(self.measured - self.evaluate(self.load, self.pressure)[0])
+
+    @cached_property
+    def sensitivity(self) -> Array:
+        """Slopes (p, N) of the fitted parameters by the measured values, (J' J)^-1 J'."""
+        # a coefficient at its bound leaves the gradient short of rank
+        return np.asarray(np.linalg.pinv(self.evaluate(self.load, self.pressure)[1]), dtype=np.float64)
+
+    @cached_property
+    def degrees_of_freedom(self) -> int:
+        """Measured conditions minus fitted parameters."""
+        return len(self.measured) - int(np.linalg.matrix_rank(self.evaluate(self.load, self.pressure)[1]))
 
     @property
     def misfit(self) -> float:
@@ -100,9 +110,11 @@ class Trend:
         # what the interpolated differences do not take off the error of the model
         left = gradient - weights @ self.evaluate(*grid)[1]
         error = grid_weights(*grid, load, pressure, other=(load, pressure)) - weights @ weights.T
-        error += left @ self.parameter_shape @ left.T
-        carry = weights + left @ self.sensitivity
-        return Prediction(smooth + weights @ self.residuals, carry, self.misfit**2 * error, self.degrees_of_freedom)
+        moved = left @ self.sensitivity
+        error += moved @ moved.T
+        return Prediction(
+            smooth + weights @ self.residuals, weights + moved, self.misfit**2 * error, self.degrees_of_freedom
+        )
 
 
 def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
@@ -115,34 +127,22 @@ def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
         return law.value(at_load, at_pressure, **known), slopes
 
     parameters = {law.names[n]: fit.coefficients[law.names[n]] for n in fit.free} | fit.nominal
-    return _trend(law.form, parameters, evaluate, load, pressure, value)
+    return Trend(parameters, evaluate, load, pressure, value)
 
 
-def _trend(
-    form: str, parameters: dict[str, float], evaluate: Callable[[Array, Array], tuple[Array, Array]],
-    load: Array, pressure: Array, value: Array,
-) -> Trend:  # fmt: skip
-    """Add residuals and the linear algebra of the fit."""
-    fitted, slopes = evaluate(load, pressure)
-    residuals = value - fitted
-    # a coefficient at its bound leaves the gradient short of rank
-    sensitivity: Array = np.asarray(np.linalg.pinv(slopes), dtype=np.float64)
-    total = float(((value - value.mean()) ** 2).sum())
-    return Trend(
-        form=form, parameters=parameters, evaluate=evaluate, load=load, pressure=pressure, residuals=residuals,
-        degrees_of_freedom=len(value) - int(np.linalg.matrix_rank(slopes)),
-        r_squared=1 - float(residuals @ residuals) / total if total > 0 else float("nan"),
-        parameter_shape=sensitivity @ sensitivity.T, sensitivity=sensitivity,
-    )  # fmt: skip
-
-
-def predicted_column(table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array) -> JointLengths:
+def predicted_column(
+    table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array, name: str = ""
+) -> tuple[list[Estimate | None], JointCovariance]:
     """Predict a length of a table; unknown at another load or pressure than the only one measured."""
     here = column.known
     if not here.any():
-        return JointLengths((None,) * load.size, np.full((load.size, load.size), np.nan), ())
+        return [None] * load.size, JointCovariance()
     trend = _linear_trend(table.load[here], table.pressure[here], column.value[here])
-    prediction = trend.at(load, pressure)
+    told = np.ones(load.size, dtype=bool)
+    for asked, measured in ((load, trend.load), (pressure, trend.pressure)):
+        if np.ptp(measured) == 0.0:
+            told &= np.isclose(asked, measured[0], rtol=1e-9)
+    prediction = trend.at(load[told], pressure[told])
     covariance = prediction.carry @ np.diag(column.sd[here] ** 2) @ prediction.carry.T + prediction.error
     spread = [
         np.outer(carry, carry) * sd**2 / np.sqrt(dof)
@@ -151,18 +151,10 @@ def predicted_column(table: MeasuredTable, column: MeasuredColumn, load: Array, 
     ]
     if prediction.error_dof > 0:
         spread.append(prediction.error / np.sqrt(prediction.error_dof))
-    told = np.ones(load.size, dtype=bool)
-    for asked, measured in ((load, trend.load), (pressure, trend.pressure)):
-        if np.ptp(measured) == 0.0:
-            told &= np.isclose(asked, measured[0], rtol=1e-9)
-    sd = np.sqrt(np.diag(covariance))
-    dof = [effective_degrees_of_freedom(gradient, covariance, spread) for gradient in np.eye(load.size)]
-    estimates = tuple(
-        Estimate(float(prediction.value[row]), float(sd[row]), dof[row]) if told[row] else None
-        for row in range(load.size)
-    )
-    covariance[~told, :] = covariance[:, ~told] = np.nan
-    return JointLengths(estimates, covariance, tuple(spread))
+    joint = JointCovariance(tuple(f"{name}.{row}" for row in np.flatnonzero(told)), covariance, tuple(spread))
+    values = zip(prediction.value.tolist(), joint.sd.items(), strict=True)
+    found = iter([Estimate(value, sd, joint.dof(row)) for value, (row, sd) in values])
+    return [next(found) if there else None for there in told], joint
 
 
 def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
@@ -182,17 +174,14 @@ def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
 
     names = ["mean"] + ["load"] * several_loads + ["pressure"] * several_pressures
     parameters = dict(zip(names, solution.tolist(), strict=True))
-    return _trend("linear in load and pressure", parameters, evaluate, load, pressure, value)
+    return Trend(parameters, evaluate, load, pressure, value)
 
 
 class StiffnessCovariance(NamedTuple):
-    """Blocks of the covariance of the measured stiffnesses C and K, SI units, shape (N, N) each."""
+    """Covariance of N measured stiffnesses C, then of as many K, SI units."""
 
-    cornering: Array
-    cornering_lateral: Array
-    lateral: Array
-    own_cornering: Array
-    own_lateral: Array
+    whole: Array  # (2 N, 2 N)
+    own: tuple[Array, Array]  # (N, N) of C and of K, without what all conditions have in common
 
 
 # share of the variance of an assumed standard deviation that all conditions of a table have in common: a gain of the
@@ -200,48 +189,40 @@ class StiffnessCovariance(NamedTuple):
 ASSUMED_IN_COMMON = 0.8
 
 
-def stiffness_covariance(table: MeasuredTable, *, assumed: float = 0.0, rounding: float = 1e-9) -> StiffnessCovariance:
-    """Covariance of the stiffnesses of a table; ``rounding`` is that of a file's digits, relative.
-
-    ``assumed`` is the relative standard deviation of a stiffness for which the table states none.
-    """
+def stiffness_covariance(table: MeasuredTable, *, assumed: float) -> StiffnessCovariance:
+    """Covariance of the stiffnesses of a table, with the relative sd ``assumed`` of one for which it states none."""
+    rounding = 1e-9  # of a file's digits, relative
     c, k = table.cornering_stiffness, table.lateral_stiffness
     keys = [table.sharing_key(row) for row in range(k.size)]
     same = np.array([[one == other for other in keys] for one in keys], dtype=np.float64)
-    free, gain = (np.sqrt(share) * assumed for share in (1 - ASSUMED_IN_COMMON, ASSUMED_IN_COMMON))
-    c_sd = free * c if table.cornering_stiffness_sd is None else table.cornering_stiffness_sd
-    k_sd = free * k if table.lateral_stiffness_sd is None else table.lateral_stiffness_sd
-    common_c = gain**2 * np.outer(c, c) * (table.cornering_stiffness_sd is None)
-    common_k = gain**2 * np.outer(k, k) * (table.lateral_stiffness_sd is None)
-    if table.calibration is None and table.stiffness_correlation is None:
-        own_c, own_k = np.diag(c_sd**2), np.asarray(np.outer(k_sd, k_sd) * same)
-        return StiffnessCovariance(own_c + common_c, np.zeros((k.size, k.size)), own_k + common_k, own_c, own_k)
-    common = np.zeros((2, 2)) if table.calibration is None else table.calibration.relative_covariance
-    c_left = _left_over(table, "cornering stiffness", c_sd / c, float(common[0, 0]), rounding)
-    k_left = _left_over(table, "lateral stiffness", k_sd / k, float(common[1, 1]), rounding)
-    own = np.zeros_like(c)
+    c_sd, k_sd = (
+        np.full_like(value, assumed) if sd is None else sd / value
+        for value, sd in ((c, table.cornering_stiffness_sd), (k, table.lateral_stiffness_sd))
+    )
+    unstated = [table.cornering_stiffness_sd is None, table.lateral_stiffness_sd is None]
+    common = ASSUMED_IN_COMMON * assumed**2 * np.diag(unstated)
+    if table.calibration is not None:
+        common = table.calibration.relative_covariance
+    c_left = _left_over(table, "cornering stiffness", c_sd, float(common[0, 0]), rounding)
+    k_left = _left_over(table, "lateral stiffness", k_sd, float(common[1, 1]), rounding)
+    both = np.zeros_like(c)
     if table.stiffness_correlation is not None:
-        own = table.stiffness_correlation * (c_sd / c) * (k_sd / k) - common[0, 1]
-        for row in np.flatnonzero(np.abs(own) > np.sqrt(c_left * k_left) + rounding * (c_sd / c) * (k_sd / k)):
+        both = table.stiffness_correlation * c_sd * k_sd - common[0, 1]
+        for row in np.flatnonzero(np.abs(both) > np.sqrt(c_left * k_left) + rounding * c_sd * k_sd):
             raise InputError(
                 f"{table.condition(int(row))}: a correlation of {table.stiffness_correlation[row]:.3g} between "
                 "cornering and lateral stiffness cannot be, with these standard deviations and the common calibration; "
                 "correct stiffness_correlation or leave it out"
             )
-    own_c = np.diag(c_left) * np.outer(c, c)
-    own_k = np.sqrt(np.outer(k_left, k_left)) * same * np.outer(k, k)
-    found = StiffnessCovariance(
-        own_c + common[0, 0] * np.outer(c, c), (np.diag(own) + common[0, 1]) * np.outer(c, k),
-        own_k + common[1, 1] * np.outer(k, k), own_c, own_k,
-    )  # fmt: skip
-    relative = np.block([[found.cornering, found.cornering_lateral], [found.cornering_lateral.T, found.lateral]])
-    relative /= np.outer(np.append(c, k), np.append(c, k))
+    own = np.diag(c_left), np.sqrt(np.outer(k_left, k_left)) * same
+    relative = np.kron(common, np.ones_like(same)) + np.block([[own[0], np.diag(both)], [np.diag(both), own[1]]])
     if np.linalg.eigvalsh(relative)[0] < -rounding * np.abs(relative).max():
         raise InputError(
             f"{table.label}: a lateral stiffness that conditions share (lateral_stiffness_shared_over) cannot have "
             "these correlations with their cornering stiffnesses; leave stiffness_correlation out"
         )
-    return found
+    values = np.append(c, k)
+    return StiffnessCovariance(relative * np.outer(values, values), (own[0] * np.outer(c, c), own[1] * np.outer(k, k)))
 
 
 def _left_over(table: MeasuredTable, name: str, relative_sd: Array, common: float, rounding: float) -> Array:
@@ -257,46 +238,32 @@ def _left_over(table: MeasuredTable, name: str, relative_sd: Array, common: floa
 
 
 def joint_covariance(
-    cornering: Prediction,
-    lateral: Prediction,
-    measured: StiffnessCovariance,
-    dof: tuple[Array, Array] | None,
+    cornering: Prediction, lateral: Prediction, measured: StiffnessCovariance, dof: Sequence[Array]
 ) -> JointCovariance:
     """Covariance of both stiffnesses and their ratio at n conditions.
 
     The relaxation length enters to first order, d(C/K) = (C/K) (dC/C - dK/K). Repeatability is pooled over a campaign,
-    so the scatters of its conditions are known equally badly: their degrees of freedom do not add up.
+    so the scatters of its conditions are known equally badly: their degrees of freedom ``dof`` do not add up.
     """
-    n = cornering.value.size
-    length = cornering.value / lateral.value
-    to_properties = np.zeros((3 * n, 2 * n))  # from (C of all, K of all) to (C, K, length) of each
-    to_properties[0::3, :n] = np.eye(n)
-    to_properties[1::3, n:] = np.eye(n)
-    to_properties[2::3, :n] = np.diag(length / cornering.value)
-    to_properties[2::3, n:] = np.diag(-length / lateral.value)
-    stiffness = np.zeros((2 * n, 2 * n))
-    stiffness[:n, :n] = cornering.carry @ measured.cornering @ cornering.carry.T + cornering.error
-    stiffness[n:, n:] = lateral.carry @ measured.lateral @ lateral.carry.T + lateral.error
-    stiffness[:n, n:] = cornering.carry @ measured.cornering_lateral @ lateral.carry.T
-    stiffness[n:, :n] = stiffness[:n, n:].T
-    covariance = to_properties @ stiffness @ to_properties.T
-    covariance = (covariance + covariance.T) / 2
-    if dof is None:
-        return JointCovariance(covariance, None)
-    spread = []
-    for half, prediction, total, own, freedom in (
-        (to_properties[:, :n], cornering, measured.cornering, measured.own_cornering, dof[0]),
-        (to_properties[:, n:], lateral, measured.lateral, measured.own_lateral, dof[1]),
-    ):
+    c, k, predictions = cornering.value, lateral.value, (cornering, lateral)
+    unit, zero = np.eye(c.size), np.zeros((c.size, c.size))
+    halves = [  # (3 n, n), from C or K of all to (C, K, length) of each
+        np.stack(blocks, 1).reshape(3 * c.size, -1)
+        for blocks in ((unit, zero, np.diag(1 / k)), (zero, unit, np.diag(-c / k**2)))
+    ]
+    carried = np.hstack([half @ one.carry for half, one in zip(halves, predictions, strict=True)])
+    errors = [half @ one.error @ half.T for half, one in zip(halves, predictions, strict=True)]
+    covariance = carried @ measured.whole @ carried.T + sum(errors)
+    totals, spread = np.diag(measured.whole).reshape(2, -1), []
+    for number, freedom in enumerate(dof):
         # a stated number of degrees of freedom is that of the whole standard deviation: own^4/dof_own = sd^4/dof
-        known = np.diag(own) > 0
-        ratio = np.divide(np.diag(total), np.diag(own), out=np.zeros(own.shape[0]), where=known)
+        own, part = measured.own[number], carried[:, number * len(freedom) :][:, : len(freedom)]
+        ratio = np.divide(totals[number], np.diag(own), out=np.zeros(len(own)), where=np.diag(own) > 0)
         root = np.sqrt(ratio) / freedom**0.25
-        scatter = prediction.carry @ (own * np.outer(root, root)) @ prediction.carry.T
-        spread += [half @ scatter @ half.T]
-        if prediction.error_dof > 0:
-            spread += [half @ prediction.error @ half.T / np.sqrt(prediction.error_dof)]
-    return JointCovariance(covariance, tuple(spread))
+        spread += [part @ (own * np.outer(root, root)) @ part.T]
+        if predictions[number].error_dof > 0:
+            spread += [errors[number] / np.sqrt(predictions[number].error_dof)]
+    return JointCovariance(stiffness_names(range(c.size)), (covariance + covariance.T) / 2, tuple(spread))
 
 
 @dataclass(frozen=True, eq=False)
@@ -428,20 +395,16 @@ class TyreMap(TyreSource):
 
         table = self.measured
         c, k, length = table.cornering_stiffness, table.lateral_stiffness, table.relaxation_length
-        cornering, both, lateral = (np.diag(block) for block in self._covariance[:3])
+        cornering, lateral = np.diag(self._covariance.whole).reshape(2, -1)
+        both = np.diag(self._covariance.whole, len(c))
         relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * both / (c * k), 0.0))
         columns = {
-            "tyre": table.tyre,
-            "surface": table.surface,
-            "load_N": table.load,
-            "pressure_bar": table.pressure / PASCAL_PER_BAR,
-            "cornering_stiffness_N_per_deg": np.radians(c),
-            "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)),
-            "lateral_stiffness_N_per_mm": k / 1e3,
-            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3,
-            "relaxation_length_mm": length * 1e3,
+            "tyre": table.tyre, "surface": table.surface, "load_N": table.load,
+            "pressure_bar": table.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_deg": np.radians(c),
+            "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)), "lateral_stiffness_N_per_mm": k / 1e3,
+            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3, "relaxation_length_mm": length * 1e3,
             "relaxation_length_sd_mm": relative * length * 1e3,
-        }
+        }  # fmt: skip
         if table.pneumatic_trail is not None:
             columns["pneumatic_trail_mm"] = table.pneumatic_trail.value * 1e3
             columns["pneumatic_trail_sd_mm"] = table.pneumatic_trail.sd * 1e3
@@ -479,25 +442,27 @@ class TyreMap(TyreSource):
                     f"{stated_range(self)}."
                 )
         c_dof, k_dof = table.cornering_stiffness_dof, table.lateral_stiffness_dof
-        dof = None if c_dof is None or k_dof is None else (c_dof, k_dof)
+        dof = () if c_dof is None or k_dof is None else (c_dof, k_dof)
         joint = joint_covariance(cornering, lateral, self._covariance, dof)
-        trails = None
-        if table.pneumatic_trail is not None and table.pneumatic_trail.known.any():
-            trails = predicted_column(table, table.pneumatic_trail, load, pressure)
+        trails: list[Estimate | None] = [None] * load.size
+        if table.pneumatic_trail is not None:
+            trails, beside = predicted_column(table, table.pneumatic_trail, load, pressure, "pneumatic_trail")
+            joint = joint.and_also(beside)
         routes = {
-            name: predicted_column(table, column, load, pressure).estimates
+            name: predicted_column(table, column, load, pressure)[0]
             for name, column in table.direct_relaxation_length.items()
         }
         properties = []
         for row in range(load.size):
-            origin, here = self.origin(load=load[row], pressure=pressure[row]), trails and trails.estimates[row]
-            covariance, freedom = joint.of(row)
+            origin, here = self.origin(load=load[row], pressure=pressure[row]), trails[row]
+            names = stiffness_names([row])
             properties.append(
                 TyreProperties(
                     tyre=table.tyre, surface=table.surface, load=float(load[row]), pressure=float(pressure[row]),
                     cornering_stiffness=float(cornering.value[row]), lateral_stiffness=float(lateral.value[row]),
-                    relaxation_length=float(cornering.value[row] / lateral.value[row]), covariance=covariance,
-                    origin=origin, notes=self._notes(origin), degrees_of_freedom=freedom, synthetic=table.synthetic,
+                    relaxation_length=float(cornering.value[row] / lateral.value[row]), covariance=joint.among(names),
+                    origin=origin, notes=self._notes(origin), synthetic=table.synthetic,
+                    degrees_of_freedom=np.array([joint.dof(name) for name in names]) if dof else None,
                     lateral_stiffness_origin=table.lateral_stiffness_origin,
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
                     lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
@@ -508,7 +473,7 @@ class TyreMap(TyreSource):
                     },
                 )
             )  # fmt: skip
-        return JointProperties(tuple(properties), joint, trails)
+        return JointProperties(tuple(properties), joint)
 
     def origin(self, *, load: float, pressure: float) -> Origin:
         """Tell if a ``load`` (N) and ``pressure`` (Pa) were measured, lie between measured ones, or outside."""
@@ -526,10 +491,8 @@ class TyreMap(TyreSource):
             for trend in (self.cornering_stiffness_trend, self.lateral_stiffness_trend)
         )
         return {
-            "cornering_stiffness": cornering,
-            "lateral_stiffness": lateral,
-            "relaxation_length": cornering / lateral,
-        }
+            "cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral,
+        }  # fmt: skip
 
     def _notes(self, origin: Origin) -> tuple[str, ...]:
         """List the assumptions, borrowed numbers, and the misfit of smooth laws, behind a value of this origin."""
@@ -548,7 +511,7 @@ class TyreMap(TyreSource):
             f"cornering stiffness {way}: MF6.1 form through the measured values, "
             f"misfit {np.radians(cornering.misfit):.1f} N/deg"
         )
-        jumps, stated = "", float(np.sqrt(np.mean(np.diag(self._covariance.lateral))))
+        jumps, stated = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
         if lateral.misfit > stated > 0:
             jumps = f", more than its measured {stated / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
         notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")

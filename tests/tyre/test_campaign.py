@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tyre import InputError
+from tests.shared.refusals import refuses
 from tyre.campaign import fit_campaign, points_of, recordings_in, write_tables
-from tyre.condition import FitSettings, RecordingSummary, Repeatability, combine, pooled_repeatability
+from tyre.condition import FitSettings, Key, RecordingSummary, Repeatability, combine, pooled_repeatability
 from tyre.properties import Calibration
 from tyre.recording import Condition
 from tyre.rig import CampaignPlan, default_effects, set_effect, write_campaign_files
@@ -122,16 +122,14 @@ def test_one_bad_file_is_left_out_with_the_reason_or_stops_when_asked(tmp_path):
     plan = CampaignPlan(loads=(400.0,), pressures=(5e5,), rates=(float(np.deg2rad(4.0)),), pulls=1)
     files = write_campaign_files(tmp_path, plan=plan, effects=default_effects(rng), rng=rng)
     (tmp_path / "broken.csv").write_text("time_s,slip_angle_deg\n0,1\n")
-    with pytest.raises(InputError, match=r"broken.*leave it out with --skip-bad"):
-        fit_campaign(tmp_path, skip_bad=False, **QUIET)
+    refuses(r"broken.*leave it out with --skip-bad", fit_campaign, tmp_path, skip_bad=False, **QUIET)
     campaign = fit_campaign(tmp_path, **QUIET)
     assert list(campaign.skipped) == ["broken.csv"]
     assert campaign.conditions[0].files == tuple(sorted(path.name for path in files))
     assert any("no repeats in this campaign" in text for text in campaign.conditions[0].warnings)
     for path in files:
         path.unlink()
-    with pytest.raises(InputError, match="none of 1 recordings could be used"):
-        fit_campaign(tmp_path, **QUIET)
+    refuses("none of 1 recordings could be used", fit_campaign, tmp_path, **QUIET)
 
 
 BAD = [
@@ -183,7 +181,7 @@ def test_one_pair_does_not_replace_the_stated_repeatability_unless_it_refutes_it
     assert (far.sd, far.dof, far.refuted) == (pytest.approx(0.05 * np.sqrt(2)), 1.0, True)
     pair = [_summary(v, number=n) for n, v in enumerate((95.0, 105.0))]
     settings = {"borrowed": [], "pull_repeatability": far, "calibration": Calibration()}
-    result = combine(("T", "flat", 400.0, 5e5), pair, sweep_repeatability=far, **settings)
+    result = combine(Key("T", "flat", 400.0, 5e5), pair, sweep_repeatability=far, **settings)
     assert any("repeats scatter by 7.07 %, more than the stated" in text for text in result.warnings)
 
 
@@ -191,24 +189,22 @@ def test_a_recording_noisier_than_the_others_keeps_its_own_sd():
     noisy = [_summary(100.0, fit_sd=4.0)]
     pooled = Repeatability(0.01, 30.0, True, 10)
     settings = {"borrowed": [], "pull_repeatability": pooled, "calibration": Calibration(force=0, slip=0)}
-    result = combine(("T", "flat", 400.0, 5e5), noisy, sweep_repeatability=pooled, **settings)
+    result = combine(Key("T", "flat", 400.0, 5e5), noisy, sweep_repeatability=pooled, **settings)
     assert result.cornering_stiffness.sd == pytest.approx(4.0)
 
 
 def test_a_condition_that_scatters_more_uses_its_own_scatter():
     wild = [_summary(value, number=n) for n, value in enumerate((5500.0, 6000.0, 6500.0))]
     settings = {
-        "borrowed": [],
-        "sweep_repeatability": Repeatability(0.005, 30.0, True, 10),
-        "pull_repeatability": Repeatability(0.01, 5.0, True, 3),
-        "calibration": Calibration(),
-    }
-    result = combine(("T", "flat", 400.0, 5e5), wild, **settings)
+        "borrowed": [], "sweep_repeatability": Repeatability(0.005, 30.0, True, 10),
+        "pull_repeatability": Repeatability(0.01, 5.0, True, 3), "calibration": Calibration(),
+    }  # fmt: skip
+    result = combine(Key("T", "flat", 400.0, 5e5), wild, **settings)
     assert any("more than the campaign's 0.50 %" in text for text in result.warnings)
     assert result.cornering_stiffness.sd > 0.04 * 6000.0
     assert result.lateral_stiffness is None
     assert any("no pull test" in text for text in result.warnings)
-    alone = combine(("T", "flat", 400.0, 5e5), [replace(wild[0], kind="pull_test")], **settings)
+    alone = combine(Key("T", "flat", 400.0, 5e5), [replace(wild[0], kind="pull_test")], **settings)
     assert alone.cornering_stiffness is None
     assert any("no slip sweep" in text for text in alone.warnings)
 
@@ -229,12 +225,9 @@ def test_tables_of_the_rig_and_whatever_has_a_sidecar(tmp_path):
     for name in ["a.csv", "b.parquet", "b.toml", "c.parquet", "notes.xlsx", "sub/d.TDX", "out/e.csv", "f.doc"]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    with pytest.raises(InputError, match="jobs = 0 must be at least 1"):
-        fit_campaign(tmp_path, jobs=0, progress=False)
-    with pytest.raises(InputError, match="no such folder"):
-        recordings_in(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"holds no recordings; expected \.csv"):
-        recordings_in(tmp_path / "out", exclude=tmp_path / "out")
+    refuses("jobs = 0 must be at least 1", fit_campaign, tmp_path, jobs=0, progress=False)
+    refuses("no such folder", recordings_in, tmp_path / "nowhere")
+    refuses(r"holds no recordings; expected \.csv", recordings_in, tmp_path / "out", exclude=tmp_path / "out")
     found = recordings_in(tmp_path, exclude=tmp_path / "out")
     assert [str(path.relative_to(tmp_path)) for path in found] == ["a.csv", "b.parquet", "sub/d.TDX"]
 

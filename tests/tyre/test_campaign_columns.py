@@ -96,8 +96,7 @@ def test_every_number_of_the_json(campaign):
                           ("relaxation_length_m", "length")):  # fmt: skip
             value, sd = hand[key], hand[f"{key}_sd"]
             half = student.ppf(0.975, hand[f"{key}_dof"]) * sd
-            assert found[name]["value"] == pytest.approx(value, rel=1e-12)
-            assert found[name]["sd"] == pytest.approx(sd, rel=1e-12)
+            assert (found[name]["value"], found[name]["sd"]) == pytest.approx((value, sd), rel=1e-12)
             assert found[name]["ci95"] == pytest.approx([value - half, value + half], rel=1e-9)
         assert (found["load_N"], found["pressure_bar"], found["camber_deg"]) == (load, 5.5, 0.0)
         assert found["r_squared"] == pytest.approx(0.99)
@@ -151,7 +150,6 @@ def test_the_slope_over_camber_its_sd_and_degrees_of_freedom():
     (found, *others) = [c.camber_stiffness for c in with_camber(conditions, Calibration(force=0.0))]
     line, covariance = np.polyfit(cambers, forces, 1, w=np.full(3, 1 / sd), cov="unscaled")
     squares = float(np.sum((np.polyval(line, cambers) - forces) ** 2)) / sd**2
-    assert found.value == pytest.approx(line[0], rel=1e-9)
-    assert found.sd == pytest.approx(sqrt(covariance[0, 0] * (8 + squares) / 9), rel=1e-9)
+    assert (found.value, found.sd) == pytest.approx((line[0], sqrt(covariance[0, 0] * (8 + squares) / 9)), rel=1e-9)
     assert found.dof == pytest.approx(9.0)
     assert others == [found, found]

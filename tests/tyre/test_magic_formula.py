@@ -11,15 +11,10 @@ from tyre import MeasuredTable, TyreMap
 from tyre.magic_formula import normalised_side_force, normalised_side_force_slope
 from tyre.tir import fit_mf61, read_tir, write_tir
 
-coefficients = st.fixed_dictionaries(
-    {
-        "stiffness_factor": st.floats(1.0, 30.0),
-        "shape_factor": st.floats(0.5, 2.0),
-        "peak_factor": st.floats(0.2, 1.5),
-        "curvature_factor": st.floats(-5.0, 1.0),
-        "horizontal_shift": st.floats(-0.02, 0.02),
-    }
-)
+coefficients = st.fixed_dictionaries({
+    "stiffness_factor": st.floats(1.0, 30.0), "shape_factor": st.floats(0.5, 2.0), "peak_factor": st.floats(0.2, 1.5),
+    "curvature_factor": st.floats(-5.0, 1.0), "horizontal_shift": st.floats(-0.02, 0.02),
+})  # fmt: skip
 
 
 def test_one_value_by_hand() -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.shared.refusals import refuses
 from tyre import InputError, MeasuredTable, TyreMap
 from tyre.map_files import read_folder, read_named_columns, read_table, write_table
 from tyre.tables import common_lateral_stiffness
@@ -83,44 +84,36 @@ def test_shared_stiffness_that_disagrees_is_refused(tmp_path: Path) -> None:
         common_lateral_stiffness([table])
 
 
-@pytest.mark.parametrize(
-    ("csv_text", "message"),
-    [
-        ("", "the file is empty; the first line must name the columns: load_N, pressure_bar"),
-        (CSV.replace("load_N", "load_n"), "unknown column 'load_n'; did you mean 'load_N'"),
-        (CSV.replace("pressure_bar", "load_N"), "the column load_N is given twice"),
-        (CSV.replace(",relaxation_length_mm", "").replace(",100.0", "").replace(",120.0", ""), "give one of the col"),
-        (CSV.replace("110.0", "11o.0"), "line 3: cornering_stiffness_N_per_deg = '11o.0' must be finite and > 0"),
-        (CSV.replace("110.0", "nan"), "line 3: cornering_stiffness_N_per_deg = nan must be finite and > 0"),
-        (CSV.replace("110.0", "5e-324"), "cornering_stiffness_N_per_deg = 5e-324 must be finite and > 0, from 1e-12"),
-        (CSV.replace("500,4", "300,4"), "300 N at 4 bar appears twice"),
-    ],
-)
+@pytest.mark.parametrize(("csv_text", "message"), [
+    ("", "the file is empty; the first line must name the columns: load_N, pressure_bar"),
+    (CSV.replace("load_N", "load_n"), "unknown column 'load_n'; did you mean 'load_N'"),
+    (CSV.replace("pressure_bar", "load_N"), "the column load_N is given twice"),
+    (CSV.replace(",relaxation_length_mm", "").replace(",100.0", "").replace(",120.0", ""), "give one of the col"),
+    (CSV.replace("110.0", "11o.0"), "line 3: cornering_stiffness_N_per_deg = '11o.0' must be finite and > 0"),
+    (CSV.replace("110.0", "nan"), "line 3: cornering_stiffness_N_per_deg = nan must be finite and > 0"),
+    (CSV.replace("110.0", "5e-324"), "cornering_stiffness_N_per_deg = 5e-324 must be finite and > 0, from 1e-12"),
+    (CSV.replace("500,4", "300,4"), "300 N at 4 bar appears twice"),
+])  # fmt: skip
 def test_bad_csv(tmp_path: Path, csv_text: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        read_table(put(tmp_path, csv_text=csv_text))
+    refuses(message, read_table, put(tmp_path, csv_text=csv_text))
 
 
-@pytest.mark.parametrize(
-    ("toml_text", "message"),
-    [
-        ("tyre = ", "mine.toml: not a TOML file"),
-        (TOML + "notez = []\n", "unknown key 'notez'; did you mean 'notes'"),
-        (TOML + 'synthetic = "no"\n', "synthetic = 'no' must be true or false"),
-        (TOML + "width_mm = -26\n", "width_mm = -26 must be finite and > 0"),
-        (TOML + "relaxation_length_sd_mm = true\n", "relaxation_length_sd_mm = True must be finite and > 0"),
-        (TOML.replace('source = "my lab"', ""), "key 'source' is missing"),
-        (TOML + "notes = [1]\n", r"notes = \[1\] must be a list of texts in quotes"),
-        (TOML + "[resolution]\nrelaxation_length_m = 0.1\n", "unknown key of resolution: 'relaxation_length_m'; did"),
-        (TOML + "[resolution]\nrelaxation_length_mm = 0\n", "resolution.relaxation_length_mm = 0 must be finite and >"),
-        (TOML + "[resolution]\nrelaxation_length_mm = 0.1\n", "resolution: give both"),
-        (TOML.replace("flat", "road"), "mine on road: surface is 'road'; allowed are 'flat', 'drum'"),
-        (TOML + 'lateral_stiffness_shared_over = ["loads"]\n', "lateral_stiffness_shared_over has 'loads'; allowed"),
-    ],
-)
+@pytest.mark.parametrize(("toml_text", "message"), [
+    ("tyre = ", "mine.toml: not a TOML file"),
+    (TOML + "notez = []\n", "unknown key 'notez'; did you mean 'notes'"),
+    (TOML + 'synthetic = "no"\n', "synthetic = 'no' must be true or false"),
+    (TOML + "width_mm = -26\n", "width_mm = -26 must be finite and > 0"),
+    (TOML + "relaxation_length_sd_mm = true\n", "relaxation_length_sd_mm = True must be finite and > 0"),
+    (TOML.replace('source = "my lab"', ""), "key 'source' is missing"),
+    (TOML + "notes = [1]\n", r"notes = \[1\] must be a list of texts in quotes"),
+    (TOML + "[resolution]\nrelaxation_length_m = 0.1\n", "unknown key of resolution: 'relaxation_length_m'; did"),
+    (TOML + "[resolution]\nrelaxation_length_mm = 0\n", "resolution.relaxation_length_mm = 0 must be finite and >"),
+    (TOML + "[resolution]\nrelaxation_length_mm = 0.1\n", "resolution: give both"),
+    (TOML.replace("flat", "road"), "mine on road: surface is 'road'; allowed are 'flat', 'drum'"),
+    (TOML + 'lateral_stiffness_shared_over = ["loads"]\n', "lateral_stiffness_shared_over has 'loads'; allowed"),
+])  # fmt: skip
 def test_bad_sidecar(tmp_path: Path, toml_text: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        read_table(put(tmp_path, toml_text=toml_text))
+    refuses(message, read_table, put(tmp_path, toml_text=toml_text))
 
 
 def test_contradicting_standard_deviations(tmp_path: Path) -> None:
@@ -130,26 +123,21 @@ def test_contradicting_standard_deviations(tmp_path: Path) -> None:
         read_table(put(tmp_path, with_sd, TOML + "relaxation_length_sd_mm = 3\n"))
     both = with_sd.replace("relaxation_length_sd_mm", "relaxation_length_sd_mm,lateral_stiffness_sd_N_per_mm")
     both = both.replace(".0,3", ".0,3,1")
-    with pytest.raises(InputError, match="standard deviations of relaxation length and lateral stiffness; keep one"):
-        read_table(put(tmp_path, both))
+    refuses("standard deviations of relaxation length and lateral stiffness; keep one", read_table, put(tmp_path, both))
     stiffness = CSV.replace("relaxation_length_mm", "lateral_stiffness_N_per_mm")
     with pytest.raises(InputError, match="but the column relaxation_length_mm is not"):
         read_table(put(tmp_path, stiffness, TOML + "relaxation_length_sd_mm = 3\n"))
 
 
 def test_missing_files_and_wrong_endings(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such tyre table"):
-        read_table(tmp_path / "nothing.csv")
-    with pytest.raises(InputError, match="give the path of either"):
-        read_table(tmp_path / "nothing.xlsx")
+    refuses("no such tyre table", read_table, tmp_path / "nothing.csv")
+    refuses("give the path of either", read_table, tmp_path / "nothing.xlsx")
     put(tmp_path).with_suffix(".toml").unlink()
     assert read_table(tmp_path / "mine.csv").notes == (
         "mine.csv has no sidecar mine.toml; taken is tyre = 'mine' and surface = 'flat'",
     )
-    with pytest.raises(InputError, match="no such folder of tyre tables"):
-        read_folder(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"is written as \.csv"):
-        write_table(read_folder()[0], tmp_path / "x.toml")
+    refuses("no such folder of tyre tables", read_folder, tmp_path / "nowhere")
+    refuses(r"is written as \.csv", write_table, read_folder()[0], tmp_path / "x.toml")
 
 
 def test_arrays_must_fit_and_be_positive() -> None:
@@ -161,16 +149,14 @@ def test_arrays_must_fit_and_be_positive() -> None:
         ("lateral_stiffness_sd", [1e3, -1.0], "of condition 2 is -1; it must be finite and >= 0"),
         ("load", [0.0, 400.0], "of condition 1 is 0; it must be finite and > 0"),
     ):
-        with pytest.raises(InputError, match=f"{name} {words}"):
-            MeasuredTable(**(good | {name: np.array(values)}))
+        refuses(f"{name} {words}", MeasuredTable, **(good | {name: np.array(values)}))
     with pytest.raises(ValueError, match="read-only"):
         MeasuredTable(**good).load[0] = 1.0
 
 
 def test_names_of_columns_that_are_no_csv_are_refused(tmp_path):
     (tmp_path / "t.csv").write_text('"' + "a" * 200_000 + "\n1\n")
-    with pytest.raises(InputError, match=r"the names of the columns are not CSV \(field larger than field limit"):
-        read_table(tmp_path / "t.csv")
+    refuses(r"the names of the columns are not CSV \(field larger than field limit", read_table, tmp_path / "t.csv")
 
 
 OWN = "load_N,pressure_bar,cornering_stiffness_N_per_deg,lateral_stiffness_N_per_mm\n340,3.5,90,45\n490,3.5,110,45\n"
@@ -234,39 +220,34 @@ def test_without_a_sidecar_comments_say_what_it_is_or_it_is_told(tmp_path):
     assert not here.surface_stated
     said = here.notes
     assert "mine.csv has no sidecar mine.toml; taken is tyre = 'mine' and surface = 'flat'" in said
-    with pytest.raises(InputError, match="surface is 'ice'; allowed are 'flat', 'drum'"):
-        read_table(put_plain(tmp_path, "# surface: ice\n" + OWN))
+    refuses("surface is 'ice'; allowed are 'flat', 'drum'", read_table, put_plain(tmp_path, "# surface: ice\n" + OWN))
 
 
 LEAD = "load_N,pressure_bar,C [N/deg]"
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("load_N,pressure_bar,C,K [N/mm]\n1,1,1,1\n", r"column 'C': no unit; write it in brackets, C \[N/deg\]"),
-        ("load_N,pressure_bar,C [N/mm],K [N/mm]\n1,1,1,1\n", r"'N/mm' is no unit of what is given in N/deg; write for"),
-        ("load_N,pressure_bar,C [N/foo],K [N/mm]\n1,1,1,1\n", r"'N/foo' is not a unit that is known; write for exam"),
-        ("load_N,pressure_bar,C [%],K [N/mm]\n1,1,1,1\n", r"only a standard deviation is given in per cent"),
-        ("load_kN,preasure_bar,C [N/deg]\n1,1,1\n", r"unknown column 'preasure_bar'; did you mean 'pressure_bar'"),
-        (f"{LEAD},K [N/mm]\n340,3.5,x,45\n", r"line 2, column 'C \[N/deg\]': cornering_stiffness = 'x' is not a"),
-        (f"{LEAD},K [N/mm]\n340,3.5,5 kN/rad,45\n340,3.5,5 m,45\n", r"line 3, column .*'m' is no unit of"),
-        (f"{LEAD},K [N/mm],sigma [mm]\n340,3.5,90,45,114\n490,3.5,110,45,190\n",
-         r"line 3: relaxation length 190 mm, but cornering over lateral stiffness is 140\.1 mm; correct"),
-        (f"{LEAD},C_sd [N/deg],K [N/mm]\n340,3.5,90(2),2,45\n", r"two columns give cornering_stiffness_sd"),
-        (f"{LEAD},C_sd [N/deg],K [N/mm]\n340,3.5,90,2(1),45\n", r"a standard deviation has none of its own; give"),
-        (f"{LEAD},K [N/mm]\n340,3.5,90(2),45\n490,3.5,110,45\n", r"line 3: cornering_stiffness_sd_N_per_deg is there"),
-        (f"{LEAD},trail_sd [%],K [N/mm]\n340,3.5,90,2,45\n", r"a standard deviation of pneumatic_trail, but no"),
-        (f"{LEAD},c_alpha [N/deg],K [N/mm]\n340,3.5,90,90,45\n", "two columns give cornering_stiffness_N_per_deg"),
-        ("C [N/deg],K [N/mm]\n90,45\n", r"the column load_N, pressure_bar is missing"),
-        (f"{LEAD}\n340,3.5,90\n", r"give one of the columns 'relaxation_length_mm', 'lateral_stiffness_N_per_mm'"),
-        (f"{LEAD},K [N/mm]\n1e-308,3.5,90,45\n", r"row 1: load_N = 1e-308 must be finite and > 0, from 1e-12"),
-        (f"{LEAD},K [N/mm]\n340,3.5,-90,45\n", r"row 1: cornering_stiffness_N_per_deg = -90 must be finite and > 0"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    ("load_N,pressure_bar,C,K [N/mm]\n1,1,1,1\n", r"column 'C': no unit; write it in brackets, C \[N/deg\]"),
+    ("load_N,pressure_bar,C [N/mm],K [N/mm]\n1,1,1,1\n", r"'N/mm' is no unit of what is given in N/deg; write for"),
+    ("load_N,pressure_bar,C [N/foo],K [N/mm]\n1,1,1,1\n", r"'N/foo' is not a unit that is known; write for exam"),
+    ("load_N,pressure_bar,C [%],K [N/mm]\n1,1,1,1\n", r"only a standard deviation is given in per cent"),
+    ("load_kN,preasure_bar,C [N/deg]\n1,1,1\n", r"unknown column 'preasure_bar'; did you mean 'pressure_bar'"),
+    (f"{LEAD},K [N/mm]\n340,3.5,x,45\n", r"line 2, column 'C \[N/deg\]': cornering_stiffness = 'x' is not a"),
+    (f"{LEAD},K [N/mm]\n340,3.5,5 kN/rad,45\n340,3.5,5 m,45\n", r"line 3, column .*'m' is no unit of"),
+    (f"{LEAD},K [N/mm],sigma [mm]\n340,3.5,90,45,114\n490,3.5,110,45,190\n",
+     r"line 3: relaxation length 190 mm, but cornering over lateral stiffness is 140\.1 mm; correct"),
+    (f"{LEAD},C_sd [N/deg],K [N/mm]\n340,3.5,90(2),2,45\n", r"two columns give cornering_stiffness_sd"),
+    (f"{LEAD},C_sd [N/deg],K [N/mm]\n340,3.5,90,2(1),45\n", r"a standard deviation has none of its own; give"),
+    (f"{LEAD},K [N/mm]\n340,3.5,90(2),45\n490,3.5,110,45\n", r"line 3: cornering_stiffness_sd_N_per_deg is there"),
+    (f"{LEAD},trail_sd [%],K [N/mm]\n340,3.5,90,2,45\n", r"a standard deviation of pneumatic_trail, but no"),
+    (f"{LEAD},c_alpha [N/deg],K [N/mm]\n340,3.5,90,90,45\n", "two columns give cornering_stiffness_N_per_deg"),
+    ("C [N/deg],K [N/mm]\n90,45\n", r"the column load_N, pressure_bar is missing"),
+    (f"{LEAD}\n340,3.5,90\n", r"give one of the columns 'relaxation_length_mm', 'lateral_stiffness_N_per_mm'"),
+    (f"{LEAD},K [N/mm]\n1e-308,3.5,90,45\n", r"row 1: load_N = 1e-308 must be finite and > 0, from 1e-12"),
+    (f"{LEAD},K [N/mm]\n340,3.5,-90,45\n", r"row 1: cornering_stiffness_N_per_deg = -90 must be finite and > 0"),
+])  # fmt: skip
 def test_plain_tables_that_are_refused(tmp_path, text, words):
-    with pytest.raises(InputError, match=words):
-        read_table(put_plain(tmp_path, text))
+    refuses(words, read_table, put_plain(tmp_path, text))
 
 
 UNITS = [("N/deg", 1.0), ("N/rad", 180 / np.pi), ("kN/rad", 0.18 / np.pi)]

@@ -53,8 +53,7 @@ def test_fat_cargo_and_hand_cycle_tyres_are_not_doubted(values):
     ("cornering_stiffness_per_load", 1e-3, "side force in kN?"),
     ("lateral_stiffness", 1e-3, "N/mm?"),
     ("lateral_stiffness", 1 / 9.80665, "force in kg?"),
-    ("relaxation_length", 1e3, "millimetres?"),
-    ("pneumatic_trail", 1e3, "millimetres?"),
+    ("relaxation_length", 1e3, "millimetres?"), ("pneumatic_trail", 1e3, "millimetres?"),
     ("largest_force_per_load", 9.80665, "load in kg?"),
 ])  # fmt: skip
 def test_a_slip_of_units_is_named(name, factor, words):

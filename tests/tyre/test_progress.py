@@ -22,20 +22,14 @@ class Installed:
         return json.dumps(self.origin) if self.origin else None
 
 
-@pytest.mark.parametrize(
-    ("origins", "command"),
-    [
-        ([], 'pip install "velotyre[rider]"'),
-        ([None], 'pip install "velotyre[rider]"'),
-        ([{"url": FOLDER, "dir_info": {}}], 'pip install "/home/me/velo tyre[rider]"'),
-        ([None, {"url": FOLDER, "dir_info": {"editable": True}}], 'pip install -e "/home/me/velo tyre[rider]"'),
-        ([{"url": WHEEL, "archive_info": {}}], f'pip install "velotyre[rider] @ {WHEEL}"'),
-        (
-            [{"url": "https://example.org/velotyre", "vcs_info": {"vcs": "git", "commit_id": "0"}}],
-            'pip install "velotyre[rider] @ git+https://example.org/velotyre"',
-        ),
-    ],
-)
+@pytest.mark.parametrize(("origins", "command"), [
+    ([], 'pip install "velotyre[rider]"'), ([None], 'pip install "velotyre[rider]"'),
+    ([{"url": FOLDER, "dir_info": {}}], 'pip install "/home/me/velo tyre[rider]"'),
+    ([None, {"url": FOLDER, "dir_info": {"editable": True}}], 'pip install -e "/home/me/velo tyre[rider]"'),
+    ([{"url": WHEEL, "archive_info": {}}], f'pip install "velotyre[rider] @ {WHEEL}"'),
+    ([{"url": "https://example.org/velotyre", "vcs_info": {"vcs": "git", "commit_id": "0"}}],
+     'pip install "velotyre[rider] @ git+https://example.org/velotyre"'),
+])  # fmt: skip
 def test_an_extra_comes_from_where_velotyre_came(monkeypatch, origins, command):
     monkeypatch.setattr("importlib.metadata.distributions", lambda name: map(Installed, origins))
     assert install_command("rider") == command

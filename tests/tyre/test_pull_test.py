@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tyre import InputError
+from tests.shared.refusals import refuses
 from tyre.pull_test import fit_pull_test
 from tyre.recording import Condition, PullTest
 
@@ -78,8 +78,7 @@ def test_scatter_of_repeats_matches_the_claimed_uncertainty():
 def test_drift_of_the_cell_does_not_spoil_the_loop():
     fit = fit_pull_test(loop(drift=5.0, presliding=4e-5))
     assert fit.lateral_stiffness.value == pytest.approx(K, rel=2e-3)
-    assert fit.friction == pytest.approx(2.0, rel=0.03)
-    assert fit.drift == pytest.approx(5.0, rel=0.03)
+    assert (fit.friction, fit.drift) == pytest.approx((2.0, 5.0), rel=0.03)
     assert fit.offset == pytest.approx(2.5, abs=0.1)  # in the middle of the test
 
 
@@ -108,21 +107,17 @@ def _hardly_moved(plate):
     return 1e-5 * np.round(5e-3 * plate / 1e-5)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"plate_displacement": lambda a: -a, "rim_displacement": lambda a: -a}, "falls with plate - rim displacement"),
-        ({"side_force": lambda a: np.where(np.arange(a.size) < 5, a, np.nan)}, "5 readings are too few"),
-        ({"plate_displacement": _hardly_moved, "rim_displacement": np.zeros_like}, "than 20 reading steps"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"plate_displacement": lambda a: -a, "rim_displacement": lambda a: -a}, "falls with plate - rim displacement"),
+    ({"side_force": lambda a: np.where(np.arange(a.size) < 5, a, np.nan)}, "5 readings are too few"),
+    ({"plate_displacement": _hardly_moved, "rim_displacement": np.zeros_like}, "than 20 reading steps"),
+])  # fmt: skip
 def test_unusable_pull_tests_are_refused(changes, words):
     test = loop()
     channels = {name: getattr(test, name) for name in CHANNELS}
     for name, change in changes.items():
         channels[name] = change(channels[name])
-    with pytest.raises(InputError, match=words):
-        fit_pull_test(PullTest(condition=FLAT, axes="ISO", **channels))
+    refuses(words, fit_pull_test, PullTest(condition=FLAT, axes="ISO", **channels))
 
 
 def test_a_pull_in_a_dozen_equal_steps_is_no_coarse_gauge():

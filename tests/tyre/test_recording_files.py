@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tyre.errors import InputError
+from tests.shared.refusals import refuses
 from tyre.recording import Condition, PullTest, RigRun
 from tyre.recording_files import read_recording, write_csv
 
@@ -78,15 +78,11 @@ def test_units_of_columns_and_keys(folder):
 
 
 # One physical state in three conventions: slip that pushes the tyre to the right, leaning right, trail positive.
-@pytest.mark.parametrize(
-    ("axes", "slip", "force", "load", "moment", "camber"),
-    [
-        ("adapted SAE", 1.0, 110.0, 400.0, -2.0, 5.0),
-        ("ISO", 1.0, -110.0, 400.0, 2.0, 5.0),
-        ("SAE", -1.0, 110.0, -400.0, -2.0, 5.0),
-        ("SAE", -1.0, 110.0, 400.0, -2.0, 5.0),  # a load cell that prints the load as positive
-    ],
-)
+@pytest.mark.parametrize(("axes", "slip", "force", "load", "moment", "camber"), [
+    ("adapted SAE", 1.0, 110.0, 400.0, -2.0, 5.0), ("ISO", 1.0, -110.0, 400.0, 2.0, 5.0),
+    ("SAE", -1.0, 110.0, -400.0, -2.0, 5.0),
+    ("SAE", -1.0, 110.0, 400.0, -2.0, 5.0),  # a load cell that prints the load as positive
+])  # fmt: skip
 def test_axes_are_turned(folder, axes, slip, force, load, moment, camber):
     names = "time_s,slip_angle_deg,side_force_N,vertical_load_N,aligning_moment_Nm,inclination_deg\n"
     rows = "".join(f"{t},{slip},{force},{load},{moment},{camber}\n" for t in (0, 1))
@@ -144,68 +140,55 @@ def test_bom_blank_lines_and_missing_samples(folder):
     assert len(run.time) == 3
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda s: s[:-8], "line 4: 3 cells where the header has 4 columns; was the file cut off"),
-        (lambda s: s.replace("1.0,110.0", "1,0,110,0"), "decimal commas need semicolons"),
-        (lambda s: s.replace("side_force_N", "side_force_kg"), "'kg' is not a unit of force .*known: n, newton"),
-        (lambda s: s.replace("side_force_N", "side_force"), "'side_force': no unit of force is given"),
-        (lambda s: s.replace("slip_angle_deg", "slip_angel_deg"), "did you mean 'slip_angle' with its unit"),
-        (lambda s: s.replace("vertical_load_N", "side_force_kN"), "side_force is in two columns.*keep one"),
-        (lambda s: s.replace("vertical_load_N", "height_m"), "column vertical_load_N is missing"),
-        (lambda s: s.splitlines()[0] + "\n", "no rows; was the file cut off"),
-        (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "has 1 of the 2 or more samples that are needed"),
-        (lambda s: s.replace("401.0", "inf"), "vertical_load is infinite in sample 2"),
-        (lambda s: s.replace("400.0", "-400").replace("401.0", "-401").replace("399.0", "-399"), "axes = 'SAE'"),
-        (lambda s: s.replace("-110.0", "").replace("110.0", "").replace(",0.0,401", ",,401"), "no valid sample at all"),
-        (lambda s: "", "the first line must name the columns: time_s, slip_angle_deg"),
-        (lambda s: "a,b\n1,2\n", "no known column name"),
-        (lambda s: b"\xff\xfe\n1", "not text in UTF-8"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda s: s[:-8], "line 4: 3 cells where the header has 4 columns; was the file cut off"),
+    (lambda s: s.replace("1.0,110.0", "1,0,110,0"), "decimal commas need semicolons"),
+    (lambda s: s.replace("side_force_N", "side_force_kg"), "'kg' is not a unit of force .*known: n, newton"),
+    (lambda s: s.replace("side_force_N", "side_force"), "'side_force': no unit of force is given"),
+    (lambda s: s.replace("slip_angle_deg", "slip_angel_deg"), "did you mean 'slip_angle' with its unit"),
+    (lambda s: s.replace("vertical_load_N", "side_force_kN"), "side_force is in two columns.*keep one"),
+    (lambda s: s.replace("vertical_load_N", "height_m"), "column vertical_load_N is missing"),
+    (lambda s: s.splitlines()[0] + "\n", "no rows; was the file cut off"),
+    (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "has 1 of the 2 or more samples that are needed"),
+    (lambda s: s.replace("401.0", "inf"), "vertical_load is infinite in sample 2"),
+    (lambda s: s.replace("400.0", "-400").replace("401.0", "-401").replace("399.0", "-399"), "axes = 'SAE'"),
+    (lambda s: s.replace("-110.0", "").replace("110.0", "").replace(",0.0,401", ",,401"), "no valid sample at all"),
+    (lambda s: "", "the first line must name the columns: time_s, slip_angle_deg"),
+    (lambda s: "a,b\n1,2\n", "no known column name"), (lambda s: b"\xff\xfe\n1", "not text in UTF-8"),
+])  # fmt: skip
 def test_malformed_tables_are_refused_with_the_place(folder, change, message):
-    with pytest.raises(InputError, match=message):
-        read_recording(folder(change(SWEEP)))
+    refuses(message, read_recording, folder(change(SWEEP)))
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda s: s.replace('axes = "adapted SAE"', ""), "key 'axes' is missing .*no default"),
-        (lambda s: s.replace("adapted SAE", "adapted sae"), "'adapted sae' is not one of.*did you mean 'adapted SAE'"),
-        (lambda s: s.replace("tyre =", "tire ="), "unknown key 'tire'; did you mean 'tyre'"),
-        (lambda s: s.replace("load_N", "load_kilos"), "'kilos' is not a unit of force"),
-        (lambda s: s.replace("400", "'400'"), "load_N = '400' must be a number"),
-        (lambda s: s + "load_kN = 0.4", "load is given twice"),
-        (lambda s: s.replace("pressure_bar", "pressure_kPa"), "pressure is 0.055 bar, allowed are 0.2 to 20 bar"),
-        (lambda s: s.replace("flat", "road"), "surface = 'road' is neither 'flat' nor 'drum'"),
-        (lambda s: s.replace("flat", "drum"), "a drum needs its radius"),
-        (lambda s: s + "drum_radius_m = 1.3", "a flat track must not have one"),
-        (lambda s: s + "synthetic = 1", "synthetic = 1 must be true or false"),
-        (lambda s: s + "kind = 'sweep'", "kind = 'sweep' is not one of slip_sweep"),
-        (lambda s: s + "kind = 'pull_test'", "declares kind = 'pull_test', the columns are"),
-        (lambda s: s + "note = [1]", "note = .1. must be text or a list of texts"),
-        (lambda s: s.replace("Test tyre", " "), "tyre is empty"),
-        (lambda s: s + "[[[", "not a TOML file"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda s: s.replace('axes = "adapted SAE"', ""), "key 'axes' is missing .*no default"),
+    (lambda s: s.replace("adapted SAE", "adapted sae"), "'adapted sae' is not one of.*did you mean 'adapted SAE'"),
+    (lambda s: s.replace("tyre =", "tire ="), "unknown key 'tire'; did you mean 'tyre'"),
+    (lambda s: s.replace("load_N", "load_kilos"), "'kilos' is not a unit of force"),
+    (lambda s: s.replace("400", "'400'"), "load_N = '400' must be a number"),
+    (lambda s: s + "load_kN = 0.4", "load is given twice"),
+    (lambda s: s.replace("pressure_bar", "pressure_kPa"), "pressure is 0.055 bar, allowed are 0.2 to 20 bar"),
+    (lambda s: s.replace("flat", "road"), "surface = 'road' is neither 'flat' nor 'drum'"),
+    (lambda s: s.replace("flat", "drum"), "a drum needs its radius"),
+    (lambda s: s + "drum_radius_m = 1.3", "a flat track must not have one"),
+    (lambda s: s + "synthetic = 1", "synthetic = 1 must be true or false"),
+    (lambda s: s + "kind = 'sweep'", "kind = 'sweep' is not one of slip_sweep"),
+    (lambda s: s + "kind = 'pull_test'", "declares kind = 'pull_test', the columns are"),
+    (lambda s: s + "note = [1]", "note = .1. must be text or a list of texts"),
+    (lambda s: s.replace("Test tyre", " "), "tyre is empty"),
+    (lambda s: s + "[[[", "not a TOML file"),
+])  # fmt: skip
 def test_malformed_sidecars_are_refused_by_key(folder, change, message):
-    with pytest.raises(InputError, match=message):
-        read_recording(folder(SWEEP, change(SIDECAR)))
+    refuses(message, read_recording, folder(SWEEP, change(SIDECAR)))
 
 
 def test_missing_files_are_named(tmp_path):
-    with pytest.raises(InputError, match=r"none\.csv: no such recording"):
-        read_recording(tmp_path / "none.csv")
+    refuses(r"none\.csv: no such recording", read_recording, tmp_path / "none.csv")
     (tmp_path / "lone.csv").write_text(SWEEP)
-    with pytest.raises(InputError, match=r"lone\.toml: the sidecar is missing; write one with tyre"):
-        read_recording(tmp_path / "lone.csv")
+    refuses(r"lone\.toml: the sidecar is missing; write one with tyre", read_recording, tmp_path / "lone.csv")
     (tmp_path / "lone.toml").mkdir()
-    with pytest.raises(InputError, match=r"lone\.toml: cannot be read"):
-        read_recording(tmp_path / "lone.csv")
-    with pytest.raises(InputError, match="recordings end in"):
-        read_recording(tmp_path / "run.docx")
+    refuses(r"lone\.toml: cannot be read", read_recording, tmp_path / "lone.csv")
+    refuses("recordings end in", read_recording, tmp_path / "run.docx")
 
 
 def test_every_row_of_a_long_recording_is_read(folder):

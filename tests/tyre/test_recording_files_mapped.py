@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.shared.refusals import refuses
 from tests.validation.recording_writers import write_csv, write_hdf5, write_parquet
 from tyre.errors import InputError
 from tyre.recording import PullTest, RigRun
@@ -79,8 +80,7 @@ def test_a_pull_test_read_from_dial_gauges_needs_no_time(folder, tmp_path):
 def test_two_files_of_one_stem(folder, tmp_path):
     for suffix in ("h5", "parquet"):
         write_parquet(tmp_path / f"run.{suffix}", COLUMNS)
-    with pytest.raises(InputError, match=r"describes run.h5, run.parquet; write recording = 'run.h5' or rename"):
-        read_recording(folder(SWEEP))
+    refuses(r"describes run.h5, run.parquet; write recording = 'run.h5' or rename", read_recording, folder(SWEEP))
 
 
 def test_files_without_a_map_are_shown_with_a_draft(folder, tmp_path):
@@ -100,13 +100,11 @@ def test_files_without_a_map_are_shown_with_a_draft(folder, tmp_path):
         read_recording(tmp_path / "own.csv")
     (tmp_path / "own.csv").write_text("time_s,slip_angle_deg,Fy [N]\n0,1,2\n10,2,3\n")
     (tmp_path / "own.toml").write_text(SIDECAR)
-    with pytest.raises(InputError, match=r'column side_force_N is missing (.|\n)*side_force = {column = "Fy"}'):
-        read_recording(tmp_path / "own.csv")
+    refuses(r'column side_force_N is missing (.|\n)*side_force = {column = "Fy"}', read_recording, tmp_path / "own.csv")
 
 
 def test_mistakes_in_a_map_name_the_sidecar(folder, tmp_path):
     write_parquet(tmp_path / "run.parquet", COLUMNS)
     with pytest.raises(InputError, match=r"run\.toml: \[channels\]: \[slip_angle\]: unknown key 'units'"):
         read_recording(folder(SWEEP.replace("sign = -1", 'units = "deg"')))
-    with pytest.raises(InputError, match=r"run\.toml: unknown key 'chanels'; did you mean 'channels'\?"):
-        read_recording(folder("[chanels]\n"))
+    refuses(r"run\.toml: unknown key 'chanels'; did you mean 'channels'\?", read_recording, folder("[chanels]\n"))

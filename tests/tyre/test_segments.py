@@ -125,18 +125,15 @@ def each(*values):
     return np.repeat(values, 800)
 
 
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [
-        ({}, [(400, 5, 0)]),  # one condition stays whole
-        ({"load": each(500.0, 300, 100, 700, 300, 500)}, [(n, 5, 0) for n in (500, 300, 100, 700, 300, 500)]),
-        ({"camber": each(0, 0, 3, 3, -1.5, 0)}, [(400, 5, g) for g in (0, 0, 3, 3, -1.5, 0)]),
-        ({"pressure": each(3.5, 3.5, 3.5, 3.7, 3.7, 3.7)}, [(400, p, 0) for p in (3.5, 3.5, 3.5, 3.7, 3.7, 3.7)]),
-        # the slip never rests while the pressure is set anew
-        ({"slip": triangle(4000, 8), "pressure": np.repeat([3.5, 5.5], 2000)}, [(400, 3.5, 0), (400, 5.5, 0)]),
-        ({"load": each(*[402.9] * 6), "camber": 0.3}, [(402.9, 5, 0)]),  # is not rounded to 400 N; stands upright
-    ],
-)
+@pytest.mark.parametrize(("given", "expected"), [
+    ({}, [(400, 5, 0)]),  # one condition stays whole
+    ({"load": each(500.0, 300, 100, 700, 300, 500)}, [(n, 5, 0) for n in (500, 300, 100, 700, 300, 500)]),
+    ({"camber": each(0, 0, 3, 3, -1.5, 0)}, [(400, 5, g) for g in (0, 0, 3, 3, -1.5, 0)]),
+    ({"pressure": each(3.5, 3.5, 3.5, 3.7, 3.7, 3.7)}, [(400, p, 0) for p in (3.5, 3.5, 3.5, 3.7, 3.7, 3.7)]),
+    # the slip never rests while the pressure is set anew
+    ({"slip": triangle(4000, 8), "pressure": np.repeat([3.5, 5.5], 2000)}, [(400, 3.5, 0), (400, 5.5, 0)]),
+    ({"load": each(*[402.9] * 6), "camber": 0.3}, [(402.9, 5, 0)]),  # is not rounded to 400 N; stands upright
+])  # fmt: skip
 def test_levels_are_found(given, expected):
     assert levels(split({"": run(**given)})) == [pytest.approx(level, rel=2e-3, abs=1e-6) for level in expected]
 
@@ -161,15 +158,12 @@ def test_no_piece_spans_more_than_one_condition():
         assert np.ptp(np.quantile(piece.pressure, [0.1, 0.9])) < 0.06 * np.median(piece.pressure)
 
 
-@pytest.mark.parametrize(
-    ("declared", "given", "words"),
-    [
-        ({"pressure": 3.5e5}, {"pressure": 5.5}, "median pressure is 5.5 bar, declared are 3.5 bar, off by more than"),
-        ({"camber": 0.0}, {"camber": 2.0}, "median camber is 2 deg, declared are 0 deg"),
-        ({"load": 400.0}, {"load": 300.0}, "median vertical load is 300 N, -25.0% off the declared 400 N"),
-        ({}, {"load": 400 + 60 * np.sin(np.arange(SWEEPS.size) / 700)}, "load scatters: .* more than one condition"),
-    ],
-)
+@pytest.mark.parametrize(("declared", "given", "words"), [
+    ({"pressure": 3.5e5}, {"pressure": 5.5}, "median pressure is 5.5 bar, declared are 3.5 bar, off by more than"),
+    ({"camber": 0.0}, {"camber": 2.0}, "median camber is 2 deg, declared are 0 deg"),
+    ({"load": 400.0}, {"load": 300.0}, "median vertical load is 300 N, -25.0% off the declared 400 N"),
+    ({}, {"load": 400 + 60 * np.sin(np.arange(SWEEPS.size) / 700)}, "load scatters: .* more than one condition"),
+])  # fmt: skip
 def test_what_is_declared_is_held_against_its_channel(declared, given, words):
     known = {"load": 400.0, "pressure": 5e5, "camber": 0.0} | declared
     verdict = preflight(run(condition=Condition("T", surface="flat", **known), **given))

@@ -1,10 +1,9 @@
 """Tables from CSV, workbooks and Parquet."""
 
-import sys
-
 import pandas as pd
 import pytest
 
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 from tyre.sheet import read_sheet, split_unit
 
@@ -26,11 +25,12 @@ def test_commas_semicolons_and_tabs(tmp_path, text):
 
 @pytest.mark.parametrize("ending", ["xlsx", "parquet"])
 def test_workbook_and_parquet(tmp_path, ending):
-    frame, path = pd.DataFrame({"name": ["one ", "two"], "w": [1.5, None]}), tmp_path / f"t.{ending}"
+    frame, path = pd.DataFrame({"name": ["one ", "two"], "w": [2.0, None]}), tmp_path / f"t.{ending}"
     frame.to_excel(path, index=False) if ending == "xlsx" else frame.to_parquet(path)
     sheet = read_sheet(path, kind="bicycles")
     assert sheet.header == ("name", "w")
-    assert [cells for _, cells in sheet.rows] == [("one", 1.5), ("two", "")]
+    first = 2 if ending == "xlsx" else 1  # of a workbook the row of the names counts
+    assert sheet.rows == ((f"row {first}", ("one", 2)), (f"row {first + 1}", ("two", "")))
 
 
 def test_the_sheet_of_that_name_is_taken_where_there_are_several(tmp_path):
@@ -46,41 +46,25 @@ def test_the_sheet_of_that_name_is_taken_where_there_are_several(tmp_path):
                 read_sheet(path, kind="bicycles")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "the table of bicycles has no rows"),
-        ("name,w\n", "the table of bicycles has no rows below the one that names the columns"),
-        ("name,\na,1\n", "column 2 has no name"),
-        ("w,w\n1,2\n", "the column 'w' is given twice; keep one"),
-        ("name,w\na,1,2\n", "line 2: 3 cells where the header has 2 columns"),
-        ('name,w\n"a,1\n', "line 2: not CSV"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("", "the table of bicycles has no rows"),
+    ("name,w\n", "the table of bicycles has no rows below the one that names the columns"),
+    ("name,\na,1\n", "column 2 has no name"),
+    ("w,w\n1,2\n", "the column 'w' is given twice; keep one"),
+    ("name,w\na,1,2\n", "line 2: 3 cells where the header has 2 columns"),
+    ('name,w\n"a,1\n', "line 2: not CSV"),
+])  # fmt: skip
 def test_refused_csv(tmp_path, text, words):
-    with pytest.raises(InputError, match=words):
-        read_sheet(csv(tmp_path, text), kind="bicycles")
+    refuses(words, read_sheet, csv(tmp_path, text), kind="bicycles")
 
 
 def test_refused_files(tmp_path):
-    with pytest.raises(InputError, match=r"none\.csv: no such table of bicycles"):
-        read_sheet(tmp_path / "none.csv", kind="bicycles")
+    refuses(r"none\.csv: no such table of bicycles", read_sheet, tmp_path / "none.csv", kind="bicycles")
     (tmp_path / "latin.csv").write_bytes(b"name,w\n\xe9,1\n")
-    with pytest.raises(InputError, match="not text in UTF-8"):
-        read_sheet(tmp_path / "latin.csv", kind="bicycles")
+    refuses("not text in UTF-8", read_sheet, tmp_path / "latin.csv", kind="bicycles")
     for name, words in (("t.xlsx", r"cannot be read as \.xlsx"), ("t.parquet", r"cannot be read as \.parquet")):
         (tmp_path / name).write_text("name,w\n")
-        with pytest.raises(InputError, match=words):
-            read_sheet(tmp_path / name, kind="bicycles")
-
-
-@pytest.mark.parametrize(("name", "package"), [("t.xlsx", "python_calamine"), ("t.parquet", "pyarrow.parquet")])
-def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch, name, package):
-    (tmp_path / name).write_text("")
-    monkeypatch.setitem(sys.modules, package, None)
-    monkeypatch.setattr("tyre.formats.child.apart", lambda: False)
-    with pytest.raises(InputError, match=rf"{package} is not installed; install it with: pip install .*\[formats"):
-        read_sheet(tmp_path / name, kind="bicycles")
+        refuses(words, read_sheet, tmp_path / name, kind="bicycles")
 
 
 def test_units_in_brackets():

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 from tyre.schema import number
 from tyre.table import csv_text, harmless, read_cells, read_columns
@@ -37,8 +38,7 @@ def test_cells_with_checks_of_their_own(file):
         ("load_N\nx\n", "t.csv, line 2: load_N = 'x' must be a finite number above 0"),
         ("load_N,dof\n1,\n", "t.csv, line 2: dof = '' must be a finite number above 0"),
     ):
-        with pytest.raises(InputError, match=words):
-            read_columns(file(text), numbers=checks, needed=())
+        refuses(words, read_columns, file(text), numbers=checks, needed=())
 
 
 @pytest.mark.parametrize("cell", ["1_0", "３００", "٣", "1e1_0", "３e1"])
@@ -56,8 +56,7 @@ def test_a_last_row_without_a_line_end_may_be_a_cut_number(file):
     for text in ("a,b\n1,12.3\n", "a,b\n1,12.3\n  ", "a,b\n1,12.3 # whole", "a,b\n1,12.3\n# whole"):
         assert read_columns(file(text), numbers=("a", "b"), needed=()).numbers["b"] == [12.3]
     for text, words in (("a,b\n1", "1 cell where the header has 2 columns; was the file cut off"), ("a,b", "no rows")):
-        with pytest.raises(InputError, match=words):
-            read_columns(file(text), numbers=("a", "b"), needed=())
+        refuses(words, read_columns, file(text), numbers=("a", "b"), needed=())
     with pytest.raises(InputError, match="no line end, so the file may be cut off inside a number; complete the row"):
         read_cells(file("a;b\n1;2,5\n2;2,"), kind="recording", example="a", logged=True)
 
@@ -79,17 +78,14 @@ def test_a_loggers_file_is_read_fast_and_slow_alike(file):
     assert words.column(1) == ["café"]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("a,b\n1,2\n1,2,3\n", "line 3: 3 cells where the header has 2 columns; name every column, separate by commas"),
-        ("a,b\n1,2\n1\n", "line 3: 1 cell where the header has 2 columns; was the file cut off"),
-        ("a,b\n1,2\n1,1_0\n", "line 3: b = '1_0' is not a number"),
-        ("a,b\n1,2\n1,x\n", "line 3: b = 'x' is not a number"),
-        ("", "no CSV; the first line must name the columns: a, b"),
-        ("a\0", "no CSV; the first line must name the columns: a, b"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("a,b\n1,2\n1,2,3\n", "line 3: 3 cells where the header has 2 columns; name every column, separate by commas"),
+    ("a,b\n1,2\n1\n", "line 3: 1 cell where the header has 2 columns; was the file cut off"),
+    ("a,b\n1,2\n1,1_0\n", "line 3: b = '1_0' is not a number"),
+    ("a,b\n1,2\n1,x\n", "line 3: b = 'x' is not a number"),
+    ("", "no CSV; the first line must name the columns: a, b"),
+    ("a\0", "no CSV; the first line must name the columns: a, b"),
+])  # fmt: skip
 def test_what_a_logger_cannot_have_written(file, text, words):
     with pytest.raises(InputError, match=words):
         read_cells(file(text), kind="recording", example="a, b", logged=True).numbers([0, 1], missing=("",))

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 
+from tests.shared.refusals import refuses
 from tyre import InputError, MeasuredTable, TyreMap, available_tyres
 from tyre.magic_formula import cornering_stiffness as kya
+from tyre.properties import out_of_reach
 
 LOADS = np.array([300.0, 400.0, 500.0])
 PRESSURES = np.array([3e5, 5e5, 7e5])
@@ -57,12 +59,9 @@ def rough(rng: np.random.Generator) -> MeasuredTable:
 
 def test_unknown_tyre_and_surface_list_what_there_is() -> None:
     assert available_tyres()["Tyre1"] == ("flat", "drum")
-    with pytest.raises(InputError, match=r"no tyre 'Tire1' \(did you mean 'Tyre1'\?\); available are .*Tyre1"):
-        TyreMap.load("Tire1")
-    with pytest.raises(InputError, match="Tyre2 was not measured on surface 'drum', only on: flat"):
-        TyreMap.load("Tyre2", surface="drum")
-    with pytest.raises(InputError, match="surface 'road', only on: flat, drum"):
-        TyreMap.load("Tyre1", surface="road")
+    refuses(r"no tyre 'Tire1' \(did you mean 'Tyre1'\?\); available are .*Tyre1", TyreMap.load, "Tire1")
+    refuses("Tyre2 was not measured on surface 'drum', only on: flat", TyreMap.load, "Tyre2", surface="drum")
+    refuses("surface 'road', only on: flat, drum", TyreMap.load, "Tyre1", surface="road")
 
 
 def test_own_folder_of_tables(tmp_path: Path) -> None:
@@ -76,8 +75,7 @@ def test_own_folder_of_tables(tmp_path: Path) -> None:
         assert other.relaxation_length_sd == pytest.approx(here.relaxation_length_sd, rel=1e-6)
     assert here.notes[0] == "synthetic: no rig measured this tyre"
     TyreMap(synthetic()).to_file(tmp_path / "two.csv")
-    with pytest.raises(InputError, match="synthetic on flat is defined by 2 files; keep one"):
-        TyreMap.load("synthetic", folder=tmp_path)
+    refuses("synthetic on flat is defined by 2 files; keep one", TyreMap.load, "synthetic", folder=tmp_path)
 
 
 def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None:
@@ -132,17 +130,10 @@ def test_interpolation_error_covers_left_out_conditions() -> None:
     assert np.all((covered > 0.91) & (covered < 0.985))
 
 
-@pytest.mark.parametrize(
-    ("load", "pressure", "origin"),
-    [
-        (340, 3.5e5, "measured"),
-        (490, 7.5e5, "measured"),
-        (400 * (1 + 1e-12), 5.5e5, "measured"),
-        (341, 3.5e5, "interpolated"),
-        (339, 5.5e5, "extrapolated"),
-        (400, 7.6e5, "extrapolated"),
-    ],
-)
+@pytest.mark.parametrize(("load", "pressure", "origin"), [
+    (340, 3.5e5, "measured"), (490, 7.5e5, "measured"), (400 * (1 + 1e-12), 5.5e5, "measured"),
+    (341, 3.5e5, "interpolated"), (339, 5.5e5, "extrapolated"), (400, 7.6e5, "extrapolated"),
+])  # fmt: skip
 def test_origin(load: float, pressure: float, origin: str) -> None:
     here = TyreMap.load("Tyre1").at(load=load, pressure=pressure)
     assert here.origin == origin
@@ -173,10 +164,8 @@ def correlation(covariance: NDArray[np.float64], one: int, other: int) -> float:
 
 def test_shared_lateral_stiffness_is_fully_correlated() -> None:
     _, covariance = TyreMap.load("Tyre1").joint([(340, 5.5e5), (490, 5.5e5), (340, 7.5e5)])
-    assert correlation(covariance, 1, 4) == pytest.approx(1.0, abs=1e-9)
-    assert correlation(covariance, 2, 5) == pytest.approx(1.0, abs=1e-9)
-    assert correlation(covariance, 1, 7) == pytest.approx(0.0, abs=1e-9)
-    assert correlation(covariance, 1, 2) == pytest.approx(-1.0, abs=1e-9)
+    assert (correlation(covariance, 1, 4), correlation(covariance, 2, 5)) == pytest.approx((1.0, 1.0), abs=1e-9)
+    assert (correlation(covariance, 1, 7), correlation(covariance, 1, 2)) == pytest.approx((0.0, -1.0), abs=1e-9)
     _, separate = TyreMap.load("Tyre2").joint([(340, 5.5e5), (490, 5.5e5)])
     assert correlation(separate, 1, 4) == pytest.approx(0.0, abs=1e-9)
 
@@ -221,17 +210,13 @@ def test_assumed_cornering_stiffness_uncertainty_adds_to_the_relaxation_length()
     assert any("assumed is 2 %" in note for note in assumed.notes)
 
 
-@pytest.mark.parametrize(
-    ("load", "pressure", "message"),
-    [
-        (0, 5e5, "Tyre3 on flat: load is 0 N; it must be finite and > 0"),
-        (400, -1, "pressure is -1 Pa; it must be finite and > 0"),
-        (float("nan"), 5e5, "load is nan N; it must be finite and > 0"),
-    ],
-)
+@pytest.mark.parametrize(("load", "pressure", "message"), [
+    (0, 5e5, "Tyre3 on flat: load is 0 N; it must be finite and > 0"),
+    (400, -1, "pressure is -1 Pa; it must be finite and > 0"),
+    (float("nan"), 5e5, "load is nan N; it must be finite and > 0"),
+])  # fmt: skip
 def test_impossible_conditions_are_refused(load: float, pressure: float, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        TyreMap.load("Tyre3").at(load=load, pressure=pressure)
+    refuses(message, TyreMap.load("Tyre3").at, load=load, pressure=pressure)
 
 
 def test_unphysical_extrapolation_is_refused() -> None:
@@ -241,8 +226,7 @@ def test_unphysical_extrapolation_is_refused() -> None:
     ):
         TyreMap(falling).at(load=400, pressure=15e5)
     softening = synthetic(cornering_stiffness=kya(LOAD, PRESSURE, **(MF | {"PPY1": -0.5})))
-    with pytest.raises(InputError, match=r"the fitted 1 \+ PPY1 dpi is not positive"):
-        TyreMap(softening).at(load=400, pressure=15.1e5)
+    refuses(r"the fitted 1 \+ PPY1 dpi is not positive", TyreMap(softening).at, load=400, pressure=15.1e5)
 
 
 def test_one_measured_pressure_says_nothing_about_another() -> None:
@@ -253,12 +237,10 @@ def test_one_measured_pressure_says_nothing_about_another() -> None:
     }
     tyre_map = TyreMap(synthetic(**part))
     assert tyre_map.at(load=350, pressure=5e5).origin == "interpolated"
-    with pytest.raises(InputError, match="pressure is 400000 Pa, but it was measured at 500000 Pa only"):
-        tyre_map.at(load=350, pressure=4e5)
+    refuses("pressure is 400000 Pa, but it was measured at 500000 Pa only", tyre_map.at, load=350, pressure=4e5)
     two = TyreMap(synthetic(**{name: values[:2] for name, values in part.items()}))
     assert any("too few conditions to estimate the misfit" in note for note in two.at(load=350, pressure=5e5).notes)
-    with pytest.raises(InputError, match="no condition asked for"):
-        tyre_map.joint([])
+    refuses("no condition asked for", tyre_map.joint, [])
 
 
 def test_far_outside_the_uncertainty_is_that_of_a_regression_forecast() -> None:
@@ -323,21 +305,31 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
     assert stated.lateral_stiffness_sd_stated
 
 
-@pytest.mark.parametrize(
-    ("load", "pressure", "words"),
-    [
-        (400, 5.5, "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True"),
-        (400, 80.0, r"is the pressure in psi[?] give 551581 Pa"),
-        (400, 550.0, r"is the pressure in kPa[?] give 550000 Pa"),
-        (40.8, 5.5e5, r"40\.8 N is farther outside .*is the load in kg[?] give 400\.1\d* N"),
-        (3000, 5.5e5, r"3000 N is farther outside .* is wide; extrapolate=True takes it as it is"),
-    ],
-)
+@pytest.mark.parametrize(("load", "pressure", "words"), [
+    (400, 5.5, "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True"),
+    (400, 80.0, r"is the pressure in psi[?] give 551581 Pa"),
+    (400, 550.0, r"is the pressure in kPa[?] give 550000 Pa"),
+    (40.8, 5.5e5, r"40\.8 N is farther outside .*is the load in kg[?] give 400\.1\d* N"),
+    (3000, 5.5e5, r"3000 N is farther outside .* is wide; extrapolate=True takes it as it is"),
+])  # fmt: skip
 def test_a_condition_far_outside_is_refused_with_the_unit_that_may_be_meant(
     load: float, pressure: float, words: str
 ) -> None:
     tyre_map = TyreMap.load("Tyre1")
-    with pytest.raises(InputError, match=words):
-        tyre_map.at(load=load, pressure=pressure)
+    refuses(words, tyre_map.at, load=load, pressure=pressure)
     if pressure > 1e5 and load < 1e3:
         assert tyre_map.at(load=load, pressure=pressure, extrapolate=True).origin == "extrapolated"
+
+
+@pytest.mark.parametrize(("load", "bar", "words"), [
+    (340.0, 5.5, None),
+    (190.0, 5.5, None),  # 340 - (490 - 340)
+    (189.0, 5.5, "189 N is farther outside the 340-490 N at which Tyre1 on flat was measured than that range is"),
+    (640.0, 11.5, None), (641.0, 5.5, "641 N"),
+    (400.0, 11.6, "11.6 bar is farther outside the 3.5-7.5 bar"),
+    (400.0, 0.1, None),  # 3.4 bar below, within 4 bar
+])  # fmt: skip
+def test_out_of_reach_is_farther_outside_than_the_range_is_wide(load, bar, words):
+    said = out_of_reach(TyreMap.load("Tyre1"), load=load, pressure=bar * 1e5)
+    assert (said is None) == (words is None)
+    assert words is None or words in str(said)

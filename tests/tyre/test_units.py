@@ -9,21 +9,11 @@ from tyre.errors import InputError
 from tyre.units import GRAVITY, PASCAL_PER_BAR, SPELLINGS, SYMBOLS, factor_to_si, find_unit, is_si, is_unit, quantity_of
 
 
-@pytest.mark.parametrize(
-    ("unit", "si", "factor"),
-    [
-        ("mm", "m", Fraction(1, 1000)),
-        ("kN/rad", "N/rad", 1000),
-        ("N/mm", "N/m", 1000),
-        ("N_per_mm", "N/m", 1000),
-        ("kg cm^2", "kg m^2", Fraction(1, 10**4)),
-        ("kg*m²", "kg m^2", 1),
-        ("kPa", "bar", Fraction(1, 100)),
-        ("MPa", "N/m^2", 10**6),
-        ("m/s**2", "m/s^2", 1),
-        ("in", "mm", Fraction(254, 10)),
-    ],
-)
+@pytest.mark.parametrize(("unit", "si", "factor"), [
+    ("mm", "m", Fraction(1, 1000)), ("kN/rad", "N/rad", 1000), ("N/mm", "N/m", 1000), ("N_per_mm", "N/m", 1000),
+    ("kg cm^2", "kg m^2", Fraction(1, 10**4)), ("kg*m²", "kg m^2", 1), ("kPa", "bar", Fraction(1, 100)),
+    ("MPa", "N/m^2", 10**6), ("m/s**2", "m/s^2", 1), ("in", "mm", Fraction(254, 10)),
+])  # fmt: skip
 def test_factors_are_exact(unit, si, factor):
     assert factor_to_si(unit, si, where="f") == factor
 

@@ -44,10 +44,7 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
 
 
 def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
-    """Read the rows of a workbook (``.xlsx``: the sheet ``kind`` of several) or a Parquet file, each with its place.
-
-    Of a MATLAB file (``.mat``) the only row is the mapping of its variables.
-    """
+    """Read the rows, with places, of a workbook (its sheet ``kind``) or Parquet; of ``.mat`` one mapping."""
     if child.apart():
         return child.rows_apart(path, kind)
     form = {".xlsx": "excel", ".mat": "matlab"}.get(path.suffix.casefold(), "parquet")

@@ -373,10 +373,7 @@ def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]
 
 
 def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> tuple[list[Array], list[str]]:
-    """Samples of a block, and what is wrong with its damaged lines, which are left out.
-
-    It is fast if every row is as it should be; else every column of numbers of a line must be sound.
-    """
+    """Samples of a block, and what is wrong with the damaged lines that are left out: fast if every row is sound."""
     if '"' not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
         fast = fast_numbers(
             text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING

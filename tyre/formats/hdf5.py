@@ -1,6 +1,7 @@
 """HDF5 files: every dataset of numbers, with the unit in its attributes."""
 
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -51,18 +52,13 @@ def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
         if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
             raise InputError(f"{path}: {name} has its values in other files, which are not read; copy them into one")
 
-    if root and any(isinstance(file.get(part, getlink=True), h5py.ExternalLink) for part in _parts(root)):
+    above = accumulate(root.strip("/").split("/"), "{}/{}".format)  # the group and all above it
+    if root and any(isinstance(file.get(part, getlink=True), h5py.ExternalLink) for part in above):
         raise InputError(f"{path}: {root} is a link to another file, which is not read; copy it into one")
     if root and isinstance(file[root], h5py.Dataset):
         check(root, file[root])
     else:
         (file[root] if root else file).visititems(check)
-
-
-def _parts(root: str) -> list[str]:
-    """Paths of a group and of all groups above it."""
-    names = root.strip("/").split("/")
-    return ["/".join(names[: count + 1]) for count in range(len(names))]
 
 
 def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:

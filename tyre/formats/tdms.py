@@ -28,7 +28,8 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
             for group in file.groups() if reading.table in ("", group.name)
             for channel in group.channels() if channel.dtype.kind in "fiubmM" and len(channel)
         ]  # fmt: skip
-        notes = _incomplete(file)
+        cut = getattr(getattr(file, "file_status", None), "incomplete_final_segment", False)
+        notes = ["the last segment is incomplete: the recording was cut off"] if cut else []
     homes = {name: (group, channel, unit) for name, group, channel, unit, _ in listed}
 
     def load(names: Sequence[str], most: int | None) -> list[Signal]:
@@ -63,10 +64,3 @@ def _unit(channel: Any) -> str:
 
 def _timed(channel: Any) -> bool:
     return float(channel.properties.get("wf_increment", 0.0) or 0.0) > 0.0
-
-
-def _incomplete(file: Any) -> list[str]:
-    status = getattr(file, "file_status", None)
-    if status is None or not status.incomplete_final_segment:
-        return []
-    return ["the last segment is incomplete: the recording was cut off"]

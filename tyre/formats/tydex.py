@@ -9,10 +9,11 @@ are comments.
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -54,6 +55,9 @@ class ChannelEntry:
     physical_offset: float = 0.0
 
 
+E = TypeVar("E", Entry, ChannelEntry)
+
+
 @dataclass(frozen=True)
 class TydexDocument:
     """Text under every keyword of a TYDEX file, the words behind ``**MEASURDATA``, and its name in messages."""
@@ -65,34 +69,29 @@ class TydexDocument:
     @cached_property
     def header(self) -> dict[str, Entry]:
         """Entries of ``**HEADER`` by name."""
-        return self._entries("HEADER")
+        return self._listed("HEADER", _entry)
 
     @cached_property
     def constants(self) -> dict[str, Entry]:
         """Entries of ``**CONSTANTS`` by name."""
-        return self._entries("CONSTANTS")
-
-    def _entries(self, keyword: str) -> dict[str, Entry]:
-        where = f"{self.source}, **{keyword}"
-        entries: dict[str, Entry] = {}
-        for line in _table_lines(self.bodies.get(keyword, "")):
-            name, description, unit, value = _columns(line, where)
-            if name in entries:
-                raise InputError(f"{where}: {name} is listed twice; keep one")
-            entries[name] = Entry(name, description, unit, None if value in ("", NOT_AVAILABLE) else value)
-        return entries
+        return self._listed("CONSTANTS", _entry)
 
     @cached_property
     def channels(self) -> dict[str, ChannelEntry]:
         """Channels by name, in the order of the data columns."""
-        where = f"{self.source}, **MEASURCHANNELS"
-        channels: dict[str, ChannelEntry] = {}
-        for line in _table_lines(self.bodies.get("MEASURCHANNELS", "")):
-            channel = _channel(line, where)
-            if channel.name in channels:
-                raise InputError(f"{where}: channel {channel.name} is listed twice; keep one")
-            channels[channel.name] = channel
-        return channels
+        return self._listed("MEASURCHANNELS", _channel)
+
+    def _listed(self, keyword: str, read: Callable[[str, str], E]) -> dict[str, E]:
+        where, found = f"{self.source}, **{keyword}", dict[str, E]()
+        for line in _plain_line_ends(self.bodies.get(keyword, "")).split("\n"):
+            if not line.strip() or line.lstrip()[0] == "!":
+                continue
+            one = read(line.expandtabs(_FIELD), where)
+            if one.name in found:
+                what = "channel " * isinstance(one, ChannelEntry)
+                raise InputError(f"{where}: {what}{one.name} is listed twice; keep one")
+            found[one.name] = one
+        return found
 
     @cached_property
     def measured(self) -> Array:
@@ -155,14 +154,9 @@ def _parsed(text: str, source: str) -> TydexDocument:
 
 
 def document_text(
-    *,
-    header: Sequence[Entry],
-    comments: str,
-    constants: Sequence[Entry],
-    channels: Sequence[ChannelEntry],
-    measured: Array,
-    source: str,
-) -> str:
+    *, header: Sequence[Entry], comments: str, constants: Sequence[Entry], channels: Sequence[ChannelEntry],
+    measured: Array, source: str,
+) -> str:  # fmt: skip
     """Write a document with data ``measured`` (rows, channels) of as many decimals as fit; NaN becomes NOTAVAIL."""
     rows = {
         "HEADER": "".join(_line(entry, entry.value) for entry in header),
@@ -196,11 +190,6 @@ def _print_numbers(measured: Array, names: Sequence[str], source: str) -> str:
     return text.replace("       nan", f"  {NOT_AVAILABLE}")
 
 
-def _table_lines(body: str) -> list[str]:
-    lines = _plain_line_ends(body).split("\n")
-    return [line.expandtabs(_FIELD) for line in lines if line.strip() and line.lstrip()[0] != "!"]
-
-
 def _plain_line_ends(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
@@ -218,6 +207,11 @@ def _columns(line: str, where: str) -> tuple[str, str, str, str]:
         raise InputError(f"{where}: the line of {name} keeps to no columns: {line.strip()[:80]!r}")
     middle = parts[1:-1]
     return name, parts[0], middle[0] if middle else "", " ".join([*middle[1:], parts[-1]])
+
+
+def _entry(line: str, where: str) -> Entry:
+    name, description, unit, value = _columns(line, where)
+    return Entry(name, description, unit, None if value in ("", NOT_AVAILABLE) else value)
 
 
 def _channel(line: str, where: str) -> ChannelEntry:

@@ -1,41 +1,14 @@
 """A simulated rig, its effects on recordings, and the terms that these add to a fit."""
 
-from tyre.rig.effect import (
-    OUTSIDE,
-    PullTerms,
-    Recorded,
-    RigEffect,
-    RigParameter,
-    RigTyre,
-    SweepTerms,
-    Term,
-    declared,
-    needs_pull,
-    needs_sweep,
-    register,
-    rig_effects,
-    rig_terms,
-    simulated_effects,
-)
-from tyre.rig.effects.mechanics import Remounting, RigFriction, RimCompliance, SteeringPlay
-from tyre.rig.effects.sensors import DialGauge, Dropouts, ForceGainBySign, LoadCellDrift, Noise, SensorGain
-from tyre.rig.effects.tyre import DrumCurvature, PlySteer, TemperatureDrift
-from tyre.rig.simulator import (
-    CampaignPlan,
-    Protocol,
-    default_effects,
-    set_effect,
-    simulate_pull,
-    simulate_step,
-    simulate_sweep,
-    synthetic_tyre,
-    write_campaign_files,
-)
+from tyre.door import room
 
-__all__ = [
-    "OUTSIDE", "CampaignPlan", "DialGauge", "Dropouts", "DrumCurvature", "ForceGainBySign", "LoadCellDrift", "Noise",
-    "PlySteer", "Protocol", "PullTerms", "Recorded", "Remounting", "RigEffect", "RigFriction", "RigParameter",
-    "RigTyre", "RimCompliance", "SensorGain", "SteeringPlay", "SweepTerms", "TemperatureDrift", "Term", "declared",
-    "default_effects", "needs_pull", "needs_sweep", "register", "rig_effects", "rig_terms", "set_effect",
-    "simulate_pull", "simulate_step", "simulate_sweep", "simulated_effects", "synthetic_tyre", "write_campaign_files",
-]  # fmt: skip
+_NAMES = {
+    "effect": "OUTSIDE PullTerms Recorded RigEffect RigParameter RigTyre SweepTerms Term declared needs_pull "
+              "needs_sweep register rig_effects rig_terms simulated_effects",
+    "effects.mechanics": "Remounting RigFriction RimCompliance SteeringPlay",
+    "effects.sensors": "DialGauge Dropouts ForceGainBySign LoadCellDrift Noise SensorGain",
+    "effects.tyre": "DrumCurvature PlySteer TemperatureDrift",
+    "simulator": "CampaignPlan Protocol default_effects set_effect simulate_pull simulate_step simulate_sweep "
+                 "synthetic_tyre write_campaign_files",
+}  # fmt: skip
+__getattr__, __dir__ = room(__name__, {file: names.split() for file, names in _NAMES.items()})

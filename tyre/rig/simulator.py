@@ -83,11 +83,9 @@ def simulate_pull(
     force = tyre.lateral_stiffness * deflection * (1.0 - tyre.softening * path)
     rim = force / tyre.rim_stiffness
     channels: Channels = {
-        "time": np.linspace(0.0, protocol.pull_duration, path.size),
-        "side_force": force,
-        "plate_displacement": deflection + rim,
-        "rim_displacement": rim,
-    }
+        "time": np.linspace(0.0, protocol.pull_duration, path.size), "side_force": force,
+        "plate_displacement": deflection + rim, "rim_displacement": rim,
+    }  # fmt: skip
     for effect in effects:
         effect.on_pull(channels, rng)
     recorded: dict[str, Any] = dict(channels)
@@ -108,14 +106,10 @@ def _roll(
     trail = tyre.pneumatic_trail / (1.0 + ((lagged + tyre.offset_slip) / tyre.trail_slip) ** 2)
     full = np.full_like(time, 1.0)
     channels: Channels = {
-        "time": time,
-        "slip_angle": slip.copy(),
-        "side_force": force.copy(),
-        "vertical_load": condition.load * full,
-        "aligning_moment": -trail * (force - tyre.offset_force),
-        "speed": speed * full,
+        "time": time, "slip_angle": slip.copy(), "side_force": force.copy(), "vertical_load": condition.load * full,
+        "aligning_moment": -trail * (force - tyre.offset_force), "speed": speed * full,
         "temperature": (20.0 if condition.temperature is None else condition.temperature) * full,
-    }
+    }  # fmt: skip
     for effect in effects:
         effect.on_rolling(channels, rng)
     recorded: dict[str, Any] = dict(channels)
@@ -180,11 +174,8 @@ def write_campaign_files(
     from tyre.recording_files import write_csv, write_tydex
 
     protocol = protocol or Protocol()
-    if plan.file_format not in ("csv", "tdx", "mixed"):
-        raise InputError(f"format {plan.file_format!r} is not one of csv, tdx, mixed")
-    for surface in plan.surfaces:
-        if surface not in ("flat", "drum"):
-            raise InputError(f"surface {surface!r} is not one of flat, drum")
+    refuse_unknown("format", [plan.file_format], ("csv", "tdx", "mixed"))
+    refuse_unknown("surface", plan.surfaces, ("flat", "drum"))
     folder.mkdir(parents=True, exist_ok=True)
     if any(path.suffix in (".csv", ".tdx") for path in folder.iterdir()):
         raise InputError(f"{folder}: already holds recordings; give an empty folder")
@@ -216,12 +207,9 @@ def write_campaign_files(
             still = replace(condition, speed=None)
             write(simulate_pull(condition=still, protocol=protocol, **common), f"{stem}_pull_{number}")
     table = {
-        "synthetic": True,
-        "seed": seed,
-        "protocol": asdict(protocol),
-        "effects": {type(effect).__name__: asdict(effect) for effect in effects},
-        "conditions": truth,
-    }
+        "synthetic": True, "seed": seed, "protocol": asdict(protocol),
+        "effects": {type(effect).__name__: asdict(effect) for effect in effects}, "conditions": truth,
+    }  # fmt: skip
     write_text(folder / "truth.json", json.dumps(table, indent=1) + "\n")
     return written
 
@@ -233,14 +221,10 @@ def _truth(tyre: RigTyre, condition: Condition, effects: Sequence[RigEffect]) ->
         if not isinstance(effect, Remounting):
             tyre = effect.on_tyre(tyre, condition, rng)
     return {
-        "tyre": condition.tyre,
-        "surface": condition.surface,
-        "load_N": condition.load,
-        "pressure_bar": condition.pressure / PASCAL_PER_BAR,
-        "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
+        "tyre": condition.tyre, "surface": condition.surface, "load_N": condition.load,
+        "pressure_bar": condition.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
         "lateral_stiffness_N_per_m": tyre.lateral_stiffness,
         "relaxation_length_m": tyre.cornering_stiffness / tyre.lateral_stiffness,
-        "relaxation_length_rolling_m": tyre.relaxation_length,
-        "pneumatic_trail_m": tyre.pneumatic_trail,
+        "relaxation_length_rolling_m": tyre.relaxation_length, "pneumatic_trail_m": tyre.pneumatic_trail,
         "side_force_offset_N": tyre.offset_force,
-    }
+    }  # fmt: skip

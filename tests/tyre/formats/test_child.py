@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tyre.errors import InputError
-from tyre.formats import child, contents, read_signals, table_rows
+from tyre.formats import child, contents, read_signals
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems read in the process itself")
 ROOT = Path(__file__).parents[3]
@@ -165,7 +165,7 @@ def test_a_child_that_was_killed_between_two_files_is_replaced(tmp_path):
     ("import os; os.abort()", r"a\.h5: cannot be read: its library failed \(SIGABRT\); is it damaged"),
     ("import os; os._exit(3)", r"a\.h5: cannot be read: its library failed \(code 3\)"),
     ("raise MemoryError", r"a\.h5: takes more memory than is allowed; map fewer channels or cut the file"),
-    ("print('{}'); raise OSError('bad file')", r"cannot be read as \.h5 \(OSError: bad file\); is it damaged"),
+    ("print('{}'); raise OSError('bad file')", r"cannot be read as \.h5 \(OSError: bad file\).*damaged, cut off, or"),
 ])  # fmt: skip
 def test_a_library_that_fails_ends_in_one_line(tmp_path, ending, words):
     """With a library h5py of our own, in a process of its own."""
@@ -216,12 +216,3 @@ def test_a_folder_of_files_is_read_by_one_child_in_little_time(tmp_path):
     assert children() == before
     assert before
     assert time.process_time() - start < 0.1 * len(paths)  # of this process
-
-
-def test_words_of_sheets_come_back(tmp_path):
-    import pandas as pd
-
-    pd.DataFrame({"name": ["a", "b"], "w": [1.5, 2.0]}).to_excel(tmp_path / "t.xlsx", index=False)
-    assert table_rows(tmp_path / "t.xlsx", "bicycles") == [
-        ("row 1", ("name", "w")), ("row 2", ("a", 1.5)), ("row 3", ("b", 2)),
-    ]  # fmt: skip

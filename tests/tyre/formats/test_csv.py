@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.shared.refusals import refuses
 from tyre.channel_map import ChannelMap, Reading
 from tyre.errors import InputError
 from tyre.formats import contents, read_signals
@@ -29,27 +30,13 @@ def _told(path, reading):
     return {signal.name: signal for signal in found.load([column.name for column in found.columns], None)}
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "t,f\n0,1.5\n1,-2.5\n",
-        "t;f\n0;1,5\n1;-2,5\n",
-        "t;f\n0;1.5\n1;-2.5\n",
-        "t\tf\r\n0\t1.5\r\n1\t-2.5\r\n",
-        "t\tf\n0\t1,5\n1\t-2,5\n",
-        "t|f\n0|1.5\n1|-2.5\n",
-        "t f\n 0   1.5\n 1  -2.5\n",
-        "t   f\n0   1,5\n1   -2,5\n",
-        '"t","f"\n"0","1.5"\n"1","-2.5"\n',
-        "t;f;\n0;1,5;\n1;-2,5;\n",
-        "# t, f\n0, 1.5\n1, -2.5\n",
-        "t,f\n\n0,1.5\n\n1,-2.5\n",
-        "Date: 3.4.2026\nOperator,Smith,Jones\n\nt,f\n0,1.5\n1,-2.5\n",
-        "t,f\r0,1.5\r1,-2.5\r",
-        "Title,\n\nt,f\n0,1.5\n1,-2.5\n",
-        "\ufefft,f\n0,1.50e0\n1,-25E-1\n",
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "t,f\n0,1.5\n1,-2.5\n", "t;f\n0;1,5\n1;-2,5\n", "t;f\n0;1.5\n1;-2.5\n", "t\tf\r\n0\t1.5\r\n1\t-2.5\r\n",
+    "t\tf\n0\t1,5\n1\t-2,5\n", "t|f\n0|1.5\n1|-2.5\n", "t f\n 0   1.5\n 1  -2.5\n", "t   f\n0   1,5\n1   -2,5\n",
+    '"t","f"\n"0","1.5"\n"1","-2.5"\n', "t;f;\n0;1,5;\n1;-2,5;\n", "# t, f\n0, 1.5\n1, -2.5\n",
+    "t,f\n\n0,1.5\n\n1,-2.5\n", "Date: 3.4.2026\nOperator,Smith,Jones\n\nt,f\n0,1.5\n1,-2.5\n", "t,f\r0,1.5\r1,-2.5\r",
+    "Title,\n\nt,f\n0,1.5\n1,-2.5\n", "\ufefft,f\n0,1.50e0\n1,-25E-1\n",
+])  # fmt: skip
 def test_two_columns_in_many_layouts(file, text):
     found = read(file(text))
     np.testing.assert_array_equal(found["t"].values, [0, 1])
@@ -120,66 +107,52 @@ def test_the_last_line_without_an_end_is_left_out_and_said(file):
     assert found.notes == ("line 4, the last one, has no line end and may be cut off: left out",)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("t,f\n0,1\n1,x\n2,3\n3,4\n", "line 3: f = 'x' is not a finite number"),
-        ("t,f\n0,1\n1,inf\n2,3\n3,4\n", "line 3: f = 'inf' is not a finite number"),
-        ("t,f\n0,1\n1,1_0\n2,3\n3,4\n", "line 3: f = '1_0' is not a finite number"),
-        ("t,f\n0,1\n1,３\n2,3\n3,4\n", "line 3: f = '３' is not a finite number"),
-        ("t,f\n0,1\n1\n2,3\n3,4\n", r"line 3: 1 cells where others have 2; was the file cut off\?"),
-        ("t,f\n0,1\n1,2,3\n2,3\n3,4\n", "line 3: 3 cells where others have 2; is the delimiter inside"),
-        (
-            "t,f,g\n0,1,2\n1,2,3,4\n2,3\n3,4,5\n4,5,6\n",
-            "line 3: 4 cells where others have 3",
-        ),  # as many as there should be
-        ("t,f\n0,x\n1,2\n2,3\n3,4\n4,5\n", "line 2: names of columns were expected above the samples, it holds '0'"),
-        (
-            "t;f\n0;1,5\n1;1.234\n2;2,5\n3;3,5\n",
-            "line 3: f = '1.234' has a decimal point in a table with decimal commas",
-        ),
-        ("names\n0,1\n1,2\n", "line 1: 1 cells above samples of 2 columns; no names of columns were found"),
-        ("", "the file is empty"),
-        ("\n\n", "the file is empty"),
-        ("hello\nworld\n", "no table of numbers was found in its lines"),
-        (b"t,f\n0,1\0\n", "no text table"),
-        ("t,f\n0,1", "has names of columns but no samples"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("t,f\n0,1\n1,x\n2,3\n3,4\n", "line 3: f = 'x' is not a finite number"),
+    ("t,f\n0,1\n1,inf\n2,3\n3,4\n", "line 3: f = 'inf' is not a finite number"),
+    ("t,f\n0,1\n1,1_0\n2,3\n3,4\n", "line 3: f = '1_0' is not a finite number"),
+    ("t,f\n0,1\n1,３\n2,3\n3,4\n", "line 3: f = '３' is not a finite number"),
+    ("t,f\n0,1\n1\n2,3\n3,4\n", r"line 3: 1 cells where others have 2; was the file cut off\?"),
+    ("t,f\n0,1\n1,2,3\n2,3\n3,4\n", "line 3: 3 cells where others have 2; is the delimiter inside"),
+    (
+        "t,f,g\n0,1,2\n1,2,3,4\n2,3\n3,4,5\n4,5,6\n",
+        "line 3: 4 cells where others have 3",
+    ),  # as many as there should be
+    ("t,f\n0,x\n1,2\n2,3\n3,4\n4,5\n", "line 2: names of columns were expected above the samples, it holds '0'"),
+    (
+        "t;f\n0;1,5\n1;1.234\n2;2,5\n3;3,5\n",
+        "line 3: f = '1.234' has a decimal point in a table with decimal commas",
+    ),
+    ("names\n0,1\n1,2\n", "line 1: 1 cells above samples of 2 columns; no names of columns were found"),
+    ("", "the file is empty"), ("\n\n", "the file is empty"),
+    ("hello\nworld\n", "no table of numbers was found in its lines"),
+    (b"t,f\n0,1\0\n", "no text table"),
+    ("t,f\n0,1", "has names of columns but no samples"),
+])  # fmt: skip
 def test_what_is_refused(file, text, words):
-    with pytest.raises(InputError, match=words):
-        read(file(text))
+    refuses(words, read, file(text))
 
 
-@pytest.mark.parametrize(
-    ("reading", "words"),
-    [
-        ({"names_line": 3, "first_line": 2}, "names_line = 3 must be above the samples"),
-        ({"names_line": 1, "first_line": 3, "units_line": 2}, "line 2: 1 units where there are 2 columns"),
-        ({"names_line": 2, "first_line": 3}, "1 names of columns where the samples have 2 columns"),
-    ],
-)
+@pytest.mark.parametrize(("reading", "words"), [
+    ({"names_line": 3, "first_line": 2}, "names_line = 3 must be above the samples"),
+    ({"names_line": 1, "first_line": 3, "units_line": 2}, "line 2: 1 units where there are 2 columns"),
+    ({"names_line": 2, "first_line": 3}, "1 names of columns where the samples have 2 columns"),
+])  # fmt: skip
 def test_lines_that_are_told_wrong(file, reading, words):
     path = file("t,f\ns\n0,1\n1,2\n2,3\n3,4\n")
-    with pytest.raises(InputError, match=words):
-        contents(path, reading=Reading(**reading))
+    refuses(words, contents, path, reading=Reading(**reading))
 
 
 def test_files_that_are_no_files(tmp_path):
-    with pytest.raises(InputError, match="no such recording"):
-        contents(tmp_path / "a.csv")
+    refuses("no such recording", contents, tmp_path / "a.csv")
     (tmp_path / "b.csv").mkdir()
-    with pytest.raises(InputError, match="is a folder; give a file"):
-        contents(tmp_path / "b.csv")
-    with pytest.raises(InputError, match=r"recordings end in \.csv, .*, not in '\.docx'"):
-        contents(tmp_path / "a.docx")
+    refuses("is a folder; give a file", contents, tmp_path / "b.csv")
+    refuses(r"recordings end in \.csv, .*, not in '\.docx'", contents, tmp_path / "a.docx")
 
 
 @settings(max_examples=40)
 @given(
-    rows=st.lists(
-        st.tuples(*[st.floats(-1e9, 1e9, allow_subnormal=False) for _ in range(3)]), min_size=2, max_size=40
-    ),
+    rows=st.lists(st.tuples(*[st.floats(-1e9, 1e9, allow_subnormal=False) for _ in range(3)]), min_size=2, max_size=40),
     delimiter=st.sampled_from([";", "\t", "|"]), decimal=st.sampled_from(".,"), units=st.booleans(),
 )  # fmt: skip
 def test_every_number_is_read_as_it_was_written(tmp_path_factory, rows, delimiter, decimal, units):

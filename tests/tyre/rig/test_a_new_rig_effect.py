@@ -14,6 +14,7 @@ import pytest
 import tyre.rig
 from studies.cli import main
 from studies.diagnosis import Curve, Reference, RigRecordings, diagnose
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 from tyre.recording import Condition
 from tyre.rig import (
@@ -80,8 +81,7 @@ def test_a_name_that_is_taken_is_refused(leaning):
         terms = (replace(leaning.terms[0], identifier="conicity"),)
 
     for effect, name in ((DialGauge, "dial_gauge"), (Another, "conicity")):
-        with pytest.raises(InputError, match=f"a rig effect or term '{name}' exists already; give {effect.__name__}"):
-            register(effect)
+        refuses(f"a rig effect or term '{name}' exists already; give {effect.__name__}", register, effect)
 
 
 def test_what_is_not_registered_is_not_known():

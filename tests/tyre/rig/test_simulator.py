@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from tyre import InputError
+from tests.shared.refusals import refuses
 from tyre.recording import Condition
 from tyre.rig import (
     CampaignPlan,
@@ -134,22 +134,18 @@ def test_effects_are_set_and_removed_by_name():
     assert not any(isinstance(effect, Noise) for effect in set_effect(effects, "noise", None))
     added = set_effect((), "dropouts", {"share": 0.01})
     assert added[0].share == 0.01
-    with pytest.raises(InputError, match="unknown effect 'rig_frction'; did you mean 'rig_friction'"):
-        set_effect(effects, "rig_frction", {})
-    with pytest.raises(InputError, match="effect noise: unknown parameter 'wite'; did you mean 'white'"):
-        set_effect(effects, "noise", {"wite": 1.0})
+    refuses("unknown effect 'rig_frction'; did you mean 'rig_friction'", set_effect, effects, "rig_frction", {})
+    refuses("effect noise: unknown parameter 'wite'; did you mean 'white'", set_effect, effects, "noise", {"wite": 1.0})
 
 
 def test_campaign_refuses_a_folder_with_recordings(tmp_path):
     plan = CampaignPlan(loads=(400.0,), pressures=(5.5e5,), rates=(0.1,), pulls=1)
     settings = {"plan": plan, "effects": (), "rng": np.random.default_rng(0)}
     write_campaign_files(tmp_path, **settings)
-    with pytest.raises(InputError, match="already holds recordings; give an empty folder"):
-        write_campaign_files(tmp_path, **settings)
-    with pytest.raises(InputError, match="format 'xls' is not one of csv, tdx, mixed"):
-        write_campaign_files(tmp_path, plan=CampaignPlan(file_format="xls"), effects=(), rng=np.random.default_rng(0))
-    with pytest.raises(InputError, match="surface 'wet' is not one of flat, drum"):
-        write_campaign_files(tmp_path, plan=CampaignPlan(surfaces=("wet",)), effects=(), rng=np.random.default_rng(0))
+    refuses("already holds recordings; give an empty folder", write_campaign_files, tmp_path, **settings)
+    for words, plan in (("format 'xls'; known: csv, mixed, tdx", CampaignPlan(file_format="xls")),
+                        ("surface 'wet'; known: drum, flat", CampaignPlan(surfaces=("wet",)))):  # fmt: skip
+        refuses(f"unknown {words}", write_campaign_files, tmp_path, **settings | {"plan": plan})
 
 
 @pytest.mark.parametrize(("readings", "cycles"), [(20, 2), (12, 1), (7, 3)])
