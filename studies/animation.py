@@ -24,7 +24,7 @@ from tyre.errors import InputError
 from tyre.files import replacing
 
 
-def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | None = None, number: int = 0) -> Path:
+def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | None = None, number: int = 0) -> None:
     """One polar panel per mode at ``found.speeds[number]``: lean, steer, yaw and further joints (rad), lateral (m)."""
     present = [name for name in names or found.names if not np.isnan(found.branch(name)[number, 0])]
     columns = min(len(present), 4)
@@ -33,7 +33,6 @@ def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | Non
         for place, name in enumerate(present, 1):
             _panel(canvas.add_subplot(rows, columns, place, projection="polar"), found, name, number)
         canvas.suptitle(f"Mode shapes at {found.speeds[number]:g} m/s", x=0.01, ha="left")
-    return target
 
 
 def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
@@ -180,14 +179,12 @@ def check_film(target: Path) -> None:
         raise InputError(f"{target}: MP4 needs the program ffmpeg, which is not installed; write a .gif")
 
 
-def animate(
-    model: Model, motion: Response, target: Path, *, title: str, frames_per_second: int = FRAMES_PER_SECOND
-) -> Path:
+def animate(model: Model, motion: Response, target: Path, *, title: str) -> None:
     """Film ``motion``, one frame per sample, as ``target`` (.gif or .mp4)."""
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
     check_film(target)
-    writer = (PillowWriter if target.suffix.lower() == ".gif" else FFMpegWriter)(fps=frames_per_second)
+    writer = (PillowWriter if target.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_SECOND)
     with (
         film(model, bicycle_drawing(model), motion, title) as (canvas, show),
         replacing(target) as part,
@@ -196,7 +193,6 @@ def animate(
         for k in range(len(motion.time)):
             show(k)
             writer.grab_frame()
-    return target
 
 
 @contextmanager

@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from studies.command_options import PATH
+
 _FILE = "TOML file: which column is which channel, in what unit and with what sign."
 _ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz; may be repeated."
 
@@ -13,7 +15,7 @@ _ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz
 def takes_channels(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a click ``command`` the options ``--channels`` and ``--channel``; see :func:`chosen_map`."""
     one = click.option("--channel", "channel_texts", multiple=True, metavar="NAME=COLUMN [UNIT] [SIGN]", help=_ONE)
-    file = click.option("--channels", "channels_file", type=click.Path(path_type=Path), metavar="FILE.toml", help=_FILE)
+    file = click.option("--channels", "channels_file", type=PATH, metavar="FILE.toml", help=_FILE)
     return file(one(command))
 
 

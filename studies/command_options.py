@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
+import click.core
 
 from tyre.errors import InputError, plain_digits, read_number
 
@@ -41,8 +43,15 @@ SPEED_ABOVE_0 = Number(0, 1000, above=True)
 SEED = Number(0, 2**32 - 1, whole=True)
 WORKERS = Number(1, 1024, whole=True)
 COUNT = Number(0, 1000, whole=True)
+PATH, FOLDER = click.Path(path_type=Path), click.Path(path_type=Path, file_okay=False)
+POSTURE = click.Choice(("upright", "hoods", "drops"))
 FINITE, POSITIVE, ANGLE = Number(-1e6, 1e6), Number(0, 1e6, above=True), Number(-360, 360)
 TIME = Number(-1e12, 1e12)  # s, also since 1970
+
+
+def stated(name: str) -> bool:
+    """True if the option of the running command with this parameter ``name`` was given on the command line."""
+    return click.get_current_context().get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
 
 
 def check_memory(name: str, number: float, bytes_each: float) -> None:
@@ -86,9 +95,5 @@ def max_speed_option(default: float) -> Decorator:
 
 
 seed_option = click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the random numbers.")
-sd_option = click.option(
-    "--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation of a parameter, SI; repeat."
-)
-assume_option = click.option(
-    "--assume", is_flag=True, help="Take default standard deviations for what no source states."
-)
+sd_option = click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation, SI; repeat.")
+assume_option = click.option("--assume", is_flag=True, help="Take default standard deviations, too.")

@@ -158,13 +158,11 @@ def draw(run: Run, decays: Sequence[tuple[str, Decay]], target: Path) -> None:
             panel.set_ylim(low - 0.35 * (high - low), high + 0.35 * (high - low))
             panel.set_title(PANELS[name], fontsize=9)
         axes[-1].set_xlabel("time after the first sample in s")
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         lines = [f"{run.name.replace('$', chr(92) + '$')} at {run.speed:g} m/s"]
         for mode, found in decays:
-            parts = [
-                with_sd(*pair) for pair in zip((found.eigenvalue.real, found.eigenvalue.imag), found.sd, strict=True)
-            ]
+            z, (of_real, of_imaginary) = found.eigenvalue, found.sd
+            parts = with_sd(z.real, of_real), with_sd(z.imag, of_imaginary)
             lines.append("{}: {} 1/s, {} rad/s (1 sd of this run)".format(mode, *parts))
             lines.append(f"    {found.cycles:.1f} cycles, R² {found.r_squared:.3f}")
             lines += [f"    fitted beside: {second_words(z)}" for z in found.beside]

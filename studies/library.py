@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from bicycle.named_modes import Modes
     from bicycle.nonlinear import CurveTyre, MagicTyre
     from bicycle.responses import Response
-    from studies.chart import StabilityChart
-    from studies.design import Design
+    from studies.chart.chart import StabilityChart
+    from studies.design.design import Design
     from studies.root_locus import RootLocus
 
     AnyModel = Model | Bicycle | str | Path | Mapping[str, Any]
@@ -116,6 +116,7 @@ def sweep(
     """
     from bicycle.model_file import build_model
     from studies.command_options import check_memory
+    from studies.outputs import OUTPUTS
     from studies.sweep.file import build_sweep
     from studies.sweep.result import coordinates, inner_of
     from studies.sweep.run import pieces
@@ -139,8 +140,9 @@ def sweep(
     shape = asked.shape if samples > 1 else asked.shape[:-1]
     variables = {}
     for name in stored(asked):
-        whole = np.concatenate([arrays[name] for arrays in rows])
-        variables[name] = ((*outer, *inner_of(name, asked)), whole.reshape((*shape, *whole.shape[1:])), _units(name))
+        whole, unit = np.concatenate([arrays[name] for arrays in rows]), {"units": "1"}
+        unit |= {"units": OUTPUTS[name].unit} if name in OUTPUTS else {}
+        variables[name] = ((*outer, *inner_of(name, asked)), whole.reshape((*shape, *whole.shape[1:])), unit)
     single = [key for key, value in given.items() if not np.ndim(value) and not isinstance(value, str)]
     return xarray.Dataset(variables, {key: np.asarray(label) for key, label in labels.items()}).squeeze(single)
 
@@ -150,12 +152,6 @@ def _numbers(name: str, given: ArrayLike) -> Any:
         return np.asarray(given, float)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {shown(given)}: give numbers") from None
-
-
-def _units(name: str) -> dict[str, str]:
-    from studies.outputs import OUTPUTS
-
-    return {"units": OUTPUTS[name].unit if name in OUTPUTS else "1"}
 
 
 def modes(
@@ -369,7 +365,7 @@ def uncertainty(
     """
     import pandas as pd
 
-    from studies.uncertainty import Uncertainty
+    from studies.uncertainty.propagation import Uncertainty
 
     of = Uncertainty(content_of(model), sd=by_key(sd or {}), defaults=assume)
     rows = []

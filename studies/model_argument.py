@@ -98,9 +98,8 @@ def choose(
         return replace(chosen, content=dict(chosen.content) | {"effects": effects})
     present = [name for name in (*LAWS, "no_slip") if name in effects]
     if present:
-        raise InputError(
-            f"{text} has its own contact law, [effects.{present[0]}]; change the tyre there, or leave --tyre out"
-        )
+        law = f"its own contact law, [effects.{present[0]}]"
+        raise InputError(f"{text} has {law}; change the tyre there, or leave --tyre out")
     table = {"tyre": _tyre_file(tyre), "pressure_bar": _pressure(tyre, surface, pressure)}
     table |= {"surface": surface} if surface else {}
     table |= {"extrapolate": True} if extrapolate else {}

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -88,21 +89,19 @@ class TyreConditions:
         """Refuse conditions that a tyre does not take."""
         for wheel, source in self.sources.items():
             loads, bars = np.atleast_1d(load_N[wheel]), np.atleast_1d(pressure_bar[wheel])
-            for load in {float(loads.min()), float(loads.max())}:
-                for bar in {float(bars.min()), float(bars.max())}:
-                    free = bar != bar and source.default_pressure is not None
-                    if not ((free or 0 < bar <= MOST_BAR) and load > 0):
-                        raise InputError(
-                            f"{wheel} wheel at {load:g} N, {bar:g} bar: give loads above 0 N, and pressures above 0 "
-                            f"and up to {MOST_BAR:g} bar"
-                        )
-                    beyond = out_of_reach(source, load=load, pressure=bar * PASCAL_PER_BAR)
-                    if beyond and not self.extrapolate:
-                        raise InputError(
-                            f"{wheel} wheel: {beyond}; take a range nearer to the tests, or, if a guess will do, "
-                            f"--{EXTRAPOLATE}"
-                        )
-                    source.at(load=load, pressure=bar * PASCAL_PER_BAR, extrapolate=True)
+            ends = product({float(loads.min()), float(loads.max())}, {float(bars.min()), float(bars.max())})
+            for load, bar in ends:
+                free = bar != bar and source.default_pressure is not None
+                if not ((free or 0 < bar <= MOST_BAR) and load > 0):
+                    raise InputError(
+                        f"{wheel} wheel at {load:g} N, {bar:g} bar: give loads above 0 N, and pressures above 0 and up "
+                        f"to {MOST_BAR:g} bar"
+                    )
+                beyond = out_of_reach(source, load=load, pressure=bar * PASCAL_PER_BAR)
+                if beyond and not self.extrapolate:
+                    nearer = f"take a range nearer to the tests, or, if a guess will do, --{EXTRAPOLATE}"
+                    raise InputError(f"{wheel} wheel: {beyond}; {nearer}")
+                source.at(load=load, pressure=bar * PASCAL_PER_BAR, extrapolate=True)
 
     def inside(self, load_N: Conditions, pressure_bar: Conditions) -> NDArray[np.bool_]:
         """Conditions (m,) at which both tyres are measured or interpolated."""
@@ -281,9 +280,8 @@ class ModelSpace:
             for end in (points[:, i].min(), points[:, i].max()):
                 low, high = axis.bounds
                 if not low <= end <= high:
-                    raise InputError(
-                        f"{axis.key} = {end:g} {axis.unit} is not possible; give values from {low:g} to {high:g}"
-                    )
+                    here = f"{axis.key} = {end:g} {axis.unit}"
+                    raise InputError(f"{here} is not possible; give values from {low:g} to {high:g}")
         values = self.values(points)
         for why, mask in impossible_bicycles({key: values[key] for key in UNITS}).items():
             raise InputError(f"{self._place(points[np.broadcast_to(mask, len(points)).argmax()])}: {why}")

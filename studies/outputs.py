@@ -21,7 +21,7 @@ from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.naming import every_mode, packaged_modes
-from bicycle.propagation import damping_ratio_gradient, frequency_gradient
+from bicycle.propagation import damping_ratio_gradient
 from bicycle.sensitivity import sensitivities
 from studies.lasting_motions import largest_wobble, motion_at
 from tyre.arrays import Array, Complex
@@ -131,7 +131,7 @@ def _first_root(first: Complex, second: Complex) -> Complex:
 
 
 @output("frequencies", unit="Hz", label="frequency", source=MODE,
-        gradient=lambda root, slope: frequency_gradient(slope))  # fmt: skip
+        gradient=lambda root, slope: frequency_hz(slope))  # fmt: skip
 def _frequency(first: Complex, second: Complex) -> Array:
     return frequency_hz(first)
 

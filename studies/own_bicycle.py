@@ -151,9 +151,8 @@ def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
         ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
         wobble = Band(math.nan, *ends, float(wobbles.mean()))
     given = ("w", "c", "lam", "rR", "rF", *asked.weighed)
-    return OwnBicycle(
-        bicycle, given, weave, capsize, wobble, _helps(asked, guess, rider, causes), _beyond(guess.geometry)
-    )
+    helps, beyond = _helps(asked, guess, rider, causes), _beyond(guess.geometry)
+    return OwnBicycle(bicycle, given, weave, capsize, wobble, helps, beyond)
 
 
 def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
@@ -193,10 +192,8 @@ def _shaken(values: dict[str, float], causes: Mapping[str, Array], rng: np.rando
 
 def _speed(found: tuple[CriticalSpeed, ...], mode: str) -> float:
     """Last speed at which weave settles, first at which capsize begins; NaN without one."""
-    if mode == "weave":
-        settles = [one.speed for one in found if one.mode == mode and one.direction == STABILISING]
-        return settles[-1] if settles else math.nan
-    return next((one.speed for one in found if one.mode == mode and one.direction == DESTABILISING), math.nan)
+    ordered, wanted = (found[::-1], STABILISING) if mode == "weave" else (found, DESTABILISING)
+    return next((one.speed for one in ordered if one.mode == mode and one.direction == wanted), math.nan)
 
 
 def _ends(speeds: Array) -> tuple[float, float]:
@@ -214,9 +211,8 @@ def _band(nominal: tuple[CriticalSpeed, ...], found: list[tuple[CriticalSpeed, .
 def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
     """First speed (m/s) of wobble on a measured tyre with some flexible front; NaN without one."""
     bicycle, per_wheel = _plain(values), ("cornering_stiffness", "relaxation_length")
-    tyres = joint_wheel_tyres(
-        tyre=LIMITS.tyre, surface=None, pressure_bar=LIMITS.bar, bicycle=bicycle, extrapolate=True
-    ).properties
+    condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
+    tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
     contact = {key: dict(zip(WHEELS, (getattr(one, key) for one in tyres), strict=True)) for key in per_wheel}
     stiffness, damping = (math.exp(rng.uniform(*np.log(ends))) for ends in (LIMITS.stiffness, LIMITS.damping))
     height = rng.uniform(*LIMITS.height)

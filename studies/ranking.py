@@ -13,7 +13,7 @@ from bicycle.eigen import frequency_hz
 from bicycle.model import Model
 from bicycle.named_modes import modes
 from bicycle.parameter_covariance import entries_of
-from bicycle.propagation import frequency_gradient, model_covariance, standard_deviation
+from bicycle.propagation import model_covariance, standard_deviation
 from bicycle.sensitivity import critical_speed_sensitivities, pair_sensitivities, sensitivities
 from studies.axes import unit_of
 from tyre.errors import InputError, unknown
@@ -72,7 +72,7 @@ def rank(
     changes = [
         Change(
             key, unit_of(key), model.parameters[key], deviations[key].sd, deviations[key].origin,
-            float(slope.real * deviations[key].sd), float(frequency_gradient(slope * deviations[key].sd)),
+            float(slope.real * deviations[key].sd), float(frequency_hz(slope * deviations[key].sd)),
             tuple(float(d * deviations[key].sd) for d in moves[key]),
         )
         for key, slope in zip(found.parameters, slopes, strict=True)

@@ -105,9 +105,8 @@ def read_rider_control(name_or_path: str | Path) -> RiderGains:
     packaged = name in available_controls()
     if not packaged and path.suffix != ".toml":
         raise InputError(f"{unknown('rider control', name, available_controls())}; or give a file (.toml)")
-    content = read_toml(
-        data_root().joinpath("riders", "controls", f"{name}.toml") if packaged else path, "rider control"
-    )
+    source = data_root().joinpath("riders", "controls", f"{name}.toml") if packaged else path
+    content = read_toml(source, "rider control")
     about = schema.read(CONTROL, content, where=name)
     columns, units, rows = about.pop("columns"), about.pop("units"), about.pop("rows")
     units = units or [COLUMNS[key] for key in columns]

@@ -1,7 +1,6 @@
 """A rider on a bicycle: a picture, and the numbers that a user sees."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -79,19 +78,17 @@ def _outline(axes: Any, segment: Segment, plane: tuple[int, int]) -> None:
     half = segment.deep if plane == SIDE else segment.wide
     centres, halves = segment.sections[:, plane], half[:, plane]
     colour = NEAR if "Right" in segment.name or plane == FRONT else BODY
-    pieces = [
-        np.array([a + p, b + q, b - q, a - p])
-        for a, b, p, q in zip(centres[::2], centres[1::2], halves[::2], halves[1::2], strict=True)
-    ]
+    style: dict[str, Any] = {"facecolor": colour, "edgecolor": "none", "zorder": 5 + _order(segment)}
     if any(limb in segment.name for limb in ("arm", "thigh", "shank")):  # a disc closes the gap of a bent joint
         joint, radius = segment.sections[1][list(plane)], float(np.linalg.norm(segment.deep[1]))
         turn = np.linspace(0, 2 * np.pi, 41)
         disc = joint + radius * np.column_stack([np.cos(turn), np.sin(turn)])
-        axes.fill(*_up(disc).T, facecolor=colour, edgecolor="none", zorder=5 + _order(segment))
-    for piece in pieces:
-        axes.fill(*_up(piece).T, facecolor=colour, edgecolor="none", zorder=5 + _order(segment))
+        axes.fill(*_up(disc).T, **style)
+    for a, b, p, q in zip(centres[::2], centres[1::2], halves[::2], halves[1::2], strict=True):
+        piece = np.array([a + p, b + q, b - q, a - p])
+        axes.fill(*_up(piece).T, **style)
         for edge in (piece[:2], piece[2:]):
-            axes.plot(*_up(edge).T, color=LINES, linewidth=0.9, zorder=5 + _order(segment))
+            axes.plot(*_up(edge).T, color=LINES, linewidth=0.9, zorder=style["zorder"])
 
 
 def _bicycle(side: Any, ahead: Any, found: RiderOnBicycle) -> None:
@@ -116,6 +113,7 @@ def _bicycle(side: Any, ahead: Any, found: RiderOnBicycle) -> None:
     ahead.plot([-at.half_width, at.half_width], [-at.hands[1]] * 2, color=GREY, linewidth=3, zorder=30)
 
 
+HEADERS = ("", "unit", "frame", "rider", "both", "sd", "sd mainly from")
 UNITS = ("m", "m", "kg", "kg m^2", "kg m^2", "kg m^2", "kg m^2")
 
 
@@ -188,8 +186,3 @@ def loads(found: RiderOnBicycle, bicycle: Bicycle) -> list[tuple[str, float, flo
     rear = bicycle["g"] * steps[:, 2] - front
     values = bicycle.static_loads
     return [("rear", values[0], float(np.hypot.reduce(rear))), ("front", values[1], float(np.hypot.reduce(front)))]
-
-
-def headers() -> Sequence[str]:
-    """Headers of :func:`table`."""
-    return ("", "unit", "frame", "rider", "both", "sd", "sd mainly from")

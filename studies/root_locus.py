@@ -50,9 +50,8 @@ class ParameterPath:
         """The model at a value, checked like any other, and its speed (m/s)."""
         low, high = self.axis.bounds
         if self.axis.wheels and not low < value <= high:
-            raise InputError(
-                f"{self.axis.key} = {value:g} {self.axis.unit} is not possible; give values above {low:g} to {high:g}"
-            )
+            given = f"{self.axis.key} = {value:g} {self.axis.unit}"
+            raise InputError(f"{given} is not possible; give values above {low:g} to {high:g}")
         return self.space.model_at([value]), value if self.speed is None else self.speed
 
 
@@ -155,10 +154,8 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
             (mode,) = _names(path, one.value, np.array([root]))
         inside = bool(path.space.inside([[one.value]])[0])
         crossings.append(AxisCrossing(one.value, mode, float(frequency_hz(root)), one.destabilising, not inside))
-    inside_range = path.space.inside(grid[:, None])
-    return RootLocus(
-        path.axis.key, path.axis.unit, grid, roots, names, tuple(crossings), np.isin(grid, values), inside_range
-    )
+    asked, axis = np.isin(grid, values), path.axis
+    return RootLocus(axis.key, axis.unit, grid, roots, names, tuple(crossings), asked, path.space.inside(grid[:, None]))
 
 
 def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
@@ -175,7 +172,7 @@ SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow 
 UNSTABLE = "#f6dedb"
 
 
-def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> Path:
+def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> None:
     """Complex plane (upper half) on the left, real part and frequency against the parameter on the right."""
     with drawing(target, width=11.5, height=6.4) as canvas:
         grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
@@ -195,9 +192,8 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
         _label_crossings(plane, locus, limits)
         real.axhspan(0, 1e6, color=UNSTABLE, zorder=0)
         real.set(ylabel="Real part, 1/s", ylim=(max(limits[0], -limits[3] / 3), limits[1]))
-        frequency.set(
-            ylabel="Frequency, Hz", xlabel=Axis(locus.key, locus.unit).title, ylim=(0, frequency_hz(1j * limits[3]))
-        )
+        label, top = Axis(locus.key, locus.unit).title, frequency_hz(1j * limits[3])
+        frequency.set(ylabel="Frequency, Hz", xlabel=label, ylim=(0, top))
         real.set_xlim(locus.values[0], locus.values[-1])
         real.tick_params(labelbottom=False)
         if not locus.inside.all():
@@ -211,7 +207,6 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
         handles, labels = _legend(plane, locus)
         canvas.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
         canvas.suptitle(title, x=0.01, ha="left")
-    return target
 
 
 def line_look(name: str) -> Look:
@@ -262,9 +257,8 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
     for hertz in MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(0, highest)[1:-1]:
         radius = angular_frequency(hertz)
         axes.plot(-radius * np.sin(angle), radius * np.cos(angle), color="0.85", linewidth=0.7, zorder=1)
-        axes.text(
-            0.98 * right, radius, f"{hertz:g} Hz", **{**quiet, "ha": "right", "bbox": {**box, "facecolor": UNSTABLE}}
-        )
+        right_of = {**quiet, "ha": "right", "bbox": {**box, "facecolor": UNSTABLE}}
+        axes.text(0.98 * right, radius, f"{hertz:g} Hz", **right_of)
 
 
 def _branch(
@@ -321,7 +315,6 @@ def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:
     found = dict(sorted(zip(*axes.get_legend_handles_labels()[::-1], strict=True), key=lambda item: item[0]))
     marks = (("x", "start of the range"), ("o", "end"), *[("*", "crosses the axis")][: len(locus.crossings)])
     for marker, label in marks:
-        (found[label],) = axes.plot(
-            [], [], marker, color="black", markerfacecolor="white" if marker == "o" else "black"
-        )
+        face = "white" if marker == "o" else "black"
+        (found[label],) = axes.plot([], [], marker, color="black", markerfacecolor=face)
     return list(found.values()), list(found)

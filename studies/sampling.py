@@ -95,9 +95,8 @@ class BoundedDraws:
 
     def linear(self, z: Array) -> Array:
         """Normal quantities (n, m) from standard normal ``z`` (n, m), whatever the bounds: mean + factor z."""
-        return np.asarray(
-            self.mean[:, None] + sum(np.multiply.outer(a, b) for a, b in zip(self.factor.T, z, strict=True))
-        )
+        moved = sum(np.multiply.outer(a, b) for a, b in zip(self.factor.T, z, strict=True))
+        return np.asarray(self.mean[:, None] + moved)
 
     def __call__(self, z: Array) -> Array:
         """Quantities (n, m) within the bounds from standard normal ``z`` (n, m)."""

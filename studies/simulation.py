@@ -131,7 +131,7 @@ TITLES = {"rear_side_force": "Side force", "rear_lateral_displacement": "Lateral
 DEGREES = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
-def draw_responses(responses: Mapping[str, Response], target: Path, *, title: str) -> Path:
+def draw_responses(responses: Mapping[str, Response], target: Path, *, title: str) -> None:
     """Inputs, angles, yaw rate, side forces and path over time; one line style per response."""
     first = next(iter(responses.values()))
     panels: list[tuple[str, ...]] = [(name,) for name in first.inputs]
@@ -159,10 +159,9 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
         rows[-1].set_xlim(first.time[0], first.time[-1])
         canvas.align_ylabels()
         canvas.suptitle(title, x=0.01, ha="left")
-    return target
 
 
-def draw_frequency_response(response: FrequencyResponse, target: Path, *, title: str) -> Path:
+def draw_frequency_response(response: FrequencyResponse, target: Path, *, title: str) -> None:
     """Gain and phase of lean, steer and yaw rate against frequency, into ``target`` under a ``title``."""
     from matplotlib.ticker import MultipleLocator
 
@@ -180,7 +179,6 @@ def draw_frequency_response(response: FrequencyResponse, target: Path, *, title:
         phase.set(ylabel="Phase, °", xlabel="Frequency, Hz", xlim=(hertz[0], hertz[-1]))
         phase.yaxis.set_major_locator(MultipleLocator(90))
         canvas.suptitle(title, x=0.01, ha="left")
-    return target
 
 
 def _plain(name: str) -> str:

@@ -1,11 +1,11 @@
 """``velotyre amplitude``: how large wobble and weave get on tyres that saturate."""
 
 from pathlib import Path
+from typing import Any
 
 import click
-import click.core
 
-from studies.command_options import FINITE, Number, max_speed_option, speeds_option
+from studies.command_options import FINITE, PATH, Number, max_speed_option, speeds_option, stated
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -23,16 +23,12 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of 
 @click.option("--friction", type=FINITE, default=0.8, show_default=True, help="Peak side force over load, D.")
 @click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option(
-    "--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts a motion beside a stable one."
-)
+@click.option("--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts another motion.")
 @click.option("--damper", type=Number(0, 100, above=True), help="N m s/rad; default: the least that ends wobble.")
 @click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
-@click.option("--film", type=click.Path(path_type=Path), help="Film the largest motion that lasts: .gif or .mp4.")
-@click.option(
-    "--csv", "csv_file", metavar="FILE", help="Write a row per speed and motion as CSV; - is standard output."
-)
+@click.option("--film", type=PATH, help="Film the largest motion that lasts: .gif or .mp4.")
+@click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and mode as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel, speeds: str, max_speed: float, friction: float, shape_factor: float, curvature_factor: float,
@@ -54,12 +50,11 @@ def command(
         check_film(film)
     check_targets(csv=csv_file, json=json_file)
     asked = parse_speeds(speeds, 10_000)
-    place, model, context = _point(point), chosen.model, click.get_current_context()
-    given = [name for name in ("friction", "shape_factor", "curvature_factor") if not _is_default(context, name)]
-    curves = {} if given else curves_of(chosen.content)
+    place, model = _point(point), chosen.model
+    curves = {} if any(map(stated, ("friction", "shape_factor", "curvature_factor"))) else curves_of(chosen.content)
     tyre = MagicTyre(friction, shape_factor, curvature_factor)
-    tyres = {"rear": tyre, "front": tyre} | curves
-    found = find_limit_cycles(model, rear=tyres["rear"], front=tyres["front"], max_speed=max_speed)
+    tyres: dict[str, Any] = {"rear": tyre, "front": tyre} | curves
+    found, peak = find_limit_cycles(model, max_speed=max_speed, **tyres), None if curves else friction
     frame = found.frame(asked[asked > 0], place)
     kicks = kick_thresholds(found, asked[asked > 0], kick) if kick is not None else []
     if film is not None:
@@ -69,7 +64,7 @@ def command(
     if csv_file is not None:
         write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
-        draw_amplitude(found, plot_file, title=model.bicycle.name, peak_factor=None if curves else friction)
+        draw_amplitude(found, plot_file, title=model.bicycle.name, peak_factor=peak)
     if json_file is not None:
         write_json(record(found, frame, kicks, UNITS.get(str(kick), ""), both), json_file)
     if told:
@@ -85,20 +80,10 @@ def command(
                 "linear geometry",
             ])  # fmt: skip
             click.echo()
-        for line in lines(
-            found,
-            frame,
-            peak_factor=None if curves else friction,
-            without_kick=bool(kick) and not kicks,
-            sides=both,
-            max_speed=max_speed,
-        ):
-            click.echo(line)
+        without = kick is not None and not kicks
+        told_of: dict[str, Any] = {"peak_factor": peak, "without_kick": without, "sides": both, "max_speed": max_speed}
+        click.echo("\n".join(lines(found, frame, **told_of)))
         print_warnings(model.linear_model().warnings)
-
-
-def _is_default(context: click.Context, name: str) -> bool:
-    return context.get_parameter_source(name) is click.core.ParameterSource.DEFAULT
 
 
 def _point(text: str | None) -> tuple[float, float] | None:

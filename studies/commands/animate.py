@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import Number, speed_option
+from studies.command_options import PATH, Number, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -16,7 +16,7 @@ from studies.reporting.command_context import example
 @takes_model
 @click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
 @speed_option()
-@click.option("--out", "target", metavar="FILE", type=click.Path(path_type=Path), required=True, help=".gif or .mp4")
+@click.option("--out", "target", metavar="FILE", type=PATH, required=True, help=".gif or .mp4")
 @click.option(
     "--amplitude", type=Number(0, 45, above=True), default=12.0, show_default=True, help="Largest angle shown, degrees."
 )

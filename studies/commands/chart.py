@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import assume_option, sd_option, speed_option
+from studies.command_options import FOLDER, assume_option, sd_option, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -19,7 +19,7 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 @click.option("--x", "x_text", required=True, metavar=AXIS, help="Horizontal: speed, or as --parameter of root-locus.")
 @click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
 @speed_option("m/s, unless the speed is an axis.", required=False)
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 @click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as largest_growth_rate.")
 @sd_option
 @assume_option

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import PATH
 from studies.reporting.command_context import example, verbose
 
 
@@ -13,9 +14,7 @@ from studies.reporting.command_context import example, verbose
 )
 @verbose
 @click.argument("bicycle")
-@click.option(
-    "--to", "target", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml, .yml or .txt"
-)
+@click.option("--to", "target", required=True, metavar="FILE", type=PATH, help=".toml, .yml or .txt")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
     from bicycle.bicycle_files import WRITERS, load_bicycle

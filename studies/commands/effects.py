@@ -1,13 +1,13 @@
 """``velotyre effects``: the physical effects a model can have, generated from their declarations."""
 
+from typing import Any
+
 import click
 
 from studies.reporting.command_context import example
 
 
-@click.command(
-    help="List the physical effects, or show the page of one.", epilog=example("velotyre effects relaxation_length")
-)
+@click.command(help="List the effects, or show the page of one.", epilog=example("velotyre effects relaxation_length"))
 @click.argument("identifier", required=False)
 @click.option("--json", "json_file", metavar="FILE", help="Write the declarations as JSON; - is standard output.")
 def command(identifier: str | None, json_file: str | None) -> None:
@@ -32,10 +32,8 @@ def command(identifier: str | None, json_file: str | None) -> None:
     print_table(rows, ["effect", "parameter", "unit", "typical", "needs", "source"])
 
 
-def _shown(parameter: object) -> list[str | None]:
-    from bicycle.effect import Parameter
-
-    if not isinstance(parameter, Parameter):
+def _shown(parameter: Any) -> list[str | None]:
+    if parameter is None:
         return [None, None, None]
     low, high = parameter.typical
     return [parameter.name + (" r/f" if parameter.per_wheel else ""), parameter.unit, f"{low:g} .. {high:g}"]

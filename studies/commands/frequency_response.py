@@ -17,30 +17,14 @@ from studies.reporting.command_context import example
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
-@click.option(
-    "--input", "source", default="steer_torque", show_default=True, help="steer_torque, lean_torque, lateral_force."
-)
+@click.option("--input", "source", default="steer_torque", show_default=True, help="Or lean_torque, lateral_force.")
 @click.option("--output", "outputs", default="roll_rate,steer", show_default=True, help="Motions, separated by commas.")
 @click.option(
     "--instrument", "reference", default="", metavar="COLUMN",
     help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
 )  # fmt: skip
-@click.option(
-    "--segment",
-    "segment_s",
-    type=FINITE,
-    default=10.0,
-    show_default=True,
-    help="Length of the segments, s.",
-)
-@click.option(
-    "--to-hz",
-    "highest_hz",
-    type=FINITE,
-    default=5.0,
-    show_default=True,
-    help="Highest frequency, Hz.",
-)
+@click.option("--segment", "segment_s", type=FINITE, default=10.0, show_default=True, help="Length of the segments, s.")
+@click.option("--to-hz", "highest_hz", type=FINITE, default=5.0, show_default=True, help="Highest frequency, Hz.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
 def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], source: str, outputs: str,

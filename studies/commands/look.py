@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from studies.command_options import PATH
 from studies.reporting.command_context import example
 
 
@@ -11,13 +12,13 @@ from studies.reporting.command_context import example
     help="Show what is in recordings (any format) and what can be done with them: channels, faults, usable samples.",
     epilog=example("velotyre look rig0815.csv --out look"),
 )
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @click.option(
-    "--channels", "channels_file", type=click.Path(path_type=Path), metavar="MAP.toml",
+    "--channels", "channels_file", type=PATH, metavar="MAP.toml",
     help="Which column is which channel; without, the sidecar's map, else guesses.",
 )  # fmt: skip
-@click.option("--dbc", type=click.Path(path_type=Path), multiple=True, help="Database that decodes CAN frames.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Write pictures and drafts there.")
+@click.option("--dbc", type=PATH, multiple=True, help="Database that decodes CAN frames.")
+@click.option("--out", type=PATH, metavar="DIR", help="Write pictures and drafts there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
 @click.option("--force", is_flag=True, help="Overwrite drafts that are there already.")
 def command(

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, TIME
+from studies.command_options import FINITE, FOLDER, TIME
 from studies.reporting.command_context import example
 
 CLOCK = "; --from and --to count from the first sample, which is at {begin:.10g} s by the clock of the recording"
@@ -32,20 +32,14 @@ UNUSED = (
 @click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
 @click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
 @click.option(
-    "--from",
-    "first_s",
-    type=TIME,
-    default=0.0,
-    show_default=True,
+    "--from", "first_s", type=TIME, default=0.0, show_default=True,
     help="Start of the window, s after the first sample.",
-)
+)  # fmt: skip
 @click.option("--to", "last_s", type=TIME, help="End of the window, likewise.")
 @click.option("--start-hz", type=FINITE, help="Look near this frequency.")
-@click.option(
-    "--drift", help="none, constant, parabola, exponential or parabola-exponential; by default weighed by evidence."
-)
+@click.option("--drift", help="none, constant, parabola, exponential or parabola-exponential; default: by evidence.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
-@click.option("--figures", type=click.Path(path_type=Path, file_okay=False), help="Folder for a picture of each fit.")
+@click.option("--figures", type=FOLDER, help="Folder for a picture of each fit.")
 def command(
     runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
     modes: str | None, first_s: float, last_s: float | None, start_hz: float | None, drift: str | None,
@@ -66,9 +60,7 @@ def command(
     events = named_apart([_read(given, channel_map) for given in runs])
     refuse_copies(events)
     window: dict[str, Any] = {"first_s": first_s, "last_s": float("inf") if last_s is None else last_s}
-    notes: list[str] = []
-    drawn: list[str] = []
-    pairs: list[tuple[str, Any]] = []
+    notes, drawn, pairs = list[str](), list[str](), list[tuple[str, Any]]()
     with nullcontext() if figures is None else results(figures):
         for event in events:
             try:
@@ -154,11 +146,10 @@ def _shown(each: Any) -> list[object]:
 
 
 def _write(rows: Sequence[dict[str, object]], out_file: str) -> None:
-    import csv
+    import pandas as pd
 
     from tyre.errors import InputError
-    from tyre.files import replacing
-    from tyre.table import harmless
+    from tyre.table import write_csv
 
     other = next((row for row in rows if row.keys() != rows[0].keys()), None)
     if other is not None:
@@ -167,8 +158,4 @@ def _write(rows: Sequence[dict[str, object]], out_file: str) -> None:
             f"{out_file} is not written: only some of the runs have {some}; give runs with the same channels, or a "
             "table of each kind"
         )
-    with replacing(out_file) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({key: f"{x:.6g}" if isinstance(x, float) else harmless(x) for key, x in row.items()})
+    write_csv(out_file, pd.DataFrame(rows), number_format="%.6g")

@@ -25,65 +25,48 @@ def command(
     chosen: ChosenModel, speeds: str, max_speed: float, plot_file: str | None, csv_file: str | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
+    from studies.reporting import output
     from studies.reporting.analysis import analyse, record, records
-    from studies.reporting.output import (
-        check_targets,
-        named_rows,
-        parse_speeds,
-        print_critical,
-        print_named_warnings,
-        print_table,
-        stacked,
-        write_csv,
-        write_json,
-    )
     from studies.reporting.plotting import check_picture, draw_picture
 
     if plot_file is not None:
         check_picture(plot_file)
         if len(chosen.each) > 1:
             raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
-    check_targets(csv=csv_file, json=json_file)
+    output.check_targets(csv=csv_file, json=json_file)
     models = {name: one.model.linear_model() for name, one in chosen.each.items()}
-    asked = parse_speeds(speeds)
+    asked = output.parse_speeds(speeds)
     check_memory("number of --speeds", len(asked), 64 * max(model.order for model in models.values()) ** 2)
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:
-        tables = [named_rows(named.to_dataframe(), name) for name, (named, _) in found.items() if named is not None]
-        write_csv(stacked(tables), csv_file)
+        tables = {name: named.to_dataframe() for name, (named, _) in found.items() if named is not None}
+        output.write_csv(output.stacked([output.named_rows(*one[::-1]) for one in tables.items()]), csv_file)
     if plot_file is not None:
         ((name, model),) = models.items()
-        draw_picture(model, asked, plot_file, title=_title(chosen.each[name]))
+        bicycle, effects = chosen.each[name].model.bicycle, chosen.each[name].model.effects
+        title = f"{bicycle.name}: {', '.join(effect.identifier.replace('_', ' ') for effect in effects)}"
+        draw_picture(model, asked, plot_file, title=title)
     if json_file is not None:
         told = {name: record(models[name], *both, max_speed=max_speed) for name, both in found.items()}
-        write_json(records(told), json_file)
+        output.write_json(records(told), json_file)
     if "-" not in (csv_file, json_file):
         named = {name: both[0] for name, both in found.items() if both[0] is not None}
         columns = list(dict.fromkeys(mode for one in named.values() for mode in one.to_dict()))
         rows = [
-            [
-                *([name] if name else []),
-                speed,
-                *(" ".join(_number(*z) for z in cells.get(m) or []) or None for m in columns),
-            ]
+            [*[name] * bool(name), speed, *(" ".join(_number(*z) for z in cells.get(m) or []) or None for m in columns)]
             for name, one in named.items()
             for place, speed in enumerate(one.speeds)
             for cells in [{mode: values[place] for mode, values in one.to_dict().items()}]
         ]
         heads = ["bicycle"] * (len(rows[0]) > len(columns) + 1)
-        print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
+        output.print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
         click.echo()
         critical = {name: speeds for name, (_, speeds) in found.items()}
-        print_critical(critical, models, max_speed=max_speed)
+        output.print_critical(critical, models, max_speed=max_speed)
         for name, one in named.items():
             for event in one.events:
                 click.echo(f"{name}: {event}" if name else str(event))
-        print_named_warnings({name: model.warnings for name, model in models.items()})
-
-
-def _title(chosen: ChosenModel) -> str:
-    effects = [effect.identifier.replace("_", " ") for effect in chosen.model.effects]
-    return f"{chosen.model.bicycle.name}: {', '.join(effects)}"
+        output.print_named_warnings({name: model.warnings for name, model in models.items()})
 
 
 def _number(real: float, imaginary: float) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from studies.command_options import ANGLE, FINITE, POSITIVE
+from studies.command_options import ANGLE, FINITE, PATH, POSITIVE, POSTURE, stated
 from studies.reporting.command_context import example
 
 NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
@@ -21,23 +21,21 @@ NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
         "--rider-height 1.80 --rider-mass 75 --posture hoods",
     ),
 )
-@click.argument("target", metavar="FILE.toml", type=click.Path(path_type=Path))
+@click.argument("target", metavar="FILE.toml", type=PATH)
 @click.option(
     "--kind", type=click.Choice(("model", "measurement", "sensors")), default="model", show_default=True,
     help="model: of every command; measurement, with its table: of diagnose; sensors: of simulate.",
 )  # fmt: skip
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
-@click.option(
-    "--wheelbase", type=POSITIVE, help="m; with the options below: a bicycle of yours, not measured but scaled."
-)
+@click.option("--wheelbase", type=POSITIVE, help="m; with the options below: your bicycle, not measured but scaled.")
 @click.option("--trail", type=FINITE, help="m.")
 @click.option("--head-angle", type=ANGLE, help="Steer axis from the horizontal, degrees.")
 @click.option("--wheel", metavar="RIMxTYRE", help="As on the tyre, mm: 622x28.")
 @click.option("--mass", type=POSITIVE, help="Bicycle without rider, kg.")
 @click.option("--rider-height", type=POSITIVE, help="m; without it a bicycle without rider (needs the extra rider).")
 @click.option("--rider-mass", type=POSITIVE, help="kg.")
-@click.option("--posture", type=click.Choice(["upright", "hoods", "drops"]), default="hoods", help="[default: hoods]")
+@click.option("--posture", type=POSTURE, default="hoods", help="[default: hoods]")
 @click.option("--front-wheel-mass", type=POSITIVE, help="kg, if you weigh it: the speeds are then better known.")
 @click.option("--fork-mass", type=POSITIVE, help="Fork, stem and bar, kg, if you weigh them.")
 @click.option("--front-wheel-inertia", type=POSITIVE, help="About its axle, kg m^2, if you swing it.")
@@ -55,18 +53,15 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
         raise InputError(f"{target}: a {kind} file ends in .toml; give for example {named}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
-    context = click.get_current_context()
-    stated = [
-        key for key in context.params if context.get_parameter_source(key) is not click.core.ParameterSource.DEFAULT
-    ]
+    given = [key for key in click.get_current_context().params if stated(key)]
     unused: tuple[str, ...] = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
     why = f"is of a model file; leave it out with --kind {kind}"
-    if set(stated) & set(own):
+    if set(given) & set(own):
         unused, why = ("kind", "bicycle", "tyre"), "does not go with a bicycle of yours"
     for option in unused:
-        if option in stated:
+        if option in given:
             raise InputError(f"--{option} {why}")
-    if set(stated) & set(own):
+    if set(given) & set(own):
         _write_own(target, own)
         return
     if kind == "sensors":

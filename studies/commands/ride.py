@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import speeds_option
+from studies.command_options import FOLDER, speeds_option
 from studies.reporting.command_context import example, verbose
 
 
@@ -20,7 +20,7 @@ from studies.reporting.command_context import example, verbose
 @click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
 @click.option("--extrapolate", is_flag=True, help="Take tyre values far outside the range where they hold.")
 @speeds_option("; by default all that the rider's runs cover.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for page, figure and table.")
+@click.option("--out", type=FOLDER, help="Folder for page, figure and table.")
 @verbose
 def command(
     models: tuple[str, ...], rider_control: str, tyres: tuple[str, ...], pressures: tuple[str, ...],

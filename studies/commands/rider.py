@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.command_options import ANGLE, FINITE
+from studies.command_options import ANGLE, FINITE, PATH, POSTURE
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
@@ -22,18 +22,14 @@ if TYPE_CHECKING:
 @verbose
 @click.argument("bicycle")
 @click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
-@click.option(
-    "--height",
-    type=FINITE,
-    help="m; with --mass instead of --rider: a body scaled from a measured one.",
-)
+@click.option("--height", type=FINITE, help="m; with --mass instead of --rider: a body scaled from a measured one.")
 @click.option("--mass", type=FINITE, help="Total mass of the rider, kg.")
-@click.option("--posture", type=click.Choice(["upright", "hoods", "drops"]), required=True, help="How the rider sits.")
+@click.option("--posture", type=POSTURE, required=True, help="How the rider sits.")
 @click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
 @click.option("--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
 @click.option("--elbows-out", type=ANGLE, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
-@click.option("--geometry", type=click.Path(path_type=Path), help="Seat and bar: .toml, or a raw *Measured.txt.")
-@click.option("--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help=".toml; a picture beside.")
+@click.option("--geometry", type=PATH, help="Seat and bar: .toml, or a raw *Measured.txt.")
+@click.option("--out", required=True, metavar="FILE", type=PATH, help=".toml; a picture beside.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
     bicycle: str, rider_name: str | None, height: float | None, mass: float | None, posture: str,
@@ -47,7 +43,6 @@ def command(
     from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
     from studies import rider_report as rider_words
     from studies.reporting.output import print_table, print_warnings
-    from studies.rider_report import save_figure
     from tyre.files import write_text
 
     _check_target(out, force=force)
@@ -70,8 +65,8 @@ def command(
         if v is not None
     ]
     write_text(out, rider_words.file_text(found, made, f"velotyre rider {Path(bicycle).name} {' '.join(words)}"))
-    save_figure(found, out.with_suffix(""))
-    print_table(rider_words.table(found), rider_words.headers())
+    rider_words.save_figure(found, out.with_suffix(""))
+    print_table(rider_words.table(found), rider_words.HEADERS)
     lean = math.degrees(found.angles.torso_lean)
     click.echo(
         f"torso {lean:.0f} deg forward of the vertical, knees bent {math.degrees(found.seated.knee_flexion):.0f}, "
@@ -107,7 +102,6 @@ def _rider(name: str | None, height: float | None, mass: float | None) -> "Rider
         person = read_rider(name)
         return person if mass is None else person.weighing(mass)
     if height is None or mass is None:
-        raise InputError(
-            f"give --rider (packaged: {', '.join(available_riders())}; or a file), or --height and --mass of a body"
-        )
+        known = ", ".join(available_riders())
+        raise InputError(f"give --rider (packaged: {known}; or a file), or --height and --mass of a body")
     return scaled_rider(height=height, mass=mass)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import POSITIVE, speed_option
+from studies.command_options import FOLDER, POSITIVE, speed_option
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -20,7 +20,7 @@ from studies.reporting.command_context import example
 )  # fmt: skip
 @click.option("--range", "span", required=True, metavar="START:STOP[:STEP]", help="Values of the parameter, SI or bar.")
 @speed_option("m/s, unless the speed is the parameter.", required=False)
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 @click.option("--max-frequency", type=POSITIVE, help="Show up to this frequency, Hz.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
 def command(

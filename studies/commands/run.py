@@ -2,7 +2,7 @@
 
 import click
 
-from studies.command_options import WORKERS
+from studies.command_options import POSTURE, WORKERS
 from studies.reporting.command_context import example
 
 
@@ -17,13 +17,9 @@ from studies.reporting.command_context import example
 @click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
 @click.option("--tyre", metavar="TYRE", help="A packaged tyre, a table (.csv), a .tir or Pacejka-89 file.")
 @click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
-@click.option(
-    "--pressures", metavar="LIST", help="Pressures to study, bar, such as 3.5,5,7; default: the measured ones."
-)
+@click.option("--pressures", metavar="LIST", help="Pressures to study, bar: 3.5,5,7; default: the measured ones.")
 @click.option("--rider", help="A packaged rider, or a file of measurements, put on --bicycle (needs the extra rider).")
-@click.option(
-    "--posture", type=click.Choice(["upright", "hoods", "drops"]), help="How the --rider sits; default: drops."
-)
+@click.option("--posture", type=POSTURE, help="How the --rider sits; default: drops.")
 @click.option("--workers", type=WORKERS, help="Processes; default: one for each core, up to 4.")
 @click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
 def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **given: object) -> None:

@@ -16,9 +16,7 @@ from studies.reporting.command_context import example
 @speed_option()
 @sd_option
 @max_speed_option(40.0)
-@click.option(
-    "--top", default=15, show_default=True, type=Number(1, 1000, whole=True), help="Rows of the table and the figure."
-)
+@click.option("--top", default=15, show_default=True, type=Number(1, 1000, whole=True), help="Rows to show.")
 @click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(

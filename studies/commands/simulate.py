@@ -1,22 +1,24 @@
 """``velotyre simulate``: time histories of a model at one speed, linear and with Magic Formula tyres, as recorded."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import click.core
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, SEED, speed_option
+from studies.command_options import FINITE, FOLDER, PATH, SEED, speed_option, stated
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
     from bicycle.responses import Response
     from studies.synthetic_sensors import Sensors
+    from tyre.arrays import Array
 
 RECORDING = "recording.csv"
+HIDDEN = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
+TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic Formula
 
 
 @click.command(
@@ -26,14 +28,7 @@ RECORDING = "recording.csv"
 @takes_model
 @speed_option()
 @click.option("--duration", type=FINITE, default=5.0, show_default=True, help="s.")
-@click.option(
-    "--step",
-    "sample",
-    type=FINITE,
-    default=0.005,
-    show_default=True,
-    help="Time between samples, s.",
-)
+@click.option("--step", "sample", type=FINITE, default=0.005, show_default=True, help="Time between samples, s.")
 @click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
 @click.option(
     "--input", "inputs", multiple=True, metavar="SPEC",
@@ -49,19 +44,15 @@ RECORDING = "recording.csv"
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
 @click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
 @click.option(
-    "--sensors",
-    "sensors_file",
-    metavar="FILE.toml",
-    type=click.Path(path_type=Path),
+    "--sensors", "sensors_file", metavar="FILE.toml", type=PATH,
     help="Also write recording.csv: the channels, sample rate and sensor errors of this file.",
-)
+)  # fmt: skip
 @click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
 @click.option(
-    "--seed",
-    type=SEED,
+    "--seed", type=SEED,
     help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
-)
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the results.")
+)  # fmt: skip
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 def command(
     chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
     channels_file: Path | None, channel_texts: tuple[str, ...], frequency_response: str | None, *, nonlinear: bool,
@@ -80,6 +71,7 @@ def command(
     from studies.reporting.manifest import results
     from studies.reporting.output import print_warnings, write_csv
     from studies.simulation import check_within, draw_frequency_response, draw_responses, parse_initial, parse_inputs
+    from studies.synthetic_sensors import write_recording
     from tyre.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
@@ -88,9 +80,8 @@ def command(
     sensors, sample = _sensors(sensors_file, sample, noise=noise, seed=seed)
     if sample > duration:
         raise InputError(f"step = {sample:g} s is longer than duration = {duration:g} s; take a smaller step")
-    context = click.get_current_context()
-    for name in ("friction", "shape_factor", "curvature_factor", "offset"):
-        if not nonlinear and not _is_default(context, name):
+    for name in (*TYRE, "offset"):
+        if not nonlinear and stated(name):
             option = "--" + name.replace("_", "-")
             raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
     if duration / sample > 1e6:
@@ -109,8 +100,7 @@ def command(
     if start or histories or offset:
         responses["linear"] = respond(linear, speed=speed, time=time, initial=start, inputs=histories)
     if nonlinear:
-        given = {name for name in ("friction", "shape_factor", "curvature_factor") if not _is_default(context, name)}
-        curves = {} if given else wheel_curves(chosen.content.get("effects", {}))
+        curves = {} if any(map(stated, TYRE)) else wheel_curves(chosen.content.get("effects", {}))
         tyres = {wheel: CurveTyre(*curve, offset) for wheel, curve in curves.items()}
         tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
         system = magic_formula_model(model, speed=speed, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre))
@@ -120,12 +110,13 @@ def command(
         frequencies = np.geomspace(0.05, 20.0, 400)
         spectrum = gains(linear, speed=speed, input=frequency_response, frequency_hz=frequencies)
 
-    recording = None
+    title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
+    columns = None
     if sensors is not None:
         words = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s with {sensors_file}"
         seed = (secrets.randbelow(2**32 - 1) if seed is None else seed) if noise else None  # one that nobody has had
-        recording = _recording(responses, sensors, seed, words)
-    title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
+        words += f" and noise seed {seed}" if noise else " and no noise"
+        columns, hidden = _recording(responses, sensors, seed)
     with results(out):
         for label, response in responses.items():
             upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
@@ -134,9 +125,10 @@ def command(
             notes += [f"{label}: {text}" for text in upright.warnings]
             if upright.fall is not None:
                 notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
-        if recording is not None:
+        if columns is not None:
             written.append(RECORDING)
-            notes += recording(out / RECORDING)
+            write_recording(out / RECORDING, columns, words)
+            notes += [HIDDEN.format(RECORDING, name) for name in hidden]
         if responses:
             draw_responses(responses, out / "response", title=title)
             written += ["response.png", "response.svg"]
@@ -154,16 +146,8 @@ def command(
     click.echo(f"{out}: {', '.join(sorted(written))}")
 
 
-def _is_default(context: click.Context, name: str) -> bool:
-    return context.get_parameter_source(name) is click.core.ParameterSource.DEFAULT
-
-
-def _sensors(
-    file: Path | None, step: float, *, noise: bool, seed: int | None
-) -> tuple["Sensors | None", float]:  # fmt: skip
+def _sensors(file: Path | None, step: float, *, noise: bool, seed: int | None) -> tuple["Sensors | None", float]:
     """The sensors of a file, and a time between samples (s) that goes with them."""
-    import click.core
-
     from studies.synthetic_sensors import fine_step, read_sensors
     from tyre.errors import InputError
 
@@ -173,8 +157,7 @@ def _sensors(
         if noise:
             raise InputError("--noise is of sensors; add --sensors FILE.toml (velotyre new FILE.toml --kind sensors)")
         return None, step
-    sensors = read_sensors(file)
-    given = click.get_current_context().get_parameter_source("sample") is not click.core.ParameterSource.DEFAULT
+    sensors, given = read_sensors(file), stated("sample")
     if given and step > 1 / sensors.rate_hz * (1 + 1e-9):
         raise InputError(
             f"step = {step:g} s is longer than the {1 / sensors.rate_hz:g} s between samples of {file}; take a smaller "
@@ -184,24 +167,16 @@ def _sensors(
 
 
 def _recording(
-    responses: Mapping[str, "Response"], sensors: "Sensors", seed: int | None, words: str
-) -> Callable[[Path], list[str]]:
-    """Writer of the recording of the last response, which returns notes on what pushes the bicycle and is not in it."""
+    responses: Mapping[str, "Response"], sensors: "Sensors", seed: int | None
+) -> tuple["dict[str, Array]", list[str]]:
+    """Columns of the recording of the last response, and what pushes the bicycle and is not among them."""
     from bicycle.identification.recording import INPUTS
-    from studies.synthetic_sensors import recorded, write_recording
+    from studies.synthetic_sensors import recorded
     from tyre.errors import InputError
 
     if not responses:
         raise InputError("--sensors: nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
     response = list(responses.values())[-1].until_fall()
-    columns = recorded(response, sensors, seed)
-    words += " and no noise" if seed is None else f" and noise seed {seed}"
     names = {name: column for column, name in INPUTS.items()}
     hidden = [name for name in response.inputs if names.get(name) not in sensors.channels]
-    note = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
-
-    def write(target: Path) -> list[str]:
-        write_recording(target, columns, words)
-        return [note.format(target.name, name) for name in hidden]
-
-    return write
+    return recorded(response, sensors, seed), hidden

@@ -14,16 +14,11 @@ if TYPE_CHECKING:
 
 N_PER_DEG = 0.017453292519943295  # of N/rad
 COLUMNS = {
-    "cornering_stiffness": ("cornering_stiffness_N_per_deg", N_PER_DEG),
-    "lateral_stiffness": ("lateral_stiffness_N_per_mm", 1e-3),
-    "relaxation_length": ("relaxation_length_mm", 1e3),
-    "camber_stiffness": ("camber_stiffness_N_per_deg", N_PER_DEG),
-    "pneumatic_trail": ("pneumatic_trail_mm", 1e3),
-    "twisting_stiffness": ("twisting_stiffness_N_m_per_rad", 1.0),
-    "overturning_stiffness": ("overturning_stiffness_N_m_per_rad", 1.0),
-}
-"""Field of `TyreProperties` -> name and factor in the units of the field."""
-
+    "cornering_stiffness": ("N_per_deg", N_PER_DEG), "lateral_stiffness": ("N_per_mm", 1e-3),
+    "relaxation_length": ("mm", 1e3), "camber_stiffness": ("N_per_deg", N_PER_DEG), "pneumatic_trail": ("mm", 1e3),
+    "twisting_stiffness": ("N_m_per_rad", 1.0), "overturning_stiffness": ("N_m_per_rad", 1.0),
+}  # fmt: skip
+"""Field of `TyreProperties` -> unit in which it is shown, and its factor."""
 
 CAMBERS = (0.0, 15.0)  # deg, drawn
 SLIPS = (-10.0, 10.0)
@@ -79,9 +74,8 @@ def command(tyre: str | None, surface: str | None, plot: str | None, json_file: 
     print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"])
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
     if not all(r["relaxation_length_mm"] for r in records):
-        click.echo(
-            "one without relaxation length slips without lag: tyre = NAME under [effects.side_slip] of a model file"
-        )
+        without = "one without relaxation length slips without lag"
+        click.echo(f"{without}: tyre = NAME under [effects.side_slip] of a model file")
 
 
 def _ends(values: list[float], digits: int) -> str:
@@ -124,8 +118,8 @@ def _record(tyre: "TyreSource") -> dict[str, Any]:
     load, _, held = _held(tyre)
     always = ("cornering_stiffness", "relaxation_length")
     columns = {
-        name: (held[field] * factor).tolist() if field in held else []
-        for field, (name, factor) in COLUMNS.items() if field in held or field in always
+        f"{field}_{unit}": (held[field] * factor).tolist() if field in held else []
+        for field, (unit, factor) in COLUMNS.items() if field in held or field in always
     }  # fmt: skip
     return {
         "tyre": tyre.tyre, "surface": tyre.surface, "description": tyre.description, "source": tyre.source,
@@ -147,20 +141,17 @@ def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
         stated = tyre.measured.cornering_stiffness_sd is not None
         return tyre.table if stated else tyre.table.assign(cornering_stiffness_sd_N_per_deg=None)  # 0 would be exact
     load, pressure, held = _held(tyre)
-    columns = {name: held[field] * factor for field, (name, factor) in COLUMNS.items() if field in held}
+    columns = {f"{field}_{unit}": held[field] * factor for field, (unit, factor) in COLUMNS.items() if field in held}
     bars = {} if np.isnan(pressure).all() else {"pressure_bar": pressure / PASCAL_PER_BAR}
     return pd.DataFrame({"load_N": load} | bars | columns)
 
 
 def _draw(tyre: "TyreSource", target: str) -> None:
     """Draw the curves of a formula over slip, at its loads and the middle one of its pressures."""
-    import matplotlib
     import numpy as np
-    from matplotlib.figure import Figure
 
-    from studies.reporting.plotting import GREY, STYLE, look, settle
+    from studies.reporting.plotting import GREY, look, picture
     from tyre.errors import InputError
-    from tyre.files import replacing
     from tyre.formula_tyre import FormulaTyre
     from tyre.units import PASCAL_PER_BAR
 
@@ -173,10 +164,8 @@ def _draw(tyre: "TyreSource", target: str) -> None:
         tyre.aligning_moment(slip_angle=slip, load=tyre.loads[0], pressure=pressure)
     except InputError:
         del curves["aligning moment, N m"]
-    style: Any = dict(STYLE)
     dotted = ""  # where camber changes a curve
-    with matplotlib.rc_context(style):
-        figure = Figure(figsize=(4.6 * len(curves), 3.6), layout="constrained")
+    with picture(target, width=4.6 * len(curves), height=3.6) as figure:
         for axes, (name, curve) in zip(np.ravel(figure.subplots(1, len(curves))), curves.items(), strict=True):
             for number, load in enumerate(tyre.loads):
                 upright, leant = (
@@ -192,6 +181,3 @@ def _draw(tyre: "TyreSource", target: str) -> None:
         bars = f" at {pressure / PASCAL_PER_BAR:g} bar" * (pressure == pressure)
         figure.suptitle(f"{tyre.tyre} on {tyre.surface}{bars}{dotted}", fontsize=10)
         figure.axes[0].legend()
-        settle(figure)
-        with replacing(target) as part:
-            figure.savefig(part)

@@ -9,7 +9,7 @@ from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
-    from studies.uncertainty import Quantity, Uncertainty
+    from studies.uncertainty.propagation import Quantity, Uncertainty
 
 SMALL = 0.005  # a group whose share is below this everywhere has no column
 LEADING = 3  # numbers that are named of many known together
@@ -25,10 +25,9 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
 @click.option("--output", "outputs", multiple=True, metavar="NAME", help="A further output, as of sweeps; repeat.")
 @sd_option
 @click.option(
-    "--relative-cornering-stiffness-sd",
-    type=Number(0, 10),
+    "--relative-cornering-stiffness-sd", type=Number(0, 10),
     help="sd(C_Fy)/C_Fy of a tyre whose table states none; default: 0.03, with --stated-only 0.",
-)
+)  # fmt: skip
 @click.option("--stated-only", is_flag=True, help="Count as exact what no source states; else defaults are assumed.")
 @max_speed_option(60.0)
 @click.option("--samples", type=Number(2, 1e12, whole=True), default=2000, show_default=True, help="Random bicycles.")
@@ -44,25 +43,18 @@ def command(
 
     from studies.axes import numbers_by_name
     from studies.outputs import scalar_output
-    from studies.reporting.output import (
-        check_targets,
-        parse_speeds,
-        print_exchanges,
-        print_table,
-        print_warnings,
-        write_json,
-    )
+    from studies.reporting import output
     from studies.sampling import left_out
     from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
     from tyre.errors import InputError
 
-    check_targets(json=json_file)
+    output.check_targets(json=json_file)
     further = [scalar_output(name) for name in outputs]
     uncertainty = Uncertainty(
         chosen.content, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), defaults=not stated_only,
         relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,
     )  # fmt: skip
-    asked = np.array(parse_speeds(speeds) if speeds else [], float)
+    asked = np.array(output.parse_speeds(speeds) if speeds else [], float)
     found = uncertainty.quantities(asked, max_speed=max_speed, samples=samples, seed=seed, outputs=further)
     unlisted = uncertainty.unlisted(found, max_speed=max_speed, samples=samples, seed=seed)
     refused = uncertainty.left_out(samples=samples, seed=seed)
@@ -87,20 +79,20 @@ def command(
             "samples_with_further_critical_speeds": unlisted, "notes": notes,
             "narrow": {"critical_speed": narrow, "indices": indices},
         }  # fmt: skip
-        write_json(content, json_file)
+        output.write_json(content, json_file)
     if json_file != "-":
         _print(uncertainty, found, notes)
-        crossings = [one.speed for one in uncertainty.crossings(max_speed).values()]
-        print_exchanges({"": uncertainty.nominal.linear_model()}, max((*asked.tolist(), *crossings), default=0.0))
+        fastest = max((*asked.tolist(), *(c.speed for c in uncertainty.crossings(max_speed).values())), default=0.0)
+        output.print_exchanges({"": uncertainty.nominal.linear_model()}, fastest)
         if effects:
-            click.echo(
-                f"\nwhat would narrow '{narrow}' most (share of its variance that goes if it is measured exactly)"
-            )
+            what = f"what would narrow '{narrow}' most"
+            click.echo(f"\n{what} (share of its variance that goes if it is measured exactly)")
             ranked = sorted(effects.items(), key=lambda item: -item[1][0])
-            print_table([[name, *row] for name, row in ranked], ["measurement", "first order", "total", "total ± 95 %"])
+            heads = ["measurement", "first order", "total", "total ± 95 %"]
+            output.print_table([[name, *row] for name, row in ranked], heads)
     if failure:
         raise failure
-    print_warnings(uncertainty.warnings)
+    output.print_warnings(uncertainty.warnings)
 
 
 def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]) -> None:
@@ -122,14 +114,9 @@ def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]
     groups = [g for g in dict.fromkeys(g for row in rows for g in row) if any(row[g] >= SMALL for row in rows)]
     if groups:
         click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
-        shares = [
-            [
-                q.name,
-                *(f"{row[g]:.0%}" for g in groups),
-                f"{by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0):.0%}",
-            ]
-            for q, row in zip(found, rows, strict=True)
-        ]
+        assumed = [by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0) for q in found]
+        parts = [[*(row[g] for g in groups), last] for row, last in zip(rows, assumed, strict=True)]
+        shares = [[q.name, *(f"{x:.0%}" for x in row)] for q, row in zip(found, parts, strict=True)]
         print_table(shares, ["quantity", *groups, ASSUMED])
     for name, numbers in uncertainty.measurements.items():
         hanging = [q for q in found if q.shares[name] >= SMALL]

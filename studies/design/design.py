@@ -13,19 +13,8 @@ from bicycle.limit_cycles import find_limit_cycles
 from bicycle.named_modes import modes
 from bicycle.naming import Rules
 from bicycle.parameter_covariance import ParameterKey
-from studies.design.problem import (
-    CLEARLY,
-    Answer,
-    Demand,
-    Peak,
-    Problem,
-    base_of,
-    cost_of,
-    expanded,
-    grid,
-    limits_of,
-    solved,
-)
+from studies.design import problem as posed
+from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, solved
 from studies.lasting_motions import motion_at
 from studies.model_space import ModelSpace, changed_content
 from studies.outputs import HIGHEST
@@ -188,24 +177,22 @@ def designed(
     """The smallest change of some numbers of a model that keeps every demand over a range of speed."""
     space = ModelSpace(content, keys)
     space.refuse_switches()
-    start, looked = base_of(space), grid(*speeds)
+    start, looked = posed.base_of(space), posed.grid(*speeds)
     space.linear.check_speeds(looked)
-    demands = expanded(asked, space.linear, looked)
-    limits = limits_of(space, wanted.limits)
-    cost = cost_of(space, wanted.costs, wanted.sd, assume=wanted.assume)
+    demands = posed.expanded(asked, space.linear, looked)
+    limits = posed.limits_of(space, wanted.limits)
+    cost = posed.cost_of(space, wanted.costs, wanted.sd, assume=wanted.assume)
     space.refuse_impossible([start])
     problem = Problem(space, start, cost, limits, demands, looked)
     before = problem.answer(start, {})
     uncertain = _uncertain(content, wanted)
     if wanted.probability is not None and uncertain is None:
-        raise InputError(
-            f"--probability {wanted.probability:g}: nothing is uncertain; give --sd NAME=VALUE, or --assume"
-        )
+        why = "nothing is uncertain; give --sd NAME=VALUE, or --assume"
+        raise InputError(f"--probability {wanted.probability:g}: {why}")
     limited = [one for one in demands if one.amplitude]
     if len(limited) > 1 or (limited and wanted.probability is not None):
-        raise InputError(
-            f"--keep {limited[0].mode} {limited[0].amplitude:g}deg: give one amplitude, without --probability"
-        )
+        kept = f"--keep {limited[0].mode} {limited[0].amplitude:g}deg"
+        raise InputError(f"{kept}: give one amplitude, without --probability")
     margins: dict[Demand, float] = {}
     after, agreed = _best(problem, margins, wanted.seed)
     amplitude = None

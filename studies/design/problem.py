@@ -200,9 +200,8 @@ def base_of(space: ModelSpace) -> Array:
         if axis.key == SPEED or axis.condition == "load_N":
             raise InputError(f"--vary {axis.key}: it is no number of the model file; vary what the bicycle is made of")
         if math.isnan(value):
-            raise InputError(
-                f"--vary {axis.key}: rear and front differ; vary {axis.key}.rear, {axis.key}.front or both"
-            )
+            either = f"{axis.key}.rear, {axis.key}.front or both"
+            raise InputError(f"--vary {axis.key}: rear and front differ; vary {either}")
         if not math.isfinite(value):
             raise InputError(f"--vary {axis.key}: its value is infinite; give the model a finite one to start from")
     return space.base
@@ -252,9 +251,9 @@ def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, floa
         if key not in keys:
             raise InputError(f"--cost: {unknown('varied parameter', key, keys)}")
     missing = [key for key in keys if key not in costs]
-    if costs and missing:
-        raise InputError(f"--cost: {', '.join(missing)} has none; give a cost to every varied parameter, or to none")
     if costs:
+        if missing:
+            raise InputError(f"--cost: {', '.join(missing)} has none; give a cost to every varied parameter, or none")
         if min(costs.values()) <= 0:
             raise InputError("--cost: a change must cost more than 0; keep a parameter out of --vary or limit it")
         return Cost(np.array([1 / costs[key] for key in keys]), BY_COST)

@@ -1,7 +1,6 @@
 """Serve the page on which parameters are moved and modes watched: ``velotyre explore``."""
 
-from importlib import import_module
-from typing import Any
+from tyre.door import room
 
 HOME = {
     "chart": ("BAND_NAME", "bands", "hidden"),
@@ -23,9 +22,4 @@ HOME = {
 }  # fmt: skip
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""
 
-
-def __getattr__(name: str) -> Any:
-    for home, names in HOME.items():
-        if name in names:
-            return getattr(import_module(f"{__name__}.{home}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = room(__name__, HOME)

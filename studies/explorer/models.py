@@ -149,14 +149,11 @@ def model_content(state: State) -> dict[str, Any]:
     content = state.content
     refuse_other_files(content)
     if state.geometry:
-        before, after = _bicycle(replace(state, model=_unmoved(state))), _bicycle(state)
+        unmoved = tuple((key, value) for key, value in state.model if not key.startswith(f"{GEOMETRY}."))
+        before, after = _bicycle(replace(state, model=unmoved)), _bicycle(state)
         effects = kept_on_the_axis(content.get("effects", {}), before, after)
         return TYRES.located(content | {"bicycle": as_table(after), "effects": effects})
     return TYRES.located(content | _rider(state, content))
-
-
-def _unmoved(state: State) -> tuple[tuple[str, Any], ...]:
-    return tuple((key, value) for key, value in state.model if not key.startswith(f"{GEOMETRY}."))
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:

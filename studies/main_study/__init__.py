@@ -1,7 +1,6 @@
 """The main study of ``velotyre run``: how tyre and pressure decide the wobble of a bicycle."""
 
-from importlib import import_module
-from typing import Any
+from tyre.door import room
 
 PLACES = {
     "settings": (
@@ -28,9 +27,4 @@ PLACES = {
     "figures": ("draw_amplitude", "draw_causes", "draw_critical_speeds", "draw_damping", "draw_headline"),
 }  # fmt: skip
 
-
-def __getattr__(name: str) -> Any:
-    for module, names in PLACES.items():
-        if name in names:
-            return getattr(import_module(f"{__name__}.{module}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = room(__name__, PLACES)

@@ -21,26 +21,9 @@ from bicycle.named_modes import modes
 from bicycle.nonlinear import MagicTyre
 from bicycle.sensitivity import critical_speed_sensitivities
 from studies.lasting_motions import Extent, Trace, curves_of, extent, traces_of
+from studies.main_study import result as world
 from studies.main_study.cases import TyreCase, tyre_cases
-from studies.main_study.result import (
-    FRICTION,
-    TRAIL,
-    TWIST,
-    WOBBLE,
-    LeastDamped,
-    Result,
-    Span,
-    beside,
-    draws,
-    has_moment,
-    is_wobble,
-    least_damped,
-    model,
-    nearest,
-    oscillations,
-    uncertainty,
-    wobble_span,
-)
+from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Front, Settings, Setup
 from studies.uncertainty import assumed, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
@@ -101,7 +84,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     only_length[1::2] = after[1::2]
     speeds = [named_speeds(higher.crossings), named_speeds(lower.crossings)]
     for contact in (only_stiffness, only_length):
-        linear = model(settings, setup, contact).linear_model()
+        linear = world.model(settings, setup, contact).linear_model()
         speeds.append(named_speeds(critical_speeds(linear, max_speed=settings.max_speed)))
     changes = []
     for which, start in speeds[0].items():
@@ -110,7 +93,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
             change = Change(which, CRITICAL, start, end, stiffness - start, length - start)
             if change.of_one_crossing:
                 changes.append(change)
-    at_lower, at_higher = oscillations(lower.modes, -1), oscillations(higher.modes, -1)
+    at_lower, at_higher = world.oscillations(lower.modes), world.oscillations(higher.modes)
     ends = (_follow_roots(settings, setup, before, to, at_higher) for to in (after, only_stiffness, only_length))
     for (mode, eigenvalue), *roots in zip(at_higher.items(), *ends, strict=True):
         if mode in at_lower and abs(roots[0] - at_lower[mode]) < 1e-6 * abs(roots[0]):  # else another root has the name
@@ -121,7 +104,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
     """Critical speeds (m/s) by what tells them apart; an edge of unstable wobble counts as wobble's."""
-    every = identified(crossing.named(WOBBLE) if is_wobble(crossing) else crossing for crossing in crossings)
+    every = identified(crossing.named(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
     return {which: float(crossing.speed) for which, crossing in every.items()}
 
 
@@ -131,8 +114,8 @@ def _follow_roots(
     """Follow oscillations at the report speed from the tyre numbers ``start`` (4,) to ``end`` (4,)."""
     found = list(eigenvalues.values())
     for share in np.linspace(0, 1, 17)[1:] if found else ():
-        linear = model(settings, setup, start + share * (end - start)).linear_model()
-        found = [nearest(linear, settings.report_speed, eigenvalue) for eigenvalue in found]
+        linear = world.model(settings, setup, start + share * (end - start)).linear_model()
+        found = [world.nearest(linear, settings.report_speed, eigenvalue) for eigenvalue in found]
     return found
 
 
@@ -163,10 +146,10 @@ class Hinge:
 
 def wobble(settings: Settings, setup: Setup, contact: Array, what: str = "") -> End:
     """Compute the wobble of one model; ``contact`` (4,) holds its tyre numbers."""
-    linear = model(settings, setup, contact).linear_model()
+    linear = world.model(settings, setup, contact).linear_model()
     edges = critical_speeds(linear, max_speed=settings.fastest)
-    span = wobble_span(linear, edges, settings.fastest)
-    return End(what, span, least_damped(modes(linear, settings.speeds)))
+    span = world.wobble_span(linear, edges, settings.fastest)
+    return End(what, span, world.least_damped(modes(linear, settings.speeds)))
 
 
 def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
@@ -191,8 +174,8 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     def ends(what: str, values: Iterable[Any], unit: str, front: Front | None = None) -> tuple[str, Ends]:
         worlds = [{what: v} if front is None else {"front": replace(front, **{what: v})} for v in values]
         return WORDS[what], {
-            f"{v:g} {unit}".strip(): (settings, replace(base, **world), focus.contact)
-            for v, world in zip(values, worlds, strict=True)
+            f"{v:g} {unit}".strip(): (settings, replace(base, **own), focus.contact)
+            for v, own in zip(values, worlds, strict=True)
         }
 
     yield "hands", {"off the bar": (settings, base, focus.contact),
@@ -206,7 +189,7 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
         if ranges.friction[1] > 0:
             yield ends("friction", [front.friction + more for more in ranges.friction], "N m s/rad", front)
     for what, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
-        given = EFFECTS[what] in settings.further or (what == "trail" and has_moment(settings))
+        given = EFFECTS[what] in settings.further or (what == "trail" and world.has_moment(settings))
         if not given and getattr(base, what) == getattr(settings, what):  # the tyre's file says nothing of it
             yield ends(what, getattr(ranges, what), unit)
     measured = sorted((one for one in cases if one.pressures_bar), key=lambda one: one.pressure_bar)
@@ -250,7 +233,7 @@ class ContactModels:
 
 def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[ContactModels, ...]:
     """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
-    if has_moment(settings):
+    if world.has_moment(settings):
         return ()
     assumed = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
     radii = (settings.bicycle["rR"], settings.bicycle["rF"])
@@ -273,7 +256,7 @@ def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[Conta
                 replace(base, trail=0.0), replace(base, trail=tuple(trail.tolist())),
                 replace(base, contact_half_length=(rear, front)),
             )  # fmt: skip
-            ends = [wobble(settings, world, case.contact) for world in worlds]
+            ends = [wobble(settings, one, case.contact) for one in worlds]
             found.append(ContactModels(case, (rear, front), tuple(trail.tolist()), estimated, *ends))
     return tuple(found)
 
@@ -299,7 +282,7 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     try:
         found = find_limit_cycles(
-            model(settings, case.on(setup), case.contact), rear=curves.get("rear"), front=curves.get("front"),
+            world.model(settings, case.on(setup), case.contact), rear=curves.get("rear"), front=curves.get("front"),
             max_speed=settings.max_speed,
         )  # fmt: skip
     except InputError as error:
@@ -320,7 +303,7 @@ class Sources:
 
 def sources(settings: Settings, case: TyreCase) -> Sources:
     """Find out where the uncertainty of a case comes from."""
-    uncertain = uncertainty(settings, case, settings.reference)
+    uncertain = world.uncertainty(settings, case, settings.reference)
     crossings = uncertain.crossings(settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
     shares = {}
@@ -344,7 +327,7 @@ class Check:
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
     try:
-        found = uncertainty(settings, result.case, result.setup).quantities(
+        found = world.uncertainty(settings, result.case, result.setup).quantities(
             np.array([settings.report_speed]), max_speed=settings.max_speed,
             samples=settings.samples, seed=settings.seed, only=[WOBBLE], matched=True,
         )  # fmt: skip
@@ -396,16 +379,16 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
     count, speeds = settings.fronts, growth_speeds(settings)
     onset, end = np.full((2, count), np.nan)
     computed, growth = np.zeros(count, bool), np.full((count, len(speeds)), np.nan)
-    uncertain = uncertainty(settings, case, setup)
+    uncertain = world.uncertainty(settings, case, setup)
     family = ModelFamily(uncertain.nominal)
     drawn = front_draws(settings)
-    for k, values in enumerate(draws(settings, case, uncertain, count)):
+    for k, values in enumerate(world.draws(settings, case, uncertain, count)):
         if values is None:
             continue
         try:
             new = front_values(settings, case.on(setup), drawn, k, values)
             linear = family.linear_model(values | new)
-            span = wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
+            span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
         except InputError:  # a draw that makes no model is counted, and told beside the count
             continue
@@ -437,10 +420,10 @@ def front_draws(settings: Settings) -> Mapping[str, Array]:
     size = 2 ** int(np.ceil(np.log2(max(settings.fronts, 2))))
     # "rng" is the newer name, of scipy 1.15
     u = qmc.Sobol(len(ranges), seed=np.random.default_rng(settings.seed)).random(size)[: settings.fronts]
-    found = {}
-    for k, (name, (low, high)) in enumerate(ranges.items()):
-        found[name] = np.asarray(low * (high / low) ** u[:, k] if low > 0 else low + (high - low) * u[:, k])
-    return found
+    return {
+        name: np.asarray(low * (high / low) ** share if low > 0 else low + (high - low) * share)
+        for share, (name, (low, high)) in zip(u.T, ranges.items(), strict=True)
+    }
 
 
 def front_values(
@@ -464,11 +447,12 @@ def front_values(
             setup.front, stiffness=new["stiffness"], damping=new["damping"],
             joint_height=setup.front.joint_height + new["hinge"], friction=setup.front.friction + new["friction"],
         )  # fmt: skip
-        found |= {"front_compliance.stiffness": front.stiffness, "front_compliance.damping": front.damping}
-        found |= {"front_compliance.joint_z": -front.joint_height}
-        found |= {"front_compliance.joint_x": float(front.hinge_x(values))}
-        friction = beside(settings, replace(setup, front=front))[FRICTION]["damping"]
-        found |= {f"{FRICTION}.damping": float(friction)}
+        friction = world.beside(settings, replace(setup, front=front))[FRICTION]["damping"]
+        found |= {
+            "front_compliance.stiffness": front.stiffness, "front_compliance.damping": front.damping,
+            "front_compliance.joint_z": -front.joint_height, "front_compliance.joint_x": float(front.hinge_x(values)),
+            f"{FRICTION}.damping": float(friction),
+        }  # fmt: skip
     if setup.arms:
         found |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
     return found

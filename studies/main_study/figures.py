@@ -14,23 +14,13 @@ from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
 from studies.main_study.settings import LIMITS, Setup, plain_name
 from studies.main_study.study import Study
 from studies.reporting import plotting
-from studies.reporting.plotting import (
-    EXTRAPOLATED,
-    UNSTABLE,
-    hatch_extrapolated,
-    look,
-    mode_look,
-    mode_marker,
-    mode_words,
-)
+from studies.reporting.plotting import UNSTABLE, look, mode_look
 
-EDGES = (
-    ("begins", CrossingIdentity(WOBBLE, destabilising=True)), ("ends", CrossingIdentity(WOBBLE, destabilising=False)),
-)  # fmt: skip
+EDGES = {word: CrossingIdentity(WOBBLE, destabilising=word == "begins") for word in ("begins", "ends")}
 SMALL = {"fontsize": 8.5, "va": "center"}
 
 
-def drawings(study: Study, folder: Path) -> list[Callable[[Study], Path]]:
+def drawings(study: Study, folder: Path) -> list[Callable[[Study], None]]:
     """List the figures of a ``study`` for ``folder``, each to be called with it; causes if there are two pressures."""
     draws = {"headline": draw_headline, "damping_ratio": draw_damping, "critical_speeds": draw_critical_speeds}
     draws |= {"causes": draw_causes} if study.decompositions else {}
@@ -45,17 +35,16 @@ def _title(canvas: Any, study: Study, text: str, results: Sequence[Result]) -> N
 
 def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
     if extrapolated:
-        axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **EXTRAPOLATED)
+        axes.axhspan(height - 0.5, height + 0.5, facecolor="none", linewidth=0, zorder=0, **plotting.EXTRAPOLATED)
 
 
-def draw_headline(study: Study, target: Path) -> Path:
+def draw_headline(study: Study, target: Path) -> None:
     """Draw growth of wobble and weave over speed, a colour a pressure, and below the unstable speeds of each world."""
     with plotting.drawing(target, width=9.0, height=6.6) as canvas:
         growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.4, 1)})
         _draw_growth(growth, study)
         _draw_worlds(bars, study)
         _title(canvas, study, f" on {study.names[0]}", study.of(study.settings.reference, study.names[0]))
-    return target
 
 
 def _draw_growth(axes: Any, study: Study) -> None:
@@ -86,9 +75,8 @@ def _draw_growth(axes: Any, study: Study) -> None:
     apart, height = 0.055 * (1.15 * highest - 1.06 * lowest), -np.inf  # a line of letters takes so much
     for real_part, words, colour in sorted(ends):
         height = max(height + apart, real_part)
-        axes.annotate(
-            words, (study.settings.fastest, height), (4, 0), textcoords="offset points", color=colour, **SMALL
-        )
+        place = (study.settings.fastest, height)
+        axes.annotate(words, place, (4, 0), textcoords="offset points", color=colour, **SMALL)
     axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0)
     axes.axhline(0, color="0.2", linewidth=0.8)
     axes.set(xlim=(1.0, study.settings.fastest), ylim=(1.06 * lowest, 1.15 * highest))
@@ -129,7 +117,7 @@ def _draw_worlds(axes: Any, study: Study) -> None:
     axes.tick_params(axis="y", length=0)
 
 
-def draw_amplitude(study: Study, target: Path) -> Path:
+def draw_amplitude(study: Study, target: Path) -> None:
     """Draw how large wobble gets over speed, a colour a pressure, with a band over plausible peak factors."""
     with plotting.drawing(target, width=7.0, height=4.4) as canvas:
         axes, conditions = canvas.add_subplot(), [case.condition for case in study.subject]  # workers give copies
@@ -143,16 +131,14 @@ def draw_amplitude(study: Study, target: Path) -> Path:
         axes.set(xlim=(0, study.settings.fastest), xlabel="Speed, m/s")
         axes.set_title(world_words(study.settings.reference), fontsize=9)
         _title(canvas, study, f" on {study.names[0]}: wobble", study.of(study.settings.reference, study.names[0]))
-    return target
 
 
-def draw_causes(study: Study, target: Path) -> Path:
+def draw_causes(study: Study, target: Path) -> None:
     """Draw how lower pressure moves the edges of unstable wobble in the reference world, and by what."""
     with plotting.drawing(target, width=7.0, height=1.9 + 0.9 * len(study.names)) as canvas:
         axes = canvas.add_subplot()
         _draw_parts(axes, study, study.settings.reference)
         _title(canvas, study, f": {world_words(study.settings.reference)}", study.of(study.settings.reference))
-    return target
 
 
 def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
@@ -164,7 +150,7 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     for number, name in enumerate(study.names):
         found = study.decomposition(setup, name)
         axes.text(0.02, height - 0.72, name, fontweight="bold", va="center", transform=axes.get_yaxis_transform())
-        for what, key in EDGES:
+        for what, key in EDGES.items():
             change = found.change(key) if found else None
             ticks[height] = what
             if found and change:
@@ -212,7 +198,7 @@ def _part_styles(colour: str) -> list[dict[str, Any]]:
     ]
 
 
-def draw_damping(study: Study, target: Path) -> Path:
+def draw_damping(study: Study, target: Path) -> None:
     """Draw damping ratios of the tyre in question against pressure, a column a world; bands: one standard deviation."""
     setups, name = study.settings.setups, study.names[0]
     with plotting.drawing(target, width=11.0, height=5.6) as canvas:
@@ -222,7 +208,7 @@ def draw_damping(study: Study, target: Path) -> Path:
                 mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
                 if mine:
                     _draw_ratios(axes, mine, mode)
-                hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in mine))
+                plotting.hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in mine))
             low, high = row[0].get_ylim()
             for axes in row:
                 if low < 0:
@@ -239,7 +225,6 @@ def draw_damping(study: Study, target: Path) -> Path:
             "(darker: of the tyre data alone); shaded: unstable"
         )
         _title(canvas, study, text, study.of(study.settings.reference, name))
-    return target
 
 
 def _draw_ratios(axes: Any, found: list[Result], mode: str) -> None:
@@ -252,7 +237,7 @@ def _draw_ratios(axes: Any, found: list[Result], mode: str) -> None:
     axes.plot(pressures, values, **style.plot)
 
 
-def draw_critical_speeds(study: Study, target: Path) -> Path:
+def draw_critical_speeds(study: Study, target: Path) -> None:
     """Draw a panel per world, a row a pressure; filled: becomes unstable, hollow: stable; bars: one sd."""
     setups, rows, name = study.settings.setups, study.subject, study.names[0]
     crossed = list(dict.fromkeys(c.mode for setup in setups for r in study.of(setup, name) for c in r.crossings))
@@ -271,15 +256,14 @@ def draw_critical_speeds(study: Study, target: Path) -> Path:
         grid[-1].set_xlabel("Speed, m/s")
         shown: dict[str, Any] = {}
         for mode in crossed:
-            style = {"linestyle": "none", "color": mode_look(mode).colour, **mode_marker(mode)}
-            (shown[mode_words(mode)],) = grid[0].plot([], [], **style)
+            style = {"linestyle": "none", "color": mode_look(mode).colour, **plotting.mode_marker(mode)}
+            (shown[plotting.mode_words(mode)],) = grid[0].plot([], [], **style)
         for words, face in (("filled: becomes unstable as the speed grows", "0.3"), ("hollow: becomes stable", "none")):
             (shown[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
         ncols = plotting.legend_columns(list(shown), width=8.5)
         canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=ncols)
         text = f" on {name}: critical speeds\nbars: one sd of tyre and bicycle (thick: of the tyre data alone)"
         _title(canvas, study, text, study.of(study.settings.reference, name))
-    return target
 
 
 def _draw_crossings(axes: Any, result: Result, row: int, heights: dict[str, float]) -> None:
@@ -287,7 +271,7 @@ def _draw_crossings(axes: Any, result: Result, row: int, heights: dict[str, floa
     axes.axhline(row + 0.5, color="0.88", linewidth=0.6, zorder=0)
     for c in result.crossings:
         style = {"linestyle": "none", "color": mode_look(c.mode).colour}
-        marker = mode_marker(c.mode) | ({} if c.destabilising else {"markerfacecolor": "white"})
+        marker = plotting.mode_marker(c.mode) | ({} if c.destabilising else {"markerfacecolor": "white"})
         if c.tyre_sd != c.sd:
             axes.errorbar(c.speed, row + heights[c.mode], xerr=c.tyre_sd, elinewidth=3.5, alpha=0.6, **style)
         axes.errorbar(c.speed, row + heights[c.mode], xerr=c.sd, elinewidth=1.2, **style, **marker)

@@ -1,7 +1,8 @@
 """The report of the main study, Markdown and HTML: numbers and objects for the templates, which make the words."""
 
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Sequence
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,6 @@ import numpy as np
 
 from bicycle.default_sd import CORNERING_STIFFNESS
 from studies.main_study import figures
-from studies.main_study.cases import Cases
 from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
 from studies.main_study.published import compared
 from studies.main_study.result import Result, has_moment
@@ -27,21 +27,15 @@ from studies.uncertainty.propagation import Quantity, differs
 PACKAGE = "studies.main_study"
 
 
-def run_and_write(
-    settings: Settings, folder: Path, *, workers: int = 1, cases: Cases | None = None
-) -> tuple[Study, str, Path]:
+def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, str, Path]:
     """Compute the study and write it into ``folder``; return it with its first screen and the HTML report."""
     folder.mkdir(parents=True, exist_ok=True)
     with spread(workers) as each:
-        study = run_study(settings, each=each, cases=cases)
+        study = run_study(settings, each=each)
         write_tables(study, folder)
-        each(_draw, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
+        each(operator.call, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
     first, _, page = write_report(study, folder)
     return study, first, page
-
-
-def _draw(draw: Callable[[Study], Path], study: Study) -> Path:
-    return draw(study)
 
 
 def write_report(study: Study, folder: Path) -> tuple[str, Path, Path]:

@@ -102,7 +102,7 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
     setup = case.on(setup)
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
-    exact = {key: 0.0 for key in parameters if varied_apart(key) and key not in followers}
+    exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
     content = {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {LAW: dict(case.table), **beside(settings, setup)},
@@ -111,11 +111,6 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
         content, sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd, follow=lambda p: follow(settings, setup, p),
         bicycle_covariance=settings.bicycle.covariance,
     )  # fmt: skip
-
-
-def varied_apart(key: str) -> bool:
-    """Return True if the parameter ``key`` belongs to an effect that the plausible fronts vary."""
-    return ParameterKey.parse(key).effect in PLAUSIBLE
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
@@ -254,7 +249,7 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
     of_tyre = np.zeros_like(whole)
     of_tyre[at] = case.covariance
     found = modes(linear, np.append(settings.speeds, settings.report_speed))
-    roots = oscillations(found, -1)
+    roots = oscillations(found)
     gradients = mode_gradients(built, settings.report_speed, list(roots.values()), names)
     sds = [[standard_deviation(one, covariance).tolist() for covariance in (whole, of_tyre)] for one in gradients]
     frequency, damping = {}, {}
@@ -286,9 +281,9 @@ def least_damped(found: Modes) -> LeastDamped | None:
     return best
 
 
-def oscillations(found: Modes, row: int) -> dict[str, complex]:
-    """Eigenvalues (1/s, upper half) of the compared modes that oscillate at the speed with index ``row``."""
-    values = {name: complex(found.branches[name][row, 0]) for name in COMPARED if name in found.branches}
+def oscillations(found: Modes) -> dict[str, complex]:
+    """Eigenvalues (1/s, upper half) of the compared modes that oscillate at the last speed, the report speed."""
+    values = {name: complex(found.branches[name][-1, 0]) for name in COMPARED if name in found.branches}
     return {name: value for name, value in values.items() if value.imag > 0}
 
 

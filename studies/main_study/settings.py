@@ -231,9 +231,8 @@ def settings_of(
                 )
         found = _of_model_file(model)
         if tyre is not None and "contact" in found:
-            raise InputError(
-                f"{model} has its own contact law, [effects.{LAW}]; change the tyre there, or leave --tyre out"
-            )
+            law = f"its own contact law, [effects.{LAW}]"
+            raise InputError(f"{model} has {law}; change the tyre there, or leave --tyre out")
         return Settings(**{"front": assumed_front(found["bicycle"])} | found | asked)
     if rider is not None:
         if bicycle is None:
@@ -330,8 +329,7 @@ def _packaged_postures(bicycle: Bicycle) -> tuple[Bicycle, ...]:
 
     stem, _, how = bicycle.name.rpartition("_")
     family = [f"{stem}_{one}" for one in POSTURES]
-    if how not in POSTURES or not set(family) <= set(available_bicycles()):
+    packaged = how in POSTURES and set(family) <= set(available_bicycles())
+    if not packaged or load_bicycle(bicycle.name).values != bicycle.values:  # or a file of the user with the same name
         return ()
-    if load_bicycle(bicycle.name).values != bicycle.values:
-        return ()  # a file of the user with the same name
     return tuple(load_bicycle(one) for one in family)

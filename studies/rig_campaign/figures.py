@@ -76,7 +76,12 @@ def _empty_figure(rows: int, columns: int, *, width: float, height: float, **sha
     return figure, list(panels.flat)
 
 
-def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSummary) -> "Figure":
+def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSummary, legend: Any = None) -> "Figure":
+    """Put a title above a figure, and below it the legend of one of its panels, if that has any."""
+    handles, labels = legend.get_legend_handles_labels() if legend else ([], [])
+    if handles:
+        columns = min(int(figure.get_figwidth() / 1.6), len(labels))  # inches an entry takes
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
     note = "\nSYNTHETIC: from the rig simulator, not measured" if shown.synthetic else ""
     figure.suptitle(text + note, fontsize=10)
     return figure
@@ -166,10 +171,7 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
         panel.set(xlabel="vertical load (N)", ylabel=label)
         if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
             panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
-    handles, labels = axes[0].get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(6, len(labels)), fontsize=8)
-    return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0])
+    return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0], legend=axes[0])
 
 
 def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
@@ -195,8 +197,8 @@ def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
                 ends = np.array([x.min(), x.max()])
                 panel.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=COLOURS[number], ls=DASHES[row], lw=1.0)
         panel.set(xlabel="camber (deg)", ylabel=label)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
-    return _titled(figure, f"{conditions[0].tyre}, {conditions[0].surface}: at zero slip over camber", conditions[0])
+    title = f"{conditions[0].tyre}, {conditions[0].surface}: at zero slip over camber"
+    return _titled(figure, title, conditions[0], legend=axes[0])
 
 
 def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "Figure":
@@ -221,8 +223,7 @@ def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "
         text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
         panel.axhline(exponent.ratio, color="0.4", lw=1.0, ls=(0, (1, 2)), label=text)
     panel.set(xlabel="vertical load (N)", ylabel="cornering stiffness, flat over drum")
-    figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
-    return _titled(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0])
+    return _titled(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0], legend=panel)
 
 
 def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:

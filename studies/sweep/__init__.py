@@ -1,13 +1,10 @@
 """Sweeps: many bicycles, tyres and speeds at once, on this machine or a cluster, and figures of the results."""
 
-from importlib import import_module
-from typing import Any
+from tyre.door import room
 
 FILES = {
     "draw": ("draw_result", "figures_folder"),
-    "engines": (
-        "Engine", "Piece", "here", "in_loop", "in_processes", "in_threads", "on_cluster", "usual_items",
-    ),
+    "engines": ("Engine", "Piece", "here", "in_loop", "in_processes", "in_threads", "on_cluster", "usual_items"),
     "file": ("build_sweep", "read_sweep"),
     "result": ("Parts", "impossible_draws", "open_parts"),
     "run": ("pieces", "run_sweep"),
@@ -19,10 +16,4 @@ FILES = {
 }  # fmt: skip
 """Names of the room by the file that holds them; each is imported when it is first used."""
 
-
-def __getattr__(name: str) -> Any:
-    file = next((file for file, names in FILES.items() if name in names), None)
-    if file is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = getattr(import_module(f"{__name__}.{file}"), name)
-    return globals()[name]
+__getattr__, __dir__ = room(__name__, FILES)

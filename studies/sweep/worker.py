@@ -108,7 +108,7 @@ class Worker:
                 for k in [k for k, name in enumerate(self.modes) if name in named.branches]:
                     pairs[item, :, k] = named.branch(self.modes[k])[:, :2]
         else:
-            rules, polynomial = Rules.of(self.linear), self.sampler.family.polynomials(values, count).polynomial
+            rules, polynomial = Rules.of(self.linear), self.sampler.family.polynomials(values, count)[0]
             gravity = np.broadcast_to(np.asarray(values["g"], float), count)
             found = name_stack(rules, polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
             for k in [k for k, name in enumerate(self.modes) if name in rules.names]:

@@ -1,21 +1,10 @@
 """Uncertain inputs carried to modes and critical speeds."""
 
-from studies.uncertainty.propagation import (
-    Quantity,
-    Uncertainty,
-    assumed,
-    by_group,
-    counted_as_exact,
-    differs,
-    known_exactly,
-    remarks,
-    stands_alone,
-    stated,
-    total_effects,
-)
-from studies.uncertainty.uncertain_model import UncertainModel
+from tyre.door import room
 
-__all__ = [
-    "Quantity", "UncertainModel", "Uncertainty", "assumed", "by_group", "counted_as_exact", "differs",
-    "known_exactly", "remarks", "stands_alone", "stated", "total_effects",
-]  # fmt: skip
+FILES = {
+    "propagation": ("Quantity", "Uncertainty", "assumed", "by_group", "counted_as_exact", "differs", "known_exactly",
+                    "remarks", "stands_alone", "stated", "total_effects"),
+    "uncertain_model": ("UncertainModel",),
+}  # fmt: skip
+__getattr__, __dir__ = room(__name__, FILES)

@@ -139,9 +139,8 @@ class Uncertainty(UncertainModel):
                 kept = ~np.isnan(speeds)
                 ahead = np.maximum(2 * speeds - last, 0.5 * speeds)[kept]
                 last = speeds.copy()
-                speeds[kept], frequency[kept] = self._newton(
-                    crossing, z[lost[kept]], ahead, frequency[kept], share=float(share)
-                )
+                now = self._newton(crossing, z[lost[kept]], ahead, frequency[kept], share=float(share))
+                speeds[kept], frequency[kept] = now
             result[lost] = speeds
         return np.where(result <= max_speed, result, np.nan)
 
@@ -150,9 +149,8 @@ class Uncertainty(UncertainModel):
     ) -> tuple[Array, Array]:
         result, omega = np.full((2, len(z)), np.nan)
         for rows, polynomial, refused, _ in self.batches(z, share=share):
-            v, w, there = follow_crossing(
-                polynomial, start[rows], frequency[rows], destabilising=crossing.destabilising
-            )
+            begin = start[rows], frequency[rows]
+            v, w, there = follow_crossing(polynomial, *begin, destabilising=crossing.destabilising)
             result[rows], omega[rows] = np.where(there & ~refused, v, np.nan), w
         return result, omega
 
@@ -271,9 +269,7 @@ def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> d
     """Shares of a result's linear variance that go if one of the numbers known together is known exactly."""
     rows = {key: model.jacobian[key] for key in model.measurements[measurement] if key in model.jacobian}
     total = gradient @ gradient
-    found = {
-        key: float((row @ gradient) ** 2 / (row @ row) / total) for key, row in rows.items() if row.any() and total
-    }
+    found = {k: float((row @ gradient) ** 2 / (row @ row) / total) for k, row in rows.items() if row.any() and total}
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 

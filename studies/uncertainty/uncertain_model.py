@@ -119,9 +119,8 @@ class UncertainModel:
         """Origin of the standard deviation of ``measurement``, one of the ``measurements``."""
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
-            return next(
-                d.origin for key, d in self._own.items() if {key, str(ParameterKey.parse(key).whole)} & set(names)
-            )
+            own = ((d.origin, {key, str(ParameterKey.parse(key).whole)}) for key, d in self._own.items())
+            return next(origin for origin, keys in own if keys & set(names))
         unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
         if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
             return TABLE

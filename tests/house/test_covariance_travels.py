@@ -16,7 +16,7 @@ from bicycle.critical import critical_speeds
 from bicycle.model_file import build_model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNITS
-from bicycle.propagation import critical_speed_estimates, critical_speed_sd, model_covariance
+from bicycle.propagation import critical_speed_estimates
 from studies.cli import main
 from studies.main_study import given_case, settings_of
 from studies.uncertainty import Uncertainty
@@ -69,8 +69,7 @@ def content(file, **effects):
 def wobble(c, k, **others):
     """First speed of unstable wobble for C and K of rear and front wheel."""
     law = effect_class("relaxation_length")(
-        cornering_stiffness={"rear": c[0], "front": c[1]},
-        relaxation_length={"rear": c[0] / k[0], "front": c[1] / k[1]},
+        cornering_stiffness={"rear": c[0], "front": c[1]}, relaxation_length={"rear": c[0] / k[0], "front": c[1] / k[1]}
     )
     whole = load_bicycle(BICYCLE).replace(**bicycle())
     linear = Model(whole, (law, *others.values())).linear_model()
@@ -172,8 +171,6 @@ def test_the_critical_speed_knows_the_covariance(campaign, file):
     assert critical.speed == pytest.approx(wobble(c, k), rel=1e-9)
     (estimate,) = critical_speed_estimates(model, [critical])
     assert estimate.sd == pytest.approx(expected, rel=1e-5)
-    names, covariance = model_covariance(model)
-    assert critical_speed_sd(model, [critical], names, covariance)[0] == pytest.approx(expected, rel=1e-5)
     assert dict(model.sd) == model.covariance.sd
 
     found = {q.name: q for q in Uncertainty(content(file)).quantities([], samples=4000)}["wobble unstable above"]

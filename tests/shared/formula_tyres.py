@@ -1,56 +1,22 @@
 """Made-up tyres for tests: a .tir file of MF-Tyre 6.1 with camber and moments, and Pacejka-89 coefficients."""
 
-TIR = """[MDI_HEADER]
-FILE_TYPE = 'tir'
-! : TYRE : Made-up 28
-! : SURFACE : flat
-! synthetic: for tests, no rig measured it
-[UNITS]
-LENGTH = 'meter'
-FORCE = 'newton'
-ANGLE = 'radians'
-[MODEL]
-FITTYP = 61
-[DIMENSION]
-UNLOADED_RADIUS = 0.336
-WIDTH = 0.028
-[OPERATING_CONDITIONS]
-NOMPRES = 500000
-[VERTICAL]
-FNOMIN = 450
-[VERTICAL_FORCE_RANGE]
-FZMIN = 200
-FZMAX = 800
-[INFLATION_PRESSURE_RANGE]
-PRESMIN = 300000
-PRESMAX = 700000
-[STRUCTURAL]
-LATERAL_STIFFNESS = 60000
-PCFY1 = 0.2
-PCFY3 = 0.5
-[SCALING_COEFFICIENTS]
-LKYC = 0.9
-LTR = 1.1
-LMX = 0.95
-[OVERTURNING_COEFFICIENTS]
-QSX2 = 0.04
-PPMX1 = 0.1
-[LATERAL_COEFFICIENTS]
-PKY1 = -17
-PKY2 = 1.8
-PKY6 = -0.8
-PKY7 = 0.1
-PPY1 = 0.2
-PPY2 = 0.5
-PPY5 = -0.3
-[ALIGNING_COEFFICIENTS]
-QDZ1 = 0.05
-QDZ2 = 0.01
-QDZ8 = -0.045
-QDZ9 = -0.004
-PPZ1 = 0.2
-PPZ2 = -0.1
-"""
+from collections.abc import Mapping
+
+UNITS = "[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\n"
+
+
+def tir_text(values: Mapping[str, object], *, head: str = "") -> str:
+    """Text of a .tir file in SI units."""
+    return head + UNITS + "[MODEL]\n" + "".join(f"{name} = {value!r}\n" for name, value in values.items())
+
+
+TIR = tir_text({
+    "FITTYP": 61, "UNLOADED_RADIUS": 0.336, "WIDTH": 0.028, "NOMPRES": 500000, "FNOMIN": 450, "FZMIN": 200,
+    "FZMAX": 800, "PRESMIN": 300000, "PRESMAX": 700000, "LATERAL_STIFFNESS": 60000, "PCFY1": 0.2, "PCFY3": 0.5,
+    "LKYC": 0.9, "LTR": 1.1, "LMX": 0.95, "QSX2": 0.04, "PPMX1": 0.1, "PKY1": -17, "PKY2": 1.8, "PKY6": -0.8,
+    "PKY7": 0.1, "PPY1": 0.2, "PPY2": 0.5, "PPY5": -0.3, "QDZ1": 0.05, "QDZ2": 0.01, "QDZ8": -0.045, "QDZ9": -0.004,
+    "PPZ1": 0.2, "PPZ2": -0.1,
+}, head="! : TYRE : Made-up 28\n! : SURFACE : flat\n! synthetic: for tests, no rig measured it\n")  # fmt: skip
 
 PACEJKA89 = """kind = "pacejka89"
 tyre = "Made-up 89"

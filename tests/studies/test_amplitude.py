@@ -93,9 +93,8 @@ def test_both_sides_of_a_damper(wobbly, capsys):
     assert "a steer damper of 1.5 N m s/rad more ends the wobble up to 60 m/s its other side: weave" in shown
     assert "unstable at 35.2 m/s instead of 38.9 m/s, where it jumps; no motion within linear geometry" in shown
     without, damped = json.loads(Path("b.json").read_text())["damper"]
-    assert (without["weave_unstable_from_m_s"], damped["weave_unstable_from_m_s"]) == pytest.approx(
-        (38.9, 35.2), abs=0.05
-    )
+    begins = without["weave_unstable_from_m_s"], damped["weave_unstable_from_m_s"]
+    assert begins == pytest.approx((38.9, 35.2), abs=0.05)
     assert without["largest_wobble_deg"] > 10
     assert damped["largest_wobble_deg"] is None
     assert (damped["weave_begins"], damped["weave_caught_deg"]) == ("jumps", None)
@@ -103,14 +102,11 @@ def test_both_sides_of_a_damper(wobbly, capsys):
 
 def test_a_weak_damper_and_one_that_nothing_needs(wobbly, capsys):
     main(["amplitude", "wobbly.toml", "--speeds", "10", "--damper", "0.3"])
-    assert (
-        "0.3 N m s/rad more does not end the wobble up to 60 m/s; its largest amplitude is" in capsys.readouterr().out
-    )
+    words = "0.3 N m s/rad more does not end the wobble up to 60 m/s; its largest amplitude is"
+    assert words in capsys.readouterr().out
     main("amplitude benchmark --tyre Tyre1 --pressure 5.5 --speeds 10 --max-speed 30 --damper 1".split())  # noqa: SIM905
-    shown = capsys.readouterr().out
-    assert (
-        "more has no wobble to end up to 30 m/s\nits other side: weave stays stable up to 30 m/s, as without" in shown
-    )
+    words = "more has no wobble to end up to 30 m/s\nits other side: weave stays stable up to 30 m/s, as without"
+    assert words in capsys.readouterr().out
 
 
 def test_the_least_damper_that_ends_the_wobble(wobbly, shown, told):
@@ -158,9 +154,8 @@ def test_a_wobble_that_is_too_large_to_tell_has_no_amplitude(wobbly):
         vt.sweep("benchmark", names, speeds=10.0)
 
 
-def test_wheels_that_roll_without_slip_have_no_such_column(capsys):
-    main(["critical", "benchmark"])
-    assert "the motion" not in capsys.readouterr().out
+def test_wheels_that_roll_without_slip_have_no_such_column(printed):
+    assert "the motion" not in printed("critical", "benchmark")
     assert [one.begins for one in vt.critical_speeds("benchmark")] == [None, None]
 
 

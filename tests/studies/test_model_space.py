@@ -58,9 +58,8 @@ def test_a_number_means_what_it_means_in_the_file(content, numbers, changes):
     point = list(numbers.values())
     np.testing.assert_allclose(space.matrices([point], SPEED)[0], expected, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(space.linear_at(point).state_matrix(SPEED), expected, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(
-        space.model_at(point).linear_model().state_matrix(SPEED), expected, rtol=1e-12, atol=1e-12
-    )
+    found = space.model_at(point).linear_model().state_matrix(SPEED)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize(("content", "numbers", "changes"), CASES)

@@ -140,12 +140,11 @@ def test_a_file_of_ones_own_in_its_units(tmp_path, capsys):
     assert {"ride.png", "runs.csv", "report.html"} <= {one.name for one in (tmp_path / "out").iterdir()}
 
 
-def test_the_terminal_tells_what_limits_and_what_is_not_known(tmp_path, capsys, refused):
+def test_the_terminal_tells_what_limits_and_what_is_not_known(tmp_path, refused, printed):
     file = tmp_path / "mine.toml"
     file.write_text('bicycle = "browser"\nassumes = "stiff tyres"\n' + OWN)
     arguments = ["ride", "benchmark", "--rider-control", str(file), "--tyre", "Tyre1", "--extrapolate"]
-    main([*arguments, "--pressure", "3.5", "--pressure", "5.5", "--speeds", "4.2,4.8"])
-    told = capsys.readouterr().out
+    told = printed(*arguments, "--pressure", "3.5", "--pressure", "5.5", "--speeds", "4.2,4.8")
     assert len(told.splitlines()) <= 12
     assert "The gains are of browser, not of the bicycle of Tyre1 3.5 bar, Tyre1 5.5 bar." in told
     assert "found with stiff tyres; on another tyre" in told

@@ -95,18 +95,15 @@ def test_inputs_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("steer_torque", "write NAME:step:SIZE"),
-        ("steer_torque:step:", "write NAME:step:SIZE"),
-        ("steer_torque:step:a", "write NAME:step:SIZE"),
-        ("steer_torque:step:inf", "write NAME:step:SIZE"),
+        ("steer_torque", "write NAME:step:SIZE"), ("steer_torque:step:", "write NAME:step:SIZE"),
+        ("steer_torque:step:a", "write NAME:step:SIZE"), ("steer_torque:step:inf", "write NAME:step:SIZE"),
         ("steer_torque:step:1@0+3", "write NAME:step:SIZE"),
         ("steer_torque:pulse:1@0", "NAME:pulse:SIZE@START.DURATION"),
         ("steer_torque:pulse:1@0+0", "the duration of a pulse is 0 s"),
         ("steer_torque:stp:1", "unknown shape 'stp'; did you mean 'step'"),
-        ("steer_torque:file:absent.csv", "absent.csv"),
-        ("steer_torque:steps:absent.csv", "absent.csv"),
+        ("steer_torque:file:absent.csv", "absent.csv"), ("steer_torque:steps:absent.csv", "absent.csv"),
     ],
-)
+)  # fmt: skip
 def test_refused_inputs(text, words):
     with pytest.raises((InputError, FileNotFoundError), match=words):
         parse_inputs([text], allowed=INPUTS)

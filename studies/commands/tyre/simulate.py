@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.command_options import COUNT, SEED
+from studies.command_options import COUNT, PATH, SEED
 from studies.reporting.command_context import example
 from tyre.errors import InputError, read_number
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command(epilog=example("velotyre tyre simulate campaign --seed 1"))
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 @click.option("--seed", type=SEED, required=True, help="Seed of the random numbers.")
 @click.option("--name", default="Synthetic tyre", show_default=True, help="Name of the tyre.")
 @click.option("--loads", default="340,400,490", show_default=True, help="Vertical loads, N.")
@@ -27,9 +27,7 @@ if TYPE_CHECKING:
 @click.option("--steps", type=COUNT, default=0, show_default=True, help="Slip steps per condition.")
 @click.option("--axes", default="adapted SAE", show_default=True, help="ISO, SAE or adapted SAE.")
 @click.option("--format", "file_format", default="csv", show_default=True, help="csv, tdx or mixed.")
-@click.option(
-    "--effect", "effects", multiple=True, help="NAME:key=value,... sets a rig effect (SI units); NAME alone adds it."
-)
+@click.option("--effect", "effects", multiple=True, help="NAME:key=value,... sets a rig effect, SI; NAME adds it.")
 @click.option("--without", multiple=True, help="NAME of a rig effect to leave out.")
 def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[str, ...], **options: Any) -> None:
     """Write a SYNTHETIC rig campaign into FOLDER, with its truth in truth.json.

@@ -10,9 +10,8 @@ from studies.cli import main
 
 
 @pytest.mark.parametrize("identifier", registry())
-def test_the_page_holds_the_declaration(identifier, capsys):
-    main(["effects", identifier])
-    shown, effect = capsys.readouterr().out, registry()[identifier]
+def test_the_page_holds_the_declaration(identifier, printed):
+    shown, effect = printed("effects", identifier), registry()[identifier]
     assert shown == describe(effect)
     assert shown.startswith(f"# {identifier}\n")
     for text in (effect.source, effect.signature, *effect.requires, *(p.description for p in effect.parameters)):
@@ -22,20 +21,16 @@ def test_the_page_holds_the_declaration(identifier, capsys):
     assert len({line.count("|") for line in table}) <= 1
 
 
-def test_json_of_all_and_of_one(tmp_path, capsys):
+def test_json_of_all_and_of_one(tmp_path, capsys, printed):
     main(["effects", "--json", str(tmp_path / "all.json")])
     everything = json.loads((tmp_path / "all.json").read_text())["effects"]
     assert set(everything) == set(registry())
     capsys.readouterr()
-    main(["effects", "wheel_compliance", "--json", "-"])
-    one = json.loads(capsys.readouterr().out)
+    one = json.loads(printed("effects", "wheel_compliance", "--json", "-"))
     assert one == everything["wheel_compliance"]
     assert one["parameters"][0]["neutral"] == "inf"
     assert one["parameters"][0]["unit"] == "N/m"
 
 
-def test_an_unknown_effect_is_named(capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["effects", "camber_trust"])
-    assert stop.value.code == 2
-    assert "unknown effect 'camber_trust'; did you mean 'camber_thrust'?" in capsys.readouterr().err
+def test_an_unknown_effect_is_named(refused):
+    assert "unknown effect 'camber_trust'; did you mean 'camber_thrust'?" in refused("effects", "camber_trust")

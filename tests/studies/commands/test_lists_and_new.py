@@ -24,16 +24,8 @@ def json_of(capsys, *arguments: str) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
-def refused(capsys, *arguments: str) -> str:
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
-def test_bicycles_are_listed_one_a_line_with_mass_and_loads(capsys):
-    main(["bicycles"])
-    lines = capsys.readouterr().out.splitlines()
+def test_bicycles_are_listed_one_a_line_with_mass_and_loads(printed):
+    lines = printed("bicycles").splitlines()
     for name in available_bicycles():
         (line,) = [line for line in lines if line.split() and line.split()[0] == name]
         rear, front = load_bicycle(name).static_loads
@@ -43,20 +35,18 @@ def test_bicycles_are_listed_one_a_line_with_mass_and_loads(capsys):
     assert next(line for line in lines if line.startswith("benchmark")).split()[1] == "94"
 
 
-def test_one_bicycle_in_full_and_as_json(capsys):
-    main(["bicycles", "pista"])
-    shown = capsys.readouterr().out
+def test_one_bicycle_in_full_and_as_json(capsys, refused, printed):
+    shown = printed("bicycles", "pista")
     assert "source: BSD-2-Clause" in shown
     assert re.search(r"^lam +0.2758 +rad +0.003491$", shown, flags=re.MULTILINE)
     one = json_of(capsys, "bicycles", "pista")
     assert one["values"] == dict(load_bicycle("pista").values)
     assert one in json_of(capsys, "bicycles")["bicycles"]
-    assert "did you mean 'pista'?" in refused(capsys, "bicycles", "pistta")
+    assert "did you mean 'pista'?" in refused("bicycles", "pistta")
 
 
-def test_tyres_are_listed_with_what_was_measured(capsys):
-    main(["tyres"])
-    lines = capsys.readouterr().out.splitlines()
+def test_tyres_are_listed_with_what_was_measured(capsys, printed):
+    lines = printed("tyres").splitlines()
     for tyre, surfaces in available_tyres().items():
         for surface in surfaces:
             (line,) = [line for line in lines if line.split()[:2] == [tyre, surface]]
@@ -68,37 +58,33 @@ def test_tyres_are_listed_with_what_was_measured(capsys):
     } | {(name, tyre.surface) for name, tyre in packaged_formulas().items()}
 
 
-def test_one_tyre_in_full(capsys):
-    main(["tyres", "Tyre1", "--surface", "drum"])
-    shown = capsys.readouterr().out
+def test_one_tyre_in_full(capsys, refused, printed):
+    shown = printed("tyres", "Tyre1", "--surface", "drum")
     assert "note: lateral stiffness on the drum is the flat-track value" in shown
     one = json_of(capsys, "tyres", "Tyre1")
     assert one["conditions"] == 9
     assert np.isclose(one["cornering_stiffness_N_per_deg"][4], 111.7)  # the paper's table 2, 400 N and 5.5 bar
-    assert "did you mean 'Tyre1'?" in refused(capsys, "tyres", "Tyr1")
+    assert "did you mean 'Tyre1'?" in refused("tyres", "Tyr1")
 
 
-def test_the_example_model_runs_as_it_is(tmp_path, capsys, monkeypatch):
+def test_the_example_model_runs_as_it_is(tmp_path, monkeypatch, printed):
     monkeypatch.chdir(tmp_path)
-    main(["new", "model.toml"])
-    assert "velotyre modes model.toml" in capsys.readouterr().out
-    main(["modes", "model.toml", "--speeds", "5"])
-    assert "wobble" in capsys.readouterr().out
-    main(["critical", "model.toml"])
-    assert "weave" in capsys.readouterr().out
+    assert "velotyre modes model.toml" in printed("new", "model.toml")
+    assert "wobble" in printed("modes", "model.toml", "--speeds", "5")
+    assert "weave" in printed("critical", "model.toml")
     assert read_model("model.toml").bicycle == load_bicycle("benchmark")
 
 
-def test_the_example_model_is_not_overwritten_by_chance(tmp_path, capsys):
+def test_the_example_model_is_not_overwritten_by_chance(tmp_path, refused):
     file = tmp_path / "model.toml"
     file.write_text("mine")
-    assert "exists; give --force to overwrite it or another name" in refused(capsys, "new", str(file))
+    assert "exists; give --force to overwrite it or another name" in refused("new", str(file))
     assert file.read_text() == "mine"
     main(["new", str(file), "--force", "--bicycle", "fisher"])
     assert read_model(file).bicycle == load_bicycle("fisher")  # far outside the tests, and said in the file
     assert "extrapolate = true  # the wheel loads are farther outside" in file.read_text()
-    assert "a model file ends in .toml" in refused(capsys, "new", str(tmp_path / "model.txt"))
-    assert "did you mean 'fisher'?" in refused(capsys, "new", str(tmp_path / "a.toml"), "--bicycle", "fishr")
+    assert "a model file ends in .toml" in refused("new", str(tmp_path / "model.txt"))
+    assert "did you mean 'fisher'?" in refused("new", str(tmp_path / "a.toml"), "--bicycle", "fishr")
 
 
 def test_every_effect_of_the_example_can_be_switched_on():
@@ -148,9 +134,9 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
         (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
     ],
 )
-def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, capsys):
+def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert words in refused(capsys, "modes", "benchmark", "--speeds", "5", *options)
+    assert words in refused("modes", "benchmark", "--speeds", "5", *options)
 
 
 def test_no_critical_speed_is_said_in_words(capsys):
@@ -159,6 +145,12 @@ def test_no_critical_speed_is_said_in_words(capsys):
         "no critical speed up to 4.2 m/s: no mode becomes stable or unstable; it is unstable at all of them (weave at "
         "2.1 m/s)\n"
     )
+
+
+def test_a_model_without_critical_speed_that_is_singular_at_rest(tmp_path, capsys):
+    (tmp_path / "m.toml").write_text('bicycle = "benchmark"\n[effects.side_slip]\ncornering_stiffness = 0\n')
+    main(["critical", str(tmp_path / "m.toml")])
+    assert capsys.readouterr().out.startswith("no critical speed up to 60 m/s")
 
 
 def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):

@@ -13,11 +13,10 @@ EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wh
 RIDER = ["--rider-height", "1.80", "--rider-mass", "75", "--posture", "hoods"]
 
 
-def test_a_bicycle_with_rider_is_written_and_used(tmp_path, capsys, monkeypatch):
+def test_a_bicycle_with_rider_is_written_and_used(tmp_path, capsys, monkeypatch, printed):
     pytest.importorskip("yeadon")
     monkeypatch.chdir(tmp_path)
-    main(["new", "mine.toml", *EIGHT, *RIDER])
-    told, text = capsys.readouterr().out, (tmp_path / "mine.toml").read_text()
+    told, text = printed("new", "mine.toml", *EIGHT, *RIDER), (tmp_path / "mine.toml").read_text()
     weave, low, high = map(float, re.search(r"weave settles at ([\d.]+) m/s \(([\d.]+) to ([\d.]+)\)", told).groups())
     assert low < weave < high
     assert re.search(r"wobble below 20 m/s: probability \d+%; where it does, it begins at \d+ to \d+ m/s", told)
@@ -31,8 +30,7 @@ def test_a_bicycle_with_rider_is_written_and_used(tmp_path, capsys, monkeypatch)
     assert (found["w"], found["c"], found["lam"]) == pytest.approx((1.02, 0.06, np.radians(17.5)), rel=1e-5)
     assert set(found.covariance.names) | set(content["sd"]) | {"g"} == set(content["values"])
     assert text.count("ASSUMED\n") == len(found.covariance.names)
-    main(["critical", "mine.toml"])
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if " weave " in line]
+    (line,) = [line for line in printed("critical", "mine.toml").splitlines() if " weave " in line]
     assert float(line.split()[0]) == pytest.approx(weave, abs=0.05)
     main(["uncertainty", "mine.toml", "--tyre", "Tyre1", "--pressure", "5.5", "--samples", "100"])
     assert "mR and 17 parameters with it" in capsys.readouterr().out
@@ -46,10 +44,9 @@ def test_what_is_weighed_is_taken_and_not_asked_for_again(tmp_path, capsys):
     assert "What would help" not in capsys.readouterr().out
 
 
-def test_no_front_is_assumed_for_a_cargo_bicycle(tmp_path, capsys):
+def test_no_front_is_assumed_for_a_cargo_bicycle(tmp_path, printed):
     """As in the main study: the front of a racing frame says nothing of a Long John."""
-    main(["new", str(tmp_path / "long.toml"), *EIGHT, "--wheelbase", "1.95"])
-    told = capsys.readouterr().out
+    told = printed("new", str(tmp_path / "long.toml"), *EIGHT, "--wheelbase", "1.95")
     assert "weave settles at" in told
     assert "wobble: nothing is said" in told
     assert "probability" not in told
@@ -99,9 +96,6 @@ def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
         (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --trail, --head-angle, --wheel, --mass"),
     ],
 )  # fmt: skip
-def test_what_makes_no_bicycle_is_refused(tmp_path, capsys, options, words):
-    with pytest.raises(SystemExit) as stop:
-        main(["new", str(tmp_path / "mine.toml"), *options])
-    assert stop.value.code == 2
-    assert words in capsys.readouterr().err
+def test_what_makes_no_bicycle_is_refused(tmp_path, options, words, refused):
+    assert words in refused("new", tmp_path / "mine.toml", *options)
     assert not (tmp_path / "mine.toml").exists()

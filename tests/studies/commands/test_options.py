@@ -82,11 +82,9 @@ DESIGN = ["design", "benchmark", "--keep", "weave", "stable", "--vary", "c", "--
         (["modes", "benchmark", "--speed", "5"], "--speed 5: give --speeds, one or more: --speeds 5, a list 2,5,8"),
     ],
 )  # fmt: skip
-def test_refused(arguments, words, capsys, tmp_path, monkeypatch):
+def test_refused(arguments, words, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit, match="2"):
-        main(arguments)
-    *remarks, told = capsys.readouterr().err.splitlines()
+    *remarks, told = refused(*arguments).splitlines()
     assert words in told
     assert len(remarks) <= 1  # a bicycle that rolls without slip
 

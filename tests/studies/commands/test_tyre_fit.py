@@ -17,13 +17,6 @@ def folder(tmp_path_factory):
     return place
 
 
-def _fails(capsys, arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
 def test_simulate_writes_recordings_and_truth(folder):
     assert sorted(path.suffix for path in folder.iterdir()) == [".csv", ".json", ".json", ".tdx", ".toml"]
     truth = json.loads((folder / "truth.json").read_text())
@@ -32,31 +25,30 @@ def test_simulate_writes_recordings_and_truth(folder):
     assert "synthetic = true" in next(folder.glob("*.toml")).read_text()
 
 
-def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, unseen):
+def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, unseen, printed):
     unseen()
     out = tmp_path / "a"
     fit = ["tyre", "fit", str(folder), "--out", str(out), "--jobs", "1", "--json"]
     main([*fit, str(tmp_path / "c.json"), "--every-residual"])
     assert len(list((out / "figures" / "residuals").glob("*.png"))) == 2
     assert "1 conditions, 0 files skipped" in capsys.readouterr().out
-    main([*fit, "-"])
-    printed = json.loads(capsys.readouterr().out)
-    assert printed == json.loads((tmp_path / "c.json").read_text())
+    shown = json.loads(printed(*fit, "-"))
+    assert shown == json.loads((tmp_path / "c.json").read_text())
     truth = json.loads((folder / "truth.json").read_text())["conditions"][0]
-    (condition,) = printed["conditions"]
+    (condition,) = shown["conditions"]
     for name in ("cornering_stiffness_N_per_rad", "lateral_stiffness_N_per_m", "relaxation_length_m"):
         low, high = condition[name]["ci95"]
         assert low < truth[name] < high
 
 
-def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen):
+def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen, refused):
     unseen()
     main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "8", *SMALL])
     bad = tmp_path / "rig" / "bad.tdx"
     bad.write_text("no TYDEX here\n")
     capsys.readouterr()
     fit = ["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1"]
-    error = _fails(capsys, [*fit, "--stop-at-bad"])
+    error = refused(*fit, "--stop-at-bad")
     assert "bad.tdx" in error
     assert error.count("\n") == 1
     main(fit)
@@ -83,15 +75,13 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen):
         (["--sweeps", "0", "--pulls", "0"], "one must be positive"),
     ],
 )
-def test_simulate_refuses_nonsense(tmp_path, capsys, arguments, words):
-    assert words in _fails(capsys, ["tyre", "simulate", str(tmp_path / "x"), "--seed", "1", *arguments])
+def test_simulate_refuses_nonsense(tmp_path, arguments, words, refused):
+    assert words in refused("tyre", "simulate", str(tmp_path / "x"), "--seed", "1", *arguments)
 
 
-def test_fit_refuses_nonsense(tmp_path, capsys):
+def test_fit_refuses_nonsense(tmp_path, refused):
     missing = ["tyre", "fit", str(tmp_path / "none"), "--out", str(tmp_path / "o")]
-    assert "no such folder" in _fails(capsys, missing)
-    assert "load tolerance = 2 must be above 0 and at most 1" in _fails(capsys, [*missing, "--load-tolerance", "200"])
-    assert "must be from 0.05 to 1 m" in _fails(capsys, [*missing, "--wheel-radius", "7"])
-    assert "force = -0.01 must be a relative standard uncertainty" in _fails(
-        capsys, [*missing, "--force-calibration", "-1"]
-    )
+    assert "no such folder" in refused(*missing)
+    assert "load tolerance = 2 must be above 0 and at most 1" in refused(*missing, "--load-tolerance", "200")
+    assert "must be from 0.05 to 1 m" in refused(*missing, "--wheel-radius", "7")
+    assert "force = -0.01 must be a relative standard uncertainty" in refused(*missing, "--force-calibration", "-1")

@@ -14,20 +14,18 @@ OLD = (
 )
 
 
-def test_a_file_without_pressure_is_listed_at_its_loads(tmp_path, capsys):
+def test_a_file_without_pressure_is_listed_at_its_loads(tmp_path, printed):
     """14 * 500 sin(2 atan 1/2) = 5600 N/rad; 0.4 sin(2 atan 1/2) 0.3 m."""
     (tmp_path / "old.tir").write_text(OLD)
-    main(["tyres", str(tmp_path / "old.tir")])
-    head, _, row = capsys.readouterr().out.partition("\n\n")[2].splitlines()[:3]
+    head, _, row = printed("tyres", str(tmp_path / "old.tir")).partition("\n\n")[2].splitlines()[:3]
     assert "pressure" not in head
     assert row.split()[:2] == ["500", "97.74"]
-    main(["tyres", str(tmp_path / "old.tir"), "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(printed("tyres", str(tmp_path / "old.tir"), "--json", "-"))
     assert (found["loads_N"], found["pressures_bar"]) == ([500.0], [])
     assert found["relaxation_length_mm"] == pytest.approx([96.0])
 
 
-def test_curves_are_drawn_where_there_are_any(tmp_path, capsys):
+def test_curves_are_drawn_where_there_are_any(tmp_path, capsys, refused):
     (tmp_path / "curved.tir").write_text(OLD + "PCY1=1.3\nPDY1=1\nQDZ1=0.05\n")
     (tmp_path / "t.toml").write_text(PACEJKA89)
     for tyre in ("curved.tir", "t.toml"):
@@ -41,10 +39,7 @@ def test_curves_are_drawn_where_there_are_any(tmp_path, capsys):
         (["Tyre1", "--plot", "a.doc"], "the ending must be one of"),
     ):
         capsys.readouterr()
-        with pytest.raises(SystemExit) as end:
-            main(["tyres", *words])
-        assert end.value.code == 2
-        assert message in capsys.readouterr().err
+        assert message in refused("tyres", *words)
 
 
 def test_simulate_takes_the_curves_of_the_file_unless_others_are_given(tmp_path, capsys):

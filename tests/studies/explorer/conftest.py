@@ -59,19 +59,18 @@ STILL = {"viewport": {"width": 1300, "height": 900}, "accept_downloads": True, "
 
 
 @pytest.fixture(scope="session")
-def pages(browser):
-    """Pages that tests share; reading the programs of one costs more than what is done on it."""
-    return []
+def shared(browser):
+    """The page of all tests: reading its programs in another one costs more than what is done on it."""
+    return browser.new_context(**STILL).new_page()
 
 
 @pytest.fixture
-def opened(browser, address, pages):
-    """Open the page at a state (None: nothing yet); at the end the console must be free of errors.
+def opened(shared, address):
+    """Open the page at a state; at the end the console must be free of errors.
 
-    A page in a browser of its own where it is ``new`` or has other settings; else the one that tests share, which goes
-    to the state as from a link.
+    It goes there as from a link, or is loaded anew where it is ``new``.
     """
-    own, errors = [], []
+    errors = []
 
     def heard(message):
         errors.extend([message.text] if message.type in ("error", "warning") else [])
@@ -79,21 +78,15 @@ def opened(browser, address, pages):
     def failed(error):
         errors.append(str(error))
 
-    def at(state="bicycle=benchmark", *, new=False, **settings):
-        alone = new or settings or state is None
-        if alone or not pages:
-            (own if alone else pages).append(browser.new_context(**(STILL | settings)).new_page())
-        page = (own if alone else pages)[-1]
-        page.on("console", heard)
-        page.on("pageerror", failed)
-        if state is not None:
-            page.goto(f"{address}#{state}" if state else address)
-        return page
+    def at(state="bicycle=benchmark", *, new=False):
+        if new:
+            shared.goto("about:blank")
+        shared.goto(f"{address}#{state}" if state else address)
+        return shared
 
+    shared.on("console", heard)
+    shared.on("pageerror", failed)
     yield at
-    for page in own:
-        page.context.close()
-    for page in pages:
-        page.remove_listener("console", heard)
-        page.remove_listener("pageerror", failed)
+    shared.remove_listener("console", heard)
+    shared.remove_listener("pageerror", failed)
     assert errors == []

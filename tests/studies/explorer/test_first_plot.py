@@ -1,5 +1,6 @@
 """What is seen first, and what follows a slider, does not wait for Dash; what comes later is complete all the same."""
 
+import json
 import threading
 from collections import Counter
 
@@ -42,13 +43,15 @@ def questions(page):
 
 
 @pytest.fixture
-def held(opened, address):
+def held(shared, address):
     """Opens a state on a page whose programs of Dash do not come until it is told; what it asked; and how it is told.
 
     The event of a page that is loaded would wait for Dash where the first plot, which asks for it, comes before.
     """
-    page, may_come = opened(None), threading.Event()
-    waiting = []
+    page, may_come = shared.context.new_page(), threading.Event()
+    waiting, errors = [], []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda said: errors.extend([said.text] if said.type in ("error", "warning") else []))
 
     def hold(route):
         if may_come.is_set():
@@ -68,7 +71,9 @@ def held(opened, address):
         page.goto(f"{address}#{state}", wait_until="domcontentloaded")
         return page
 
-    return go, found, let
+    yield go, found, let
+    page.close()
+    assert errors == []
 
 
 def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
@@ -92,22 +97,23 @@ def test_the_first_plot_its_names_and_its_controls_need_no_dash(held):
 
 def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_end_of_a_move(opened):
     """By its last value where it is faster than the page, and every figure with it."""
-    page = opened(DAMPED, new=True)
-    settled(page)
-    until(page, NOTHING_WAITS)
-    asked = questions(page)
     values = [f"{0.6 + k / 10:g}" for k in range(20)]
+    page = opened(f"bicycle=benchmark&{DAMPER}={values[-1]}", new=True)
+    settled(page)
+    until(page, f"{NOTHING_WAITS} && {LOCUS}.length")
+    loaded = page.evaluate(f"JSON.stringify({LOCUS})")
+    opened(DAMPED)
+    settled(page)
+    until(page, f"{NOTHING_WAITS} && JSON.stringify({LOCUS}) !== {json.dumps(loaded)}")
+    asked = questions(page)
     page.evaluate(MOVE, [DAMPER, values])
     until(page, f"document.getElementById('text-command').textContent.includes('damping = {values[-1]}')")
     until(page, f"{NOTHING_WAITS} && {QUIET}")
     assert asked["along.data"] == 2  # the first value and the last one
     assert asked["damping.data"] == asked["motion.data"] == 1
     assert page.url.endswith(f"{DAMPER}={values[-1]}")
-    other = opened(f"bicycle=benchmark&{DAMPER}={values[-1]}", new=True)
-    settled(other)
-    until(other, f"{NOTHING_WAITS} && {LOCUS}.length")
     assert page.locator("#locus").bounding_box()["y"] > 900  # it is not seen, yet drawn anew
-    until(page, f"JSON.stringify({LOCUS}) === {other.evaluate(f'JSON.stringify(JSON.stringify({LOCUS}))')}")
+    until(page, f"JSON.stringify({LOCUS}) === {json.dumps(loaded)}")
     until(page, NOTHING_WAITS)
     asked.clear()
     page.evaluate(MOVE_ON, [DAMPER, ["0.6", "0.7", "0.8"]])
@@ -115,9 +121,8 @@ def test_a_slider_that_moves_is_followed_and_what_is_at_one_speed_waits_for_the_
     assert asked == {"along.data": 3, "damping.data": 1, "sensitivity.data": 1, "amplitude.data": 1, "motion.data": 1}
 
 
-def test_a_server_that_ended_or_refuses_is_told_in_words(browser, address):
-    context = browser.new_context(reduced_motion="reduce")
-    page = context.new_page()
+def test_a_server_that_ended_or_refuses_is_told_in_words(shared, address):
+    page = shared.context.new_page()
     page.goto(f"{address}#{DAMPED}")
     settled(page)
     until(page, NOTHING_WAITS)
@@ -134,4 +139,4 @@ def test_a_server_that_ended_or_refuses_is_told_in_words(browser, address):
     page.reload()
     until(page, "document.getElementById('message').textContent")
     assert page.inner_text("#message") == refusal
-    context.close()
+    page.close()

@@ -65,11 +65,11 @@ def test_numbers_of_a_tyre_model_are_those_of_its_state_matrix_and_travel_with_t
     assert np.sort_complex([z for every in found.values() for z in every]) == pytest.approx(
         expected, rel=1e-9, abs=1e-9
     )
-    other = opened(page.url.partition("#")[2], new=True)
+    link, tables = page.url, [rows(page, name) for name in ("damping", "modes")]
+    other = opened(link.partition("#")[2], new=True)
     settled(other, "7")
-    assert other.url == page.url
-    assert rows(other, "damping") == rows(page, "damping")
-    assert rows(other, "modes") == rows(page, "modes")
+    assert other.url == link
+    assert [rows(other, name) for name in ("damping", "modes")] == tables
     assert other.locator("[id='n-effects.steer_damper.damping']").input_value() == "0.5"
 
 
@@ -206,10 +206,7 @@ def test_refusals_are_words_and_names_are_text(opened):
 
 def test_no_serious_finding_of_axe(opened):
     """Wide and light, narrow and dark."""
-    page = opened(
-        f"{TYRES}&effects.rider_arms.damping=1", viewport={"width": 1300, "height": 844}, color_scheme="light",
-        reduced_motion="reduce",
-    )  # fmt: skip
+    page = opened(f"{TYRES}&effects.rider_arms.damping=1")
     for width, scheme in ((1300, "light"), (390, "dark")):
         page.set_viewport_size({"width": width, "height": 844})
         page.emulate_media(color_scheme=scheme)
@@ -224,6 +221,8 @@ def test_no_serious_finding_of_axe(opened):
     still = page.locator("#motion-views svg path").first.get_attribute("d")
     page.wait_for_timeout(200)
     assert page.locator("#motion-views svg path").first.get_attribute("d") == still
+    page.emulate_media(color_scheme="light")
+    page.set_viewport_size({"width": 1300, "height": 900})
 
 
 def kept_in(download):

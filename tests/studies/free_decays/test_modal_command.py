@@ -158,14 +158,10 @@ def test_windows_count_from_the_first_sample_whatever_the_clock_begins_with(begi
 @pytest.mark.parametrize(
     ("value", "sd", "shown"),
     [
-        (-1.05231, 0.0312, "-1.052 ± 0.031"),
-        (0.46812, 0.00031, "0.46812 ± 0.00031"),
-        (4.4, 2.0, "4.400 ± 2.000"),
-        (-0.1, 9.96e-5, "-0.100000 ± 0.000100"),
-        (1.0, float("nan"), "1.000 ± nan"),
-        (1.0, 0.0, "1.000 ± 0.000"),
+        (-1.05231, 0.0312, "-1.052 ± 0.031"), (0.46812, 0.00031, "0.46812 ± 0.00031"), (4.4, 2.0, "4.400 ± 2.000"),
+        (-0.1, 9.96e-5, "-0.100000 ± 0.000100"), (1.0, float("nan"), "1.000 ± nan"), (1.0, 0.0, "1.000 ± 0.000"),
     ],
-)
+)  # fmt: skip
 def test_an_sd_is_shown_with_two_digits_however_small(value, sd, shown):
     assert with_sd(value, sd) == shown
 

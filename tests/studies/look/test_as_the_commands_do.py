@@ -45,7 +45,7 @@ def looked(monkeypatch, unseen):
         main(["look", str(path), "--out", str(out)])
         return found[-1]
 
-    monkeypatch.setattr("studies.look.overview.look", noted)
+    monkeypatch.setattr("studies.look.look", noted)
     return at
 
 

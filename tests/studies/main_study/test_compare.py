@@ -10,21 +10,7 @@ from small_study import RACING, chosen, small
 
 from bicycle.bicycle_files import load_bicycle
 from bicycle.critical import CrossingIdentity
-from studies.main_study import (
-    DAMPING,
-    End,
-    Hinge,
-    Plausible,
-    contact_models,
-    decompose,
-    draws,
-    front_draws,
-    front_values,
-    hinges,
-    plausible,
-    solve,
-    uncertainty,
-)
+from studies import main_study
 
 
 def test_parts_of_a_change_by_varying_one_and_holding_the_other(racing):
@@ -49,9 +35,8 @@ def test_parts_of_a_change_by_varying_one_and_holding_the_other(racing):
 
 
 def test_capsize_speed_does_not_depend_on_the_relaxation_length(racing):
-    found = [
-        d.change(CrossingIdentity("capsize", destabilising=True)) for d in racing.decompositions if d.setup.arms is None
-    ]
+    which = CrossingIdentity("capsize", destabilising=True)
+    found = [d.change(which) for d in racing.decompositions if d.setup.arms is None]
     assert len(found) == 3
     for change in found:
         assert abs(change.length_part) < 1e-8
@@ -65,7 +50,7 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
         for name in racing.names if setup == racing.settings.reference else racing.names[:1]:
             low, high = racing.of(setup, name)[0], racing.of(setup, name)[-1]
             for mode in ("wobble", "weave"):
-                change = racing.decomposition(setup, name).change(mode, DAMPING)
+                change = racing.decomposition(setup, name).change(mode, main_study.DAMPING)
                 if change is not None:
                     changes += 1
                     assert change.before == pytest.approx(high.damping[mode].value)
@@ -78,13 +63,13 @@ def test_what_exists_at_one_pressure_only_has_no_decomposition():
     front = small().front.__class__(8000.0, 20.0, given=True)
     settings = small(front=front, speeds=np.linspace(0, 30, 4), trail=0.0, twisting=0.0)
     low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
-    results = [solve(settings, case, settings.reference) for case in (high, low)]
+    results = [main_study.solve(settings, case, settings.reference) for case in (high, low)]
     assert results[0].span(30.0) is None
     assert results[1].span(30.0) is not None
-    found = decompose(settings, *results)
+    found = main_study.decompose(settings, *results)
     assert found.change(CrossingIdentity("wobble", destabilising=True)) is None
     assert found.change(CrossingIdentity("weave", destabilising=False)) is not None
-    assert found.change("wobble", DAMPING) is not None
+    assert found.change("wobble", main_study.DAMPING) is not None
 
 
 ENDS = {
@@ -132,17 +117,17 @@ def test_the_largest_change_of_the_least_damping_comes_first(racing):
 
 def test_size_where_wobble_is_no_oscillation_at_an_end(racing):
     least = racing.hinges[0].low.least
-    there, gone = End("a", None, least), End("b", None, None)
-    assert Hinge("x", there, gone).size == Hinge("x", gone, there).size == math.inf
-    assert Hinge("x", gone, gone).size == 0.0
-    assert Hinge("x", there, there).size == 0.0
+    there, gone = main_study.End("a", None, least), main_study.End("b", None, None)
+    assert main_study.Hinge("x", there, gone).size == main_study.Hinge("x", gone, there).size == math.inf
+    assert main_study.Hinge("x", gone, gone).size == 0.0
+    assert main_study.Hinge("x", there, there).size == 0.0
 
 
 def test_what_the_file_gives_or_has_once_is_not_varied():
     given = {"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
     settings = small(further=given, speeds=small().speeds[::4])
     (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
-    found = {one.what for one in hinges(settings, [case], case)}
+    found = {one.what for one in main_study.hinges(settings, [case], case)}
     assert found == set(ENDS) - {"camber thrust", "friction of the steering", "pressure"}
 
 
@@ -153,7 +138,7 @@ def test_lag_trail_and_string_side_by_side():
     """
     settings = small(load_bicycle(RACING), twisting=0.0, speeds=np.linspace(0, 40, 161), max_speed=60.0)
     (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
-    assumed, _ = contact_models(settings, [case])
+    assumed, _ = main_study.contact_models(settings, [case])
     assert assumed.trail == pytest.approx((0.0241, 0.0241), abs=5e-5)
     expected = {
         "lag": (4.817, 28.890, -0.0509),
@@ -164,7 +149,7 @@ def test_lag_trail_and_string_side_by_side():
         end = getattr(assumed, name)
         assert (end.span.low, end.span.high) == pytest.approx((low, high), abs=1e-3)
         assert end.least.damping_ratio == pytest.approx(ratio, abs=1e-4)
-    study = solve(settings, case, settings.reference)  # with the assumed 17 mm
+    study = main_study.solve(settings, case, settings.reference)  # with the assumed 17 mm
     assert (study.span(40.0).low, study.span(40.0).high) == pytest.approx((4.050, 33.684), abs=1e-3)
     assert study.least.damping_ratio == pytest.approx(-0.0709, abs=1e-4)
 
@@ -178,7 +163,7 @@ def known():
 
 def test_draws_fill_their_ranges():
     settings = small(fronts=128)
-    found = front_draws(settings)
+    found = main_study.front_draws(settings)
     for name, (low, high) in vars(settings.ranges).items():
         values = found[name]
         assert values.shape == (128,)
@@ -190,12 +175,16 @@ def test_draws_fill_their_ranges():
 
 def test_the_front_is_the_same_for_every_pressure_and_the_tyre_is_not(known):
     settings, cases = known
-    drawn = front_draws(settings)
+    drawn = main_study.front_draws(settings)
     for setup in settings.setups[:2]:
         rows = []
         for case in cases:
-            values = list(draws(settings, case, uncertainty(settings, case, setup), settings.fronts))
-            rows.append([(one, front_values(settings, setup, drawn, k, one)) for k, one in enumerate(values)])
+            values = list(
+                main_study.draws(settings, case, main_study.uncertainty(settings, case, setup), settings.fronts)
+            )
+            rows.append(
+                [(one, main_study.front_values(settings, setup, drawn, k, one)) for k, one in enumerate(values)]
+            )
         for (tyre, mine), (other_tyre, other) in zip(*rows, strict=True):
             assert mine == other
             assert tyre["relaxation_length.relaxation_length.front"] != pytest.approx(
@@ -206,10 +195,9 @@ def test_the_front_is_the_same_for_every_pressure_and_the_tyre_is_not(known):
 def test_the_bicycle_is_the_same_for_every_tyre():
     settings = small(load_bicycle(RACING))
     first, second = chosen(settings, {"Tyre1 flat": (5.5,), "Tyre3 flat": (3.5,)}).found
-    rows = [
-        list(draws(settings, case, uncertainty(settings, case, settings.reference), 5)) for case in (first, second)
-    ]  # fmt: skip
-    for mine, other in zip(*rows, strict=True):
+    found = [(case, main_study.uncertainty(settings, case, settings.reference)) for case in (first, second)]
+    rows = zip(*(main_study.draws(settings, case, one, 5) for case, one in found), strict=True)
+    for mine, other in rows:
         for key in ("mB", "xB", "IBxz", "lam"):
             assert mine[key] == other[key] != settings.bicycle[key]
 
@@ -221,9 +209,9 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
     if number:  # hands on nothing wobbles in the assumed ranges; less damping makes it
         settings = replace(settings, arms=replace(settings.arms, inertia=0.05, stiffness=0.0, damping=0.05, given=True))
         setup = settings.setups[1]
-    found = plausible(settings, case, setup)
-    drawn = front_draws(settings)
-    tyres = draws(settings, case, uncertainty(settings, case, setup), settings.fronts)
+    found = main_study.plausible(settings, case, setup)
+    drawn = main_study.front_draws(settings)
+    tyres = main_study.draws(settings, case, main_study.uncertainty(settings, case, setup), settings.fronts)
     wobbling = 0
     for k, values in enumerate(tyres):
         contact = [values[f"relaxation_length.{name}.{wheel}"] for wheel in ("rear", "front")
@@ -249,12 +237,11 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
 
 def test_camber_thrust_and_friction_of_the_file_are_kept(known):
     settings, cases = known
-    given = replace(
-        settings, further={"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
-    )  # fmt: skip
-    drawn = front_draws(given)
-    (values,) = draws(given, cases[0], uncertainty(given, cases[0], given.reference), 1)
-    found = front_values(given, given.reference, drawn, 0, values)
+    further = {"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
+    given = replace(settings, further=further)
+    drawn = main_study.front_draws(given)
+    (values,) = main_study.draws(given, cases[0], main_study.uncertainty(given, cases[0], given.reference), 1)
+    found = main_study.front_values(given, given.reference, drawn, 0, values)
     assert found["camber_thrust.camber_stiffness.rear"] == pytest.approx(200.0 * drawn["camber_share"][0])
     assert 0.8 <= drawn["camber_share"][0] <= 1.25
     assert found["steer_damper.damping"] == 0.5
@@ -262,14 +249,16 @@ def test_camber_thrust_and_friction_of_the_file_are_kept(known):
 
 def test_a_draw_that_makes_no_bicycle_is_counted_and_costs_no_other(known, monkeypatch):
     settings, cases = known
-    whole = plausible(settings, cases[0], settings.reference)
+    whole = main_study.plausible(settings, cases[0], settings.reference)
+
+    draws = main_study.draws
 
     def with_gap(*arguments):
         for k, values in enumerate(draws(*arguments)):
             yield None if k == 3 else values | {"mB": -1.0} if k == 4 else values
 
-    monkeypatch.setattr("studies.main_study.compare.draws", with_gap)
-    found = plausible(settings, cases[0], settings.reference)
+    monkeypatch.setattr("studies.main_study.result.draws", with_gap)
+    found = main_study.plausible(settings, cases[0], settings.reference)
     assert not found.computed[3]
     kept = np.flatnonzero(found.computed)
     assert set(kept) >= {0, 1, 2, 5, 6, 7}
@@ -282,12 +271,12 @@ def test_counts_and_quantiles(known):
     settings, cases = known
     onset = np.array([*np.arange(1.0, 22.0), np.nan, np.nan, np.nan])
     computed = np.array([True] * 23 + [False])
-    one = Plausible(cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)))
+    one = main_study.Plausible(cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)))
     assert (one.count, one.without) == (23, 2)
     assert one.likely("onset") == pytest.approx((2.0, 20.0))
     assert one.likely("end") == pytest.approx((12.0, 30.0))
-    few = Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:])
+    few = main_study.Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:])
     assert few.likely("onset") == (19.0, 21.0)  # of few it is all
-    none = Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:])
+    none = main_study.Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:])
     assert none.likely("onset") is None
     assert (none.count, none.without) == (2, 2)

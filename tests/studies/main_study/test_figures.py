@@ -1,41 +1,13 @@
 """The figures show what the study found and what the paper prints, and explain the marks that are there."""
 
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from small_study import small
 
 from bicycle.critical import CrossingIdentity
-from studies.main_study import (
-    Cases,
-    Settings,
-    Setup,
-    draw_amplitude,
-    draw_causes,
-    draw_critical_speeds,
-    draw_damping,
-    draw_headline,
-    run_study,
-    tyre_cases,
-)
+from studies import main_study
 
 EDGE = CrossingIdentity("wobble", destabilising=True)
-
-
-@pytest.fixture
-def canvases(monkeypatch):
-    """The figures that are drawn, instead of files."""
-    drawn = []
-
-    @contextmanager
-    def drawing(target, *, width, height):
-        drawn.append(Figure(figsize=(width, height)))
-        yield drawn[-1]
-
-    monkeypatch.setattr("studies.reporting.plotting.drawing", drawing)
-    return drawn
 
 
 def texts(axes) -> str:
@@ -44,7 +16,7 @@ def texts(axes) -> str:
 
 def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_speeds(racing, canvases, tmp_path):
     reference = racing.settings.reference
-    draw_headline(racing, tmp_path / "f")
+    main_study.draw_headline(racing, tmp_path / "f")
     growth, bars = canvases[0].axes[:2]
     assert canvases[0].get_suptitle() == "a Pista track bicycle with a rider in the drops on Tyre1 flat"
     assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front (assumed)"
@@ -63,7 +35,7 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
 
 
 def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases, tmp_path):
-    draw_causes(racing, tmp_path / "f")
+    main_study.draw_causes(racing, tmp_path / "f")
     (axes,) = canvases[0].axes
     assert axes.get_xlabel() == "Change of speed, m/s"
     assert "from 7.5 bar to 3.5 bar" in axes.get_title(loc="left") + axes.get_title()
@@ -72,13 +44,13 @@ def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases,
 
 
 def test_extrapolated_tyre_values_are_hatched(heavy, canvases, tmp_path):
-    draw_headline(heavy, tmp_path / "f")
+    main_study.draw_headline(heavy, tmp_path / "f")
     assert "hatched: tyre values extrapolated" in canvases[0].get_suptitle()
     assert sum(bool(patch.get_hatch()) for patch in canvases[0].axes[1].patches) == len(heavy.settings.setups)
 
 
 def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canvases, tmp_path):
-    draw_critical_speeds(racing, tmp_path / "f")
+    main_study.draw_critical_speeds(racing, tmp_path / "f")
     (legend,) = canvases[0].legends
     words = [text.get_text() for text in legend.texts]
     assert any(text.startswith("hollow: becomes stable") for text in words)
@@ -95,7 +67,7 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
 
 
 def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_path):
-    draw_damping(racing, tmp_path / "f")
+    main_study.draw_damping(racing, tmp_path / "f")
     wobble = canvases[0].axes[0]
     assert wobble.get_ylabel() == "Wobble: damping ratio"
     results = racing.of(racing.settings.reference, "Tyre1 flat")
@@ -107,22 +79,22 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
 @pytest.fixture
 def one_world(monkeypatch, results_alone):
     """The world of the first sentence alone."""
-    monkeypatch.setattr(Settings, "setups", property(lambda self: (Setup(self.front),)))
+    monkeypatch.setattr(main_study.Settings, "setups", property(lambda self: (main_study.Setup(self.front),)))
 
 
 def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     numbers = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
     settings = small(contact=numbers, fronts=2, samples=20, speeds=np.linspace(0, 30, 4))
-    study = run_study(settings, cases=Cases(tyre_cases(settings).found[:1], ()))
-    draw_headline(study, tmp_path / "f")
-    draw_causes(study, tmp_path / "f")
-    draw_damping(study, tmp_path / "f")
-    draw_critical_speeds(study, tmp_path / "f")
+    study = main_study.run_study(settings, cases=main_study.Cases(main_study.tyre_cases(settings).found[:1], ()))
+    main_study.draw_headline(study, tmp_path / "f")
+    main_study.draw_causes(study, tmp_path / "f")
+    main_study.draw_damping(study, tmp_path / "f")
+    main_study.draw_critical_speeds(study, tmp_path / "f")
     assert "as given: 120 mm" in texts(canvases[0].axes[0])
 
 
 def test_the_amplitudes_are_those_of_both_ends_of_pressure(racing, canvases, tmp_path):
-    draw_amplitude(racing, tmp_path / "f")
+    main_study.draw_amplitude(racing, tmp_path / "f")
     (axes,) = canvases[0].axes
     bands = [band for band in axes.collections if band.get_alpha() == 0.15]
     for one, band in zip(racing.amplitudes, bands, strict=True):

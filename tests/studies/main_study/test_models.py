@@ -13,23 +13,8 @@ from bicycle.bicycle_files import load_bicycle
 from bicycle.critical import CrossingIdentity, critical_speeds
 from bicycle.eigen import damping_ratio
 from bicycle.parameters import Bicycle
-from studies.main_study import (
-    CONTACT,
-    Arms,
-    Front,
-    Setup,
-    Span,
-    UncertainCriticalSpeed,
-    model,
-    named_speeds,
-    nearest,
-    never_stable,
-    solve,
-    tyre_cases,
-    uncertainty,
-    wobble_edges,
-    wobble_span,
-)
+from studies import main_study
+from studies.main_study import model
 
 BY_HAND = [6300.0, 0.14, 6000.0, 0.12]
 
@@ -37,8 +22,9 @@ BY_HAND = [6300.0, 0.14, 6000.0, 0.12]
 @pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
 def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
     rear, front = wobble_onsets.RIGID_STIFFNESS.values()
-    linear = model(small("benchmark"), Setup(None, None, 0.0, 0.0, 0.0), [rear, length, front, length]).linear_model()
-    found = named_speeds(critical_speeds(linear))
+    world = main_study.Setup(None, None, 0.0, 0.0, 0.0)
+    linear = model(small("benchmark"), world, [rear, length, front, length]).linear_model()
+    found = main_study.named_speeds(critical_speeds(linear))
     assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=1e-4)
 
 
@@ -52,20 +38,19 @@ def test_every_world_is_the_model_put_together_by_hand(number):
 
 
 def test_friction_of_the_steering_is_a_damper_beside_the_one_of_the_file():
-    settings = small(further={"steer_damper": {"damping": 0.7}}, front=Front(friction=0.5))
+    settings = small(further={"steer_damper": {"damping": 0.7}}, front=main_study.Front(friction=0.5))
     expected = by_hand(settings.bicycle, BY_HAND, front=FRONT, steer_damper={"damping": 1.2}).eigenvalues(7.0)
-    assert_same_eigenvalues(
-        model(settings, settings.reference, BY_HAND).linear_model().eigenvalues(7.0), expected, rtol=1e-9
-    )
+    found = model(settings, settings.reference, BY_HAND).linear_model()
+    assert_same_eigenvalues(found.eigenvalues(7.0), expected, rtol=1e-9)
     rigid = by_hand(settings.bicycle, BY_HAND, steer_damper={"damping": 0.7}).eigenvalues(7.0)
-    assert_same_eigenvalues(
-        model(settings, settings.setups[2], BY_HAND).linear_model().eigenvalues(7.0), rigid, rtol=1e-9
-    )
+    found = model(settings, settings.setups[2], BY_HAND).linear_model()
+    assert_same_eigenvalues(found.eigenvalues(7.0), rigid, rtol=1e-9)
 
 
 def test_own_hinge_axis_and_effects_are_in_the_model():
     settings = small(
-        front=Front(4000.0, 8.0, 0.7, 0.95, 0.1, given=True), arms=Arms(0.2, 12.0, 2.0, given=True),
+        front=main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.1, given=True),
+        arms=main_study.Arms(0.2, 12.0, 2.0, given=True),
         further={"crown_radius": {"crown_radius": 0.014}, "camber_thrust": {"camber_stiffness": 210.0}},
     )  # fmt: skip
     expected = by_hand(
@@ -74,14 +59,13 @@ def test_own_hinge_axis_and_effects_are_in_the_model():
         rider_arms={"inertia": 0.2, "stiffness": 12, "damping": 2}, crown_radius={"crown_radius": 0.014},
         camber_thrust={"camber_stiffness": 210.0},
     ).eigenvalues(7.0)  # fmt: skip
-    assert_same_eigenvalues(
-        model(settings, settings.setups[1], BY_HAND).linear_model().eigenvalues(7.0), expected, rtol=1e-9
-    )
+    found = model(settings, settings.setups[1], BY_HAND).linear_model()
+    assert_same_eigenvalues(found.eigenvalues(7.0), expected, rtol=1e-9)
 
 
 def edge(mode, speed, hertz, *, loses=True, kind="oscillatory"):
     direction = "destabilising" if loses else "stabilising"
-    return UncertainCriticalSpeed(speed, kind, mode, hertz, direction, sd=0.1, tyre_sd=0.1)
+    return main_study.UncertainCriticalSpeed(speed, kind, mode, hertz, direction, sd=0.1, tyre_sd=0.1)
 
 
 class Growing:
@@ -103,7 +87,7 @@ def test_wobble_is_known_by_its_name_and_where_that_is_open_by_its_frequency():
     both, other = edge("weave+wobble", 12, 4.5, loses=False), edge("weave+wobble", 15, 3.5)
     tyres, wheel = edge("rear_tyre", 1, 17.0), edge("wobble", 1.3, 17.0)  # wheels vibrating on their tyres
     real = edge("wobble", 9, 0.0, kind="real")
-    assert wobble_edges([both, fast, real, slow, named, tyres, wheel, other]) == [named, both]
+    assert main_study.wobble_edges([both, fast, real, slow, named, tyres, wheel, other]) == [named, both]
 
 
 def turns(model, found) -> float:
@@ -127,21 +111,21 @@ def test_the_handlebar_turns_more_in_what_counts_as_wobble(racing):
 def test_a_span_joins_bands_and_is_open_beyond_the_speeds_looked_at():
     edges = [edge("wobble", 4, 6), edge("wobble", 8, 7, loses=False), edge("wobble", 12, 8),
              edge("wobble", 33, 9, loses=False)]  # fmt: skip
-    assert wobble_span(STEADY, edges[:2], 30.0) == Span(4.0, 8.0, 30.0)
-    assert wobble_span(STEADY, edges, 30.0) == Span(4.0, math.inf, 30.0)
-    assert wobble_span(STEADY, edges, 40.0) == Span(4.0, 33.0, 40.0)
-    assert wobble_span(STEADY, edges[1:2], 30.0) == Span(0.0, 8.0, 30.0)
-    assert wobble_span(STEADY, edges, 3.0) is None
+    assert main_study.wobble_span(STEADY, edges[:2], 30.0) == main_study.Span(4.0, 8.0, 30.0)
+    assert main_study.wobble_span(STEADY, edges, 30.0) == main_study.Span(4.0, math.inf, 30.0)
+    assert main_study.wobble_span(STEADY, edges, 40.0) == main_study.Span(4.0, 33.0, 40.0)
+    assert main_study.wobble_span(STEADY, edges[1:2], 30.0) == main_study.Span(0.0, 8.0, 30.0)
+    assert main_study.wobble_span(STEADY, edges, 3.0) is None
 
 
 @pytest.mark.parametrize(("stiffness", "ends"), [(2500.0, math.inf), (5000.0, 28.2)])
 def test_an_undamped_front_wobbles_from_rest_on(stiffness, ends):
     """At rest it is neutral, and at walking speed it grows: no critical speed says where it begins."""
-    settings = small(front=Front(stiffness, 0.0), trail=0.0, twisting=0.0)
+    settings = small(front=main_study.Front(stiffness, 0.0), trail=0.0, twisting=0.0)
     linear = model(settings, settings.reference, [6300.0, 0.14, 6000.0, 0.12]).linear_model()
     edges = critical_speeds(linear, max_speed=settings.fastest)
     assert not any(one.direction == "destabilising" and one.kind == "oscillatory" for one in edges)
-    span = wobble_span(linear, edges, settings.fastest)
+    span = main_study.wobble_span(linear, edges, settings.fastest)
     assert span.low == 0.0
     assert span.high == pytest.approx(ends, abs=0.1)
     assert all(growing(linear, speed) == 1 for speed in (0.01, 1.0, 10.0, 25.0))
@@ -177,7 +161,7 @@ def test_without_a_rider_weave_and_wobble_exchange_character(number):
     """One fast oscillation of the empty Pista grows below 30 m/s; it is wobble only behind an exchange of character."""
     settings = small("pista", trail=0.0, twisting=0.0)
     (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
-    result = solve(settings, case, settings.setups[number])
+    result = main_study.solve(settings, case, settings.setups[number])
     assert growing(result.modes.model, 25.0, above=4.0) == 1
     (fast,) = (c for c in result.crossings if c.kind == "oscillatory" and c.destabilising and c.speed < 30)
     assert turns(result.modes.model, fast) < 3.3
@@ -194,10 +178,10 @@ def test_without_a_rider_weave_and_wobble_exchange_character(number):
 @pytest.mark.parametrize(("world", "never"), [(2, False), (3, True)])
 def test_stiff_arms_leave_no_speed_that_is_stable(world, never):
     """Self-stable between weave and capsize, until arms of 10 N m/rad end that (Doria & Tognazzo 2014, abstract)."""
-    settings = small(RACING, arms=Arms(inertia=0.0, stiffness=10.0, damping=0.0))
+    settings = small(RACING, arms=main_study.Arms(inertia=0.0, stiffness=10.0, damping=0.0))
     (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
-    result = solve(settings, case, settings.setups[world])
-    assert never_stable(result, settings.fastest) is never
+    result = main_study.solve(settings, case, settings.setups[world])
+    assert main_study.never_stable(result, settings.fastest) is never
     by_kind = {(c.mode, c.direction): c.speed for c in result.crossings}
     if not never:  # between the two critical speeds that bound it
         middle = (by_kind["weave", "stabilising"] + by_kind["capsize", "destabilising"]) / 2
@@ -236,7 +220,7 @@ def test_standard_deviations_against_monte_carlo(racing, tyre):
     damping, ends = [], []
     for contact in samples:
         linear = model(racing.settings, setup, contact).linear_model()
-        damping.append(damping_ratio(nearest(linear, speed, wobble_root(result))))
+        damping.append(damping_ratio(main_study.nearest(linear, speed, wobble_root(result))))
         values = linear.eigenvalues(around)
         at = np.argmin(np.abs(values - 2j * np.pi * end.frequency_hz), axis=1)
         ends.append(np.interp(0.0, -np.take_along_axis(values, at[:, None], 1).real[:, 0], around))
@@ -249,23 +233,23 @@ def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
     """Central differences over everything built anew: another bicycle, its loads, its tyre, its camber thrust."""
     sd = {"w": 0.002, "c": 0.0016, "mB": 2.0, "xB": 0.01, "lam": 0.003, "IFyy": 0.001}
     plain = load_bicycle(RACING)
-    settings = small(
-        Bicycle("with sd", plain.values, dict.fromkeys(plain.values, 0.0) | sd), speeds=np.linspace(0, 30, 3)
-    )
+    bicycle = Bicycle("with sd", plain.values, dict.fromkeys(plain.values, 0.0) | sd)
+    settings = small(bicycle, speeds=np.linspace(0, 30, 3))
     setup = settings.reference
 
     def chosen_case(bicycle):
-        return next(c for c in tyre_cases(small(bicycle)).found if (c.name, c.pressure_bar) == ("Tyre1 drum", 5.5))
+        cases = main_study.tyre_cases(small(bicycle)).found
+        return next(c for c in cases if (c.name, c.pressure_bar) == ("Tyre1 drum", 5.5))
 
     def quantities(bicycle, contact):
         found = model(small(bicycle), setup, contact).linear_model()
-        eigenvalue = nearest(found, 15.0, start)
-        speeds = named_speeds(critical_speeds(found))
+        eigenvalue = main_study.nearest(found, 15.0, start)
+        speeds = main_study.named_speeds(critical_speeds(found))
         ends = [speeds[CrossingIdentity(mode, destabilising=False)] for mode in ("wobble", "weave")]
         return np.array([*ends, damping_ratio(eigenvalue), eigenvalue.imag / (2 * np.pi)])
 
     case = chosen_case(settings.bicycle)
-    result = solve(settings, case, setup)
+    result = main_study.solve(settings, case, setup)
     start = wobble_root(result)
     variance = np.zeros(4)
     for key, one in sd.items():
@@ -288,8 +272,8 @@ def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
 def test_an_exactly_known_bicycle_leaves_the_uncertainty_of_the_tyre(racing):
     setup = racing.settings.reference
     for case in racing.cases[::2]:
-        names, covariance = uncertainty(racing.settings, case, setup).covariance()
-        order = [names.index(name) for name in CONTACT]
+        names, covariance = main_study.uncertainty(racing.settings, case, setup).covariance()
+        order = [names.index(name) for name in main_study.CONTACT]
         scale = np.sqrt(np.diag(case.covariance))
         np.testing.assert_allclose(
             covariance[np.ix_(order, order)] / np.outer(scale, scale), case.covariance / np.outer(scale, scale),
@@ -305,5 +289,5 @@ def test_what_no_file_states_has_a_standard_deviation_too():
     """A bicycle of which only the values are known is no better known than its tyres."""
     settings = small(Bicycle("unstated", exactly_known(RACING).values, {}), speeds=np.linspace(0, 30, 3))
     (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
-    (start,) = [b.start for b in solve(settings, case, settings.reference).bands(30.0)]
+    (start,) = [b.start for b in main_study.solve(settings, case, settings.reference).bands(30.0)]
     assert start.sd > 1.05 * start.tyre_sd > 0

@@ -10,21 +10,7 @@ from small_study import chosen as cases_of
 from small_study import small
 
 from bicycle.critical import CrossingIdentity
-from studies.main_study import (
-    CRITICAL,
-    Amplitude,
-    Arms,
-    Change,
-    Check,
-    Front,
-    first_screen,
-    like,
-    printed,
-    run_study,
-    signed,
-    span_of,
-    write_report,
-)
+from studies import main_study
 from studies.uncertainty import Quantity
 from tyre.errors import InputError
 
@@ -34,13 +20,13 @@ IMAGE = re.compile(r"!\[[^]]*\]\(([^)]*)\)")
 @pytest.fixture
 def report(tmp_path):
     """Markdown of a study's report."""
-    return lambda study: write_report(study, tmp_path)[1].read_text(encoding="utf-8")
+    return lambda study: main_study.write_report(study, tmp_path)[1].read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def written(racing, tmp_path_factory):
     """Markdown and HTML of the racing study."""
-    files = write_report(racing, tmp_path_factory.mktemp("report"))[1:]
+    files = main_study.write_report(racing, tmp_path_factory.mktemp("report"))[1:]
     return [file.read_text(encoding="utf-8") for file in files]
 
 
@@ -88,7 +74,7 @@ def test_printed_decomposition_adds_up(racing, written):
 
 def test_the_answer_comes_first_and_its_rule_after_the_figure(racing, written):
     text, page = written
-    assert text.startswith(first_screen(racing).rstrip())
+    assert text.startswith(main_study.first_screen(racing).rstrip())
     top = text.partition("## What it hinges on")[0]
     assert '"Yes" needs that one way in a world' in top
     assert "in 90 % of the plausible bicycles" in top
@@ -104,7 +90,7 @@ def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draw
     def row(*draws):
         samples = band.start.speed + np.array(draws)
         q = Quantity("wobble unstable above", "m/s", band.start.speed, np.array([0.6, 0.8]), {}, samples, identity)
-        told = report(replace(racing, checks=(Check(result, (q,)),)))
+        told = report(replace(racing, checks=(main_study.Check(result, (q,)),)))
         return table(told, "### Unstable wobble")[0][2], told
 
     alike = np.tile([-1.0, 1.0], 200)
@@ -113,9 +99,8 @@ def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draw
     assert "±" in cell.partition("–")[0]
     assert "The linear one is not valid" not in told
     cell, told = row(*(3 * alike))
-    assert (
-        cell.partition(" – ")[0] == f"{band.start.speed:.1f} ({band.start.speed - 3:.1f} to {band.start.speed + 3:.1f})"
-    )
+    at = band.start.speed
+    assert cell.partition(" – ")[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f})"
     assert "The linear one is not valid for wobble unstable above at 3.5 bar: there the interval" in told
     assert "±" not in row(*alike[:-1], np.nan)[0].partition("–")[0]  # some draws have lost the edge
 
@@ -131,9 +116,10 @@ def test_the_sentence_about_the_lag_says_only_what_the_lag_does(racing, written)
 
 @pytest.mark.parametrize(("before", "after"), [(4.2951, 4.2949), (4.2961, 4.2949), (0.12345, -0.12345)])
 def test_rounding_keeps_sums(before, after):
-    change = Change(CrossingIdentity("weave", destabilising=False), CRITICAL, before, after, -0.00049, 0.0015)
+    weave = CrossingIdentity("weave", destabilising=False)
+    change = main_study.Change(weave, main_study.CRITICAL, before, after, -0.00049, 0.0015)
     for digits in (2, 3, 5):
-        p = printed(change, digits)
+        p = main_study.printed(change, digits)
         assert p.total == p.after - p.before == p.length + p.stiffness + p.interaction
         assert float(p.before) == pytest.approx(before, abs=0.5001 * 10.0**-digits)
         assert float(p.interaction) == pytest.approx(change.interaction, abs=2.001 * 10.0**-digits)
@@ -161,7 +147,7 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
     ):  # fmt: skip
         assert words in told
     given = replace(
-        racing.settings, front=Front(4000.0, 8.0, given=True), arms=Arms(given=True),
+        racing.settings, front=main_study.Front(4000.0, 8.0, given=True), arms=main_study.Arms(given=True),
         further={"pneumatic_trail": {"trail": 0.02}, "camber_thrust": {"camber_stiffness": 200.0}},
     )  # fmt: skip
     worlds = dict(zip(racing.settings.setups, given.setups, strict=True))
@@ -176,16 +162,16 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
 
 
 def test_numbers_have_the_digits_of_their_sd():
-    assert like(24.8083, 0.8797) == "24.8"
-    assert like(0.8797, 0.8797) == "0.9"
-    assert like(4.90574, 0.000253) == "4.9057"
-    assert like(-0.0773, 0.00096) == "-0.0773"
-    assert like(38.84, 30.0) == "39"
-    assert like(38.84, 0.0) == "38.84"
-    assert (signed(-0.0004, ".2f"), signed(0.5, ".1f")) == ("0.00", "+0.5")
-    assert span_of([3.04, 2.96], ".1f") == "3.0"
-    assert span_of([3.0, 2.0, 5.0], ".1f") == "2.0 to 5.0"
-    assert span_of([-0.2, 0.1], ".1f", sign=True) == "-0.2 to +0.1"
+    assert main_study.like(24.8083, 0.8797) == "24.8"
+    assert main_study.like(0.8797, 0.8797) == "0.9"
+    assert main_study.like(4.90574, 0.000253) == "4.9057"
+    assert main_study.like(-0.0773, 0.00096) == "-0.0773"
+    assert main_study.like(38.84, 30.0) == "39"
+    assert main_study.like(38.84, 0.0) == "38.84"
+    assert (main_study.signed(-0.0004, ".2f"), main_study.signed(0.5, ".1f")) == ("0.00", "+0.5")
+    assert main_study.span_of([3.04, 2.96], ".1f") == "3.0"
+    assert main_study.span_of([3.0, 2.0, 5.0], ".1f") == "2.0 to 5.0"
+    assert main_study.span_of([-0.2, 0.1], ".1f", sign=True) == "-0.2 to +0.1"
 
 
 def quantity(samples) -> Quantity:
@@ -198,7 +184,7 @@ def test_a_check_that_fails_is_said_and_costs_nothing(racing, monkeypatch, resul
 
     settings = small(fronts=2, speeds=racing.settings.speeds[::4])
     monkeypatch.setattr("studies.uncertainty.propagation.Uncertainty.quantities", refuse)
-    study = run_study(settings, cases=cases_of(settings, {"Tyre1 flat": (5.5,)}))
+    study = main_study.run_study(settings, cases=cases_of(settings, {"Tyre1 flat": (5.5,)}))
     assert len(study.results) == 4
     assert [one.failure for one in study.checks] == ["no draw is a bicycle"]
     told = report(study)
@@ -220,8 +206,8 @@ def test_how_large_wobble_gets_is_that_of_both_pressures(racing, heavy, report, 
     none = report(heavy).partition("## How large it gets")[2]
     assert "3.5 bar: none at the bar. 7.5 bar: none at the bar." in none
     assert "(amplitude.png)" not in none
-    refused = replace(racing, amplitudes=(Amplitude(racing.amplitudes[0].case, refused="leave out drag"),))
-    assert "wobble at the bar" not in first_screen(refused)
+    refused = replace(racing, amplitudes=(main_study.Amplitude(racing.amplitudes[0].case, refused="leave out drag"),))
+    assert "wobble at the bar" not in main_study.first_screen(refused)
     assert "3.5 bar: not known at the bar. Not known: leave out drag." in report(refused)
     larger = racing.amplitudes[0].wobble._replace(followed=False)
     more = replace(racing, amplitudes=(replace(racing.amplitudes[0], wobble=larger),))

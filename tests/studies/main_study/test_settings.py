@@ -6,19 +6,7 @@ from small_study import exactly_known, own_table, small
 
 from bicycle import available_bicycles, load_bicycle
 from bicycle.bicycle_files import to_toml
-from studies.cli import main
-from studies.main_study import (
-    LIMITS,
-    Arms,
-    Front,
-    Ranges,
-    Settings,
-    assumed_front,
-    beside,
-    given_case,
-    read_pressures,
-    settings_of,
-)
+from studies import main_study
 from tyre.errors import InputError
 
 
@@ -34,20 +22,20 @@ def test_four_worlds_and_the_first_is_the_one_of_the_question():
 def test_camber_stiffness_is_what_dressel_measured():
     """0.0075 to 0.015 of the load per degree (abstract of Dressel, 2013)."""
     per_radian = np.array([0.0075, 0.015]) * 180 / np.pi
-    assert pytest.approx(per_radian[0], abs=0.005) == LIMITS.camber_range[0]
-    assert per_radian[1] < LIMITS.camber_range[1]
-    assert LIMITS.camber_range[0] < LIMITS.camber_share < LIMITS.camber_range[1]
-    assert pytest.approx(per_radian.mean(), abs=0.01) == LIMITS.camber_share
+    assert pytest.approx(per_radian[0], abs=0.005) == main_study.LIMITS.camber_range[0]
+    assert per_radian[1] < main_study.LIMITS.camber_range[1]
+    assert main_study.LIMITS.camber_range[0] < main_study.LIMITS.camber_share < main_study.LIMITS.camber_range[1]
+    assert pytest.approx(per_radian.mean(), abs=0.01) == main_study.LIMITS.camber_share
 
 
 def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
-    assumed = Ranges()
-    front = small(front=Front(4000.0, 10.0, 0.7, given=True)).ranges
+    assumed = main_study.Ranges()
+    front = small(front=main_study.Front(4000.0, 10.0, 0.7, given=True)).ranges
     assert (front.stiffness, front.damping, front.hinge) == ((3200, 5000), (8, 12.5), (-0.02, 0.02))
     assert (front.friction, front.camber_share, front.arm_damping) == (
         assumed.friction, assumed.camber_share, assumed.arm_damping,
     )  # fmt: skip
-    arms = small(arms=Arms(0.2, 10.0, 2.0, given=True)).ranges
+    arms = small(arms=main_study.Arms(0.2, 10.0, 2.0, given=True)).ranges
     assert arms.arm_inertia == pytest.approx((0.16, 0.25))
     assert (arms.arm_stiffness, arms.arm_damping) == ((8, 12.5), (1.6, 2.5))
     assert (arms.stiffness, arms.hinge) == (assumed.stiffness, assumed.hinge)
@@ -62,11 +50,11 @@ def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
 def test_an_assumed_hinge_lies_on_the_steer_axis(name):
     p = exactly_known(name).values
     for height in (0.0, 0.5, 0.75):
-        front = Front(joint_height=height)
+        front = main_study.Front(joint_height=height)
         from_ground = np.array([front.hinge_x(p) - (p["w"] + p["c"]), -height])  # from where the axis meets the ground
         axis = np.array([np.sin(p["lam"]), np.cos(p["lam"])])
         assert abs(from_ground[0] * axis[1] - from_ground[1] * axis[0]) < 1e-12
-    assert Front(joint_x=0.9).hinge_x(p) == 0.9
+    assert main_study.Front(joint_x=0.9).hinge_x(p) == 0.9
 
 
 @pytest.fixture
@@ -85,9 +73,9 @@ TYRE = '[effects.relaxation_length]\ntyre = "Tyre1"\npressure_bar = 5.5\n'
 
 
 def test_pressures_are_read_in_bar_and_sorted():
-    assert read_pressures(None) == ()
-    assert read_pressures("7,3.5, 5") == (3.5, 5.0, 7.0)
-    assert read_pressures("4") == (4.0,)
+    assert main_study.read_pressures(None) == ()
+    assert main_study.read_pressures("7,3.5, 5") == (3.5, 5.0, 7.0)
+    assert main_study.read_pressures("4") == (4.0,)
 
 
 @pytest.mark.parametrize(
@@ -101,36 +89,36 @@ def test_pressures_are_read_in_bar_and_sorted():
 )  # fmt: skip
 def test_pressures_that_are_refused(text, words):
     with pytest.raises(InputError, match=words):
-        read_pressures(text)
+        main_study.read_pressures(text)
 
 
 def test_without_a_model_everything_beside_the_bicycle_is_assumed(tmp_path):
-    settings = settings_of(bicycle="rigid_rider", tyre="a.csv", pressures="4,7")
+    settings = main_study.settings_of(bicycle="rigid_rider", tyre="a.csv", pressures="4,7")
     assert settings.bicycle.name == "rigid_rider"
-    assert (settings.front, settings.arms, settings.contact) == (Front(), Arms(), None)
+    assert (settings.front, settings.arms, settings.contact) == (main_study.Front(), main_study.Arms(), None)
     assert (settings.tyre, settings.pressures, dict(settings.further)) == ("a.csv", (4.0, 7.0), {})
-    assert settings_of().bicycle.name == "pista_charlie_drops"
+    assert main_study.settings_of().bicycle.name == "pista_charlie_drops"
 
 
 def test_no_front_is_assumed_for_a_cargo_bicycle():
     """A racing frame's hinge on a Long John said "yes" from a front that the user never wrote."""
     long_john = load_bicycle("rigid_rider").replace(w=1.95, rF=0.25)
-    assert assumed_front(long_john) is None
-    worlds = Settings(long_john, front=None).setups
+    assert main_study.assumed_front(long_john) is None
+    worlds = main_study.Settings(long_john, front=None).setups
     assert [one.label for one in worlds] == ["hands off, rigid front", "hands on, rigid front"]
-    assert all(assumed_front(load_bicycle(name)) for name in available_bicycles())
+    assert all(main_study.assumed_front(load_bicycle(name)) for name in available_bicycles())
 
 
 def test_a_measured_tyre_of_a_model_file(model, tmp_path):
     own = own_table(tmp_path)
-    settings = settings_of(
+    settings = main_study.settings_of(
         model(
             f'[effects.relaxation_length]\ntyre = {{rear = "{own.name}", front = "Tyre1"}}\n'
             "pressure_bar = {rear = 6, front = 5}\n"
         )
     )
     assert settings.contact["tyre"]["rear"] == own.resolve().as_posix()  # found beside the model file
-    case = given_case(settings.contact, settings.bicycle)
+    case = main_study.given_case(settings.contact, settings.bicycle)
     assert case.pressures_bar == (6.0, 5.0)
     assert case.name == "Mine (synthetic) / Tyre1 flat"
     assert not case.packaged
@@ -138,34 +126,38 @@ def test_a_measured_tyre_of_a_model_file(model, tmp_path):
 
 
 def test_own_front_and_arms_take_the_place_of_the_assumed_ones(model):
-    settings = settings_of(
+    settings = main_study.settings_of(
         model(
             TYRE + "[effects.front_compliance]\nstiffness = 4000\ndamping = 8\njoint_x = 0.95\njoint_z = -0.7\n"
             "axis_tilt = 0.25\n[effects.rider_arms]\ninertia = 0.2\nstiffness = 12\ndamping = 2\n"
         )
     )
-    assert settings.front == Front(4000.0, 8.0, 0.7, 0.95, 0.25, given=True)
-    assert settings.arms == Arms(0.2, 12.0, 2.0, given=True)
+    assert settings.front == main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.25, given=True)
+    assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, given=True)
     assert dict(settings.further) == {}
     assert settings.ranges.stiffness == (3200.0, 5000.0)
-    flexible = beside(settings, settings.reference)
+    flexible = main_study.beside(settings, settings.reference)
     assert flexible["front_compliance"] == {
         "stiffness": 4000.0, "damping": 8.0, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.25
     }  # fmt: skip
     assert "rider_arms" not in flexible
-    assert beside(settings, settings.setups[3])["rider_arms"] == {"inertia": 0.2, "stiffness": 12.0, "damping": 2.0}
-    assert "front_compliance" not in beside(settings, settings.setups[3])
+    assert main_study.beside(settings, settings.setups[3])["rider_arms"] == {
+        "inertia": 0.2,
+        "stiffness": 12.0,
+        "damping": 2.0,
+    }
+    assert "front_compliance" not in main_study.beside(settings, settings.setups[3])
 
 
 def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed_one(model):
-    settings = settings_of(
+    settings = main_study.settings_of(
         model(
             TYRE + "[effects.crown_radius]\ncrown_radius = 0.014\n[effects.camber_thrust]\ncamber_stiffness = 210\n"
             "[effects.steer_damper]\ndamping = 0.3\n"
         )
     )
     for setup in settings.setups:
-        tables = beside(settings, setup)
+        tables = main_study.beside(settings, setup)
         assert tables["crown_radius"] == {"crown_radius": 0.014}
         assert tables["camber_thrust"] == {"camber_stiffness": 210}
         assert tables["steer_damper"] == {"damping": 0.3}
@@ -175,17 +167,15 @@ def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed
 def test_a_tyre_without_a_lag_is_refused(model):
     file = model("[effects.side_slip]\ncornering_stiffness = 6000\n")
     with pytest.raises(InputError, match=r"relaxation length, but the file has side_slip; use relaxation_length, or"):
-        settings_of(file)
+        main_study.settings_of(file)
 
 
-def test_a_model_and_a_bicycle_are_refused(model, capsys, tmp_path):
+def test_a_model_and_a_bicycle_are_refused(model, tmp_path, refused):
     file = model(TYRE)
     with pytest.raises(InputError, match="--bicycle rigid: a model file names its own bicycle; leave --bicycle out"):
-        settings_of(file, bicycle="rigid")
-    with pytest.raises(SystemExit) as stop:
-        main(["run", file, "--bicycle", "rigid", "--out", str(tmp_path / "out")])
-    assert stop.value.code == 2
-    assert capsys.readouterr().err.startswith("velotyre: --bicycle rigid: a model file names its own bicycle")
+        main_study.settings_of(file, bicycle="rigid")
+    said = refused("run", file, "--bicycle", "rigid", "--out", tmp_path / "out")
+    assert said.startswith("velotyre: --bicycle rigid: a model file names its own bicycle")
 
 
 @pytest.mark.parametrize(
@@ -198,15 +188,15 @@ def test_a_model_and_a_bicycle_are_refused(model, capsys, tmp_path):
 )
 def test_what_is_wrong_in_a_model_file_is_told_with_its_name(model, effects, words):
     with pytest.raises(InputError, match=f"mine.toml: .*{words}"):
-        settings_of(model(effects))
+        main_study.settings_of(model(effects))
 
 
 def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
-    by_option = settings_of(bicycle="pista", pressures="4,6")
-    assert settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
+    by_option = main_study.settings_of(bicycle="pista", pressures="4,6")
+    assert main_study.settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
     (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("browser")))
-    assert settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
+    assert main_study.settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
     with pytest.raises(InputError, match="two bicycles, pista and --bicycle rigid; leave one out"):
-        settings_of("pista", bicycle="rigid")
+        main_study.settings_of("pista", bicycle="rigid")
     with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
-        settings_of("pisto")
+        main_study.settings_of("pisto")

@@ -7,17 +7,7 @@ import numpy as np
 import pytest
 from small_study import chosen, small
 
-from studies.cli import main
-from studies.main_study import (
-    Settings,
-    Setup,
-    draw_amplitude,
-    draw_critical_speeds,
-    run_study,
-    spread,
-    write_report,
-    write_tables,
-)
+from studies import main_study
 from tyre.errors import InputError
 
 
@@ -39,7 +29,7 @@ def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_fir
             np.testing.assert_allclose(found[f"wobble {name} at 15 m/s"], part["wobble"].sd, rtol=1e-6)
 
 
-def quick(**others) -> Settings:
+def quick(**others) -> main_study.Settings:
     few = {"fronts": 2, "samples": 20, "speeds": np.linspace(0, 30, 4), "max_speed": 35.0}
     return small(**(few | others))
 
@@ -64,24 +54,24 @@ def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing,
     settings = quick()
     cases = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}, ["x: y"])
     failing(lambda case, setup: setup == settings.setups[3] and case.condition == "3.5 bar")
-    found = run_study(settings, cases=cases)
+    found = main_study.run_study(settings, cases=cases)
     assert found.left_out == ("x: y", "Tyre1 flat, 3.5 bar, hands on, rigid front: no such model")
     assert len(found.results) == 7
     assert found.result(settings.setups[3], found.cases[0]) is None
     assert [d.setup for d in found.decompositions] == list(settings.setups[:3])
-    text = write_report(found, tmp_path)[1].read_text(encoding="utf-8")
+    text = main_study.write_report(found, tmp_path)[1].read_text(encoding="utf-8")
     assert "- Tyre1 flat, 3.5 bar, hands on, rigid front: no such model" in text
     assert "Not all four worlds could be computed." in text
-    write_tables(found, tmp_path)
+    main_study.write_tables(found, tmp_path)
     unseen()
-    draw_critical_speeds(found, tmp_path / "f")
+    main_study.draw_critical_speeds(found, tmp_path / "f")
 
 
 def test_a_study_without_any_result_is_refused(failing):
     settings = quick()
     failing(lambda case, setup: True)
     with pytest.raises(InputError, match="no case can be computed: Tyre1 flat, 5.5 bar, hands off, .*: no such model"):
-        run_study(settings, cases=chosen(settings, {"Tyre1 flat": (5.5,)}))
+        main_study.run_study(settings, cases=chosen(settings, {"Tyre1 flat": (5.5,)}))
 
 
 def one_tyre(settings):
@@ -89,13 +79,12 @@ def one_tyre(settings):
     return chosen(settings, {"Tyre3 flat": (3.5, 7.5)}, ["Tyre9 flat at 3 bar: gone"])
 
 
-def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, monkeypatch, tmp_path, capsys, unseen):
+def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, monkeypatch, tmp_path, unseen, printed):
     unseen()
     study = replace(racing, left_out=("Tyre9 flat at 3 bar: gone",))
     monkeypatch.setattr("studies.main_study.report.run_study", lambda *_, **__: study)
     folder = tmp_path / "new" / "out"
-    main(["run", "--out", str(folder), "--workers", "1"])
-    lines = capsys.readouterr().out.splitlines()
+    lines = printed("run", "--out", str(folder), "--workers", "1").splitlines()
     assert lines[0] == (
         "Does less air in Tyre1 (flat track) bring a Pista track bicycle with a rider in the drops closer to wobble?"
     )
@@ -116,15 +105,16 @@ def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, m
 
 def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alone):
     """In rigid worlds of the same parts, as each process derives the equations of each set of parts."""
-    monkeypatch.setattr(Settings, "setups", (Setup(None), Setup(None, camber_share=0.5)))
+    worlds = main_study.Setup(None), main_study.Setup(None, camber_share=0.5)
+    monkeypatch.setattr(main_study.Settings, "setups", worlds)
     settings = quick()
     for workers in (1, 2):
         (tmp_path / str(workers)).mkdir()
-        with spread(workers) as each:
-            study = run_study(settings, each=each, cases=one_tyre(settings))
-        written = write_tables(study, tmp_path / str(workers))
+        with main_study.spread(workers) as each:
+            study = main_study.run_study(settings, each=each, cases=one_tyre(settings))
+        written = main_study.write_tables(study, tmp_path / str(workers))
         assert study.amplitudes
-        draw_amplitude(study, tmp_path / str(workers) / "amplitude")  # of cases that are copies by a worker
+        main_study.draw_amplitude(study, tmp_path / str(workers) / "amplitude")  # of cases that are copies by a worker
     assert len(written) == 11
     for file in written.values():
         assert file.read_bytes() == (tmp_path / "1" / file.name).read_bytes(), file.name
@@ -144,13 +134,10 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
         (["--out", "taken"], "taken' is a file; give a folder to write into"),
     ],
 )
-def test_what_the_command_refuses(asked, words, capsys, tmp_path, monkeypatch):
+def test_what_the_command_refuses(asked, words, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")
-    with pytest.raises(SystemExit) as stop:
-        main(["run", *asked])
-    assert stop.value.code == 2
-    error = capsys.readouterr().err
+    error = refused("run", *asked)
     assert words in error
     assert error.count("\n") == 1
     assert [file.name for file in tmp_path.iterdir()] == ["taken"]
@@ -165,7 +152,7 @@ def test_a_tyre_called_like_a_script_stays_text(heavy, tmp_path):
     cases = tuple(replace(case, name=hostile) for case in heavy.cases)
     study = replace(heavy, cases=cases, focus=replace(heavy.focus, name=hostile), results=renamed(heavy.results),
                     plausible=renamed(heavy.plausible), left_out=(f"{hostile}: gone",))  # fmt: skip
-    for file in write_report(study, tmp_path)[1:]:
+    for file in main_study.write_report(study, tmp_path)[1:]:
         text = file.read_text(encoding="utf-8")
         assert "<script" not in text
         assert text.count("&lt;script&gt;alert(1)") > 5

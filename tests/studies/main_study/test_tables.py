@@ -124,9 +124,8 @@ def test_our_tyres_are_those_of_the_table(racing):
     loads = racing.settings.bicycle.static_loads
     stiffness = [case.contact[2 * k] * np.pi / 180 / loads[k] for case in racing.cases for k in (0, 1)]
     lengths = [case.contact[k] * 1e3 for case in racing.cases for k in (1, 3)]
-    assert ours(racing, "Dressel", "cornering_stiffness_over_load_per_deg") == pytest.approx(
-        (min(stiffness), max(stiffness))
-    )
+    ends = ours(racing, "Dressel", "cornering_stiffness_over_load_per_deg")
+    assert ends == pytest.approx((min(stiffness), max(stiffness)))
     assert ours(racing, "VTI", "relaxation_length_mm") == pytest.approx((min(lengths), max(lengths)))
     assert ours(racing, "Dressel", "camber_stiffness_over_load_per_deg") == pytest.approx((0.65 * np.pi / 180,) * 2)
 
@@ -167,8 +166,7 @@ def test_our_edges_and_weave_speeds_are_those_of_the_results(racing):
     assert ours(racing, "Plöchl", "onset_m_s") == (min(s.low for s in spans), max(s.low for s in spans))
     assert ours(racing, "Plöchl", "end_m_s") == (min(s.high for s in spans), math.inf)
     assert ours(racing, "Klinger", "onset_m_s") is None
-    weave = {
-        r.case.name + r.case.condition: c.speed for r in racing.of(reference) for c in r.crossings if c.mode == "weave"
-    }
+    found = [(r.case, c) for r in racing.of(reference) for c in r.crossings if c.mode == "weave"]
+    weave = {case.name + case.condition: c.speed for case, c in found}
     shifts = [abs(weave[f"{name}3.5 bar"] - weave[f"{name}7.5 bar"]) for name in racing.names]
     assert ours(racing, "Bulsink", "weave_shift_m_s") == pytest.approx((min(shifts), max(shifts)))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 
 from studies.cli import main
 from studies.paper_audit import audit, judge_all, judge_number, load_tables, write
-from tyre import InputError
+from tests.shared.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -18,38 +19,29 @@ def found() -> dict[str, dict[str, Any]]:
     return {record["name"]: record for record in audit()}
 
 
-@pytest.mark.parametrize(
-    ("name", "verdict", "key", "value", "tolerance"),
-    [
-        ("cornering stiffness flat over drum", "holds", "mean_percent", 15.3, 0.05),
-        ("relaxation length flat over drum", "holds", "mean_percent", 15.3, 0.05),
-        ("relaxation length flat over drum at 7 5 bar", "fails", "mean_percent", 20.0, 0.05),
-        ("relaxation length flat over drum at 7 5 bar", "fails", "at_3_5_bar_percent", 11.9, 0.05),
-        ("almost doubled", "partly", "factor", [1.705, 1.713, 1.585, 1.935, 1.729, 1.704], 0.0005),
-        (
-            "direction of the doubling",
-            "fails",
-            "change_percent",
-            [-41.34, -41.63, -36.91, -48.31, -42.16, -41.33],
-            0.005,
-        ),
-        ("mean difference of tyre3 and tyre2", "holds", "mean_N_per_deg", 7.9, 0.05),
-        ("mean ratio of tyre3 and tyre2", "fails", "mean_percent", 8.1, 0.05),
-        ("lowest relaxation length", "fails", "lowest_mm", [61.3, 78.6, 81.7], 1e-9),
-        ("lowest relaxation length", "fails", "claimed_place_mm", 82.1, 1e-9),
-        ("tyre1 lateral stiffness over load at 7 5 bar", "fails", "common_N_per_mm", [45.0, 60.4, 75.2], 0.05),
-        ("tyre2 lateral stiffness from 340 to 400 newton", "fails", "rise_percent", 29.1, 0.05),
-        ("lateral stiffness of tyre2 against tyre1 at 7 5 bar", "holds", "mean_percent", -26.7, 0.05),
-        ("drum cornering stiffness at 3 5 against 7 5 bar", "holds", "change_percent", 15.65, 0.005),
-        ("shift of tyre2 at 7 5 bar", "partly", "mean_percent", 14.8, 0.05),
-        ("peak of tyre2 at 3 5 bar", "holds", "change_percent", 24.8, 0.05),
-        ("explanation by slip between layers", "fails", "step_mm", [8.8, 26.8, 30.3, 20.0], 1e-9),
-        ("load missing in equation 5", "fails", "stiffness_N_per_rad", 6033.2, 0.05),
-        ("share of the steady force", "holds", "share_percent", 63.2, 0.05),
-        ("exponent of equation 2", "fails", "corrected_share_percent", 63.2, 0.05),
-        ("time divided by speed", "fails", "time_times_speed_mm", 134.0, 1e-9),
-    ],
-)
+@pytest.mark.parametrize(("name", "verdict", "key", "value", "tolerance"), [
+    ("cornering stiffness flat over drum", "holds", "mean_percent", 15.3, 0.05),
+    ("relaxation length flat over drum", "holds", "mean_percent", 15.3, 0.05),
+    ("relaxation length flat over drum at 7 5 bar", "fails", "mean_percent", 20.0, 0.05),
+    ("relaxation length flat over drum at 7 5 bar", "fails", "at_3_5_bar_percent", 11.9, 0.05),
+    ("almost doubled", "partly", "factor", [1.705, 1.713, 1.585, 1.935, 1.729, 1.704], 0.0005),
+    ("direction of the doubling", "fails", "change_percent", [-41.34, -41.63, -36.91, -48.31, -42.16, -41.33], 0.005),
+    ("mean difference of tyre3 and tyre2", "holds", "mean_N_per_deg", 7.9, 0.05),
+    ("mean ratio of tyre3 and tyre2", "fails", "mean_percent", 8.1, 0.05),
+    ("lowest relaxation length", "fails", "lowest_mm", [61.3, 78.6, 81.7], 1e-9),
+    ("lowest relaxation length", "fails", "claimed_place_mm", 82.1, 1e-9),
+    ("tyre1 lateral stiffness over load at 7 5 bar", "fails", "common_N_per_mm", [45.0, 60.4, 75.2], 0.05),
+    ("tyre2 lateral stiffness from 340 to 400 newton", "fails", "rise_percent", 29.1, 0.05),
+    ("lateral stiffness of tyre2 against tyre1 at 7 5 bar", "holds", "mean_percent", -26.7, 0.05),
+    ("drum cornering stiffness at 3 5 against 7 5 bar", "holds", "change_percent", 15.65, 0.005),
+    ("shift of tyre2 at 7 5 bar", "partly", "mean_percent", 14.8, 0.05),
+    ("peak of tyre2 at 3 5 bar", "holds", "change_percent", 24.8, 0.05),
+    ("explanation by slip between layers", "fails", "step_mm", [8.8, 26.8, 30.3, 20.0], 1e-9),
+    ("load missing in equation 5", "fails", "stiffness_N_per_rad", 6033.2, 0.05),
+    ("share of the steady force", "holds", "share_percent", 63.2, 0.05),
+    ("exponent of equation 2", "fails", "corrected_share_percent", 63.2, 0.05),
+    ("time divided by speed", "fails", "time_times_speed_mm", 134.0, 1e-9),
+])  # fmt: skip
 def test_numbers_of_the_claims(
     found: dict[str, dict[str, Any]], name: str, verdict: str, key: str, value: Any, tolerance: float
 ) -> None:
@@ -57,19 +49,16 @@ def test_numbers_of_the_claims(
     assert found[name]["values"][key] == pytest.approx(value, abs=tolerance)
 
 
-@pytest.mark.parametrize(
-    ("name", "verdict", "words"),
-    [
-        ("direction of pressure dependence", "holds", "12 of 12"),
-        ("relaxation length at 7 5 against 5 5 bar", "partly", "4 of 6"),
-        ("cornering stiffness of tyre1 against tyre2", "partly", "8 of 9"),
-        ("cornering stiffness of tyre3 against tyre2", "holds", "9 of 9"),
-        ("lateral stiffness of tyre2 against tyre3", "partly", "8 of 9"),
-        ("relaxation length over load", "partly", "20 of 24"),
-        ("caption of table 7", "fails", "off with table 2 28.22 %"),
-        ("range of r squared", "fails", "r squared -11.81"),
-    ],
-)
+@pytest.mark.parametrize(("name", "verdict", "words"), [
+    ("direction of pressure dependence", "holds", "12 of 12"),
+    ("relaxation length at 7 5 against 5 5 bar", "partly", "4 of 6"),
+    ("cornering stiffness of tyre1 against tyre2", "partly", "8 of 9"),
+    ("cornering stiffness of tyre3 against tyre2", "holds", "9 of 9"),
+    ("lateral stiffness of tyre2 against tyre3", "partly", "8 of 9"),
+    ("relaxation length over load", "partly", "20 of 24"),
+    ("caption of table 7", "fails", "off with table 2 28.22 %"),
+    ("range of r squared", "fails", "r squared -11.81"),
+])  # fmt: skip
 def test_words_of_the_claims(found: dict[str, dict[str, Any]], name: str, verdict: str, words: str) -> None:
     assert found[name]["verdict"] == verdict
     assert words in found[name]["computed"]
@@ -115,10 +104,6 @@ def test_json_on_stdout_is_only_json(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert sorted(item.name for item in tmp_path.iterdir()) == ["a.md"]
 
 
-def test_wrong_ending_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(InputError, match=r"written as \.csv or \.md, or both into a folder, not as '\.xlsx'"):
-        write(audit(), tmp_path / "a.xlsx")
-    with pytest.raises(SystemExit) as stop:
-        main(["tyre", "audit", "--out", str(tmp_path / "a.xlsx")])
-    assert stop.value.code == 2
-    assert capsys.readouterr().err.count("\n") == 1
+def test_wrong_ending_is_refused(tmp_path: Path, refused: Callable[..., str]) -> None:
+    refuses(r"written as \.csv or \.md, or both into a folder, not as '\.xlsx'", write, audit(), tmp_path / "a.xlsx")
+    assert refused("tyre", "audit", "--out", tmp_path / "a.xlsx").count("\n") == 1

@@ -1,27 +1,10 @@
 """The redrawn figures of the paper show what its tables print."""
 
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from studies.cli import main
 from studies.paper_audit import draw_paper_figure
-
-
-@pytest.fixture
-def canvases(monkeypatch):
-    """The figures that are drawn, instead of files."""
-    drawn = []
-
-    @contextmanager
-    def drawing(target, *, width, height):
-        drawn.append(Figure(figsize=(width, height)))
-        yield drawn[-1]
-
-    monkeypatch.setattr("studies.reporting.plotting.drawing", drawing)
-    return drawn
 
 
 def lines(figure) -> dict[str, np.ndarray]:

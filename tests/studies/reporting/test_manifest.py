@@ -73,13 +73,10 @@ def test_a_folder_that_a_killed_command_left_is_said(tmp_path, capsys):
     ("content", "said"),
     [
         ('{"command": "velotyre run", "finished": true}', None),
-        ('{"command": "velotyre run", "finished": false}', "velotyre run"),
-        ("", "command"),
-        ("[]", "command"),
-        ("{}", "command"),
-        ('{"command": "velotyre run", "fin', "command"),
+        ('{"command": "velotyre run", "finished": false}', "velotyre run"), ("", "command"), ("[]", "command"),
+        ("{}", "command"), ('{"command": "velotyre run", "fin', "command"),
     ],
-)
+)  # fmt: skip
 def test_what_a_manifest_says(tmp_path, content, said):
     (manifest := tmp_path / "run.manifest.json").write_text(content)
     assert unfinished(manifest) == said

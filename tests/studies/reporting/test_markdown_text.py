@@ -10,7 +10,7 @@ from jinja2 import UndefinedError
 from markdown import markdown
 from markupsafe import Markup
 
-from studies.reporting import cell, cells, code, page, plain, rendered
+from studies.reporting import cell, cells, code, make_environment, page, plain, render_file
 
 ROOT = Path(__file__).parents[3]
 HOSTILE = (
@@ -45,10 +45,14 @@ def test_a_name_is_shown_as_it_is(name):
     assert " ".join(text.split()) == " ".join(f"Tyre {name} here".split())
 
 
+def rendered(template, **content):
+    return make_environment(escaped=True, keep_trailing_newline=True).from_string(template).render(**content)
+
+
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_template_escapes_every_value(name):
     text = rendered("# {{ name }}\n\n{% for n in names %}- {{ n }}\n{% endfor %}\n{{ rows|join(' | ') }}\n",
-                    {"name": name, "names": [name, 3], "rows": ["a", name]})  # fmt: skip
+                    name=name, names=[name, 3], rows=["a", name])  # fmt: skip
     found, _ = tags(markdown(text, extensions=["tables", "md_in_html"]))
     assert not set(found) - {"h1", "ul", "li", "p"}
 
@@ -56,7 +60,7 @@ def test_a_template_escapes_every_value(name):
 def test_a_name_with_a_bar_stays_in_its_cell():
     name = "a|b [c](d)"
     rows = f"| {cells([name, 3])} |\n| {{{{ row|cells }}}} |"
-    text = rendered(f"| x | y |\n|---|---|\n{rows}\n", {"row": [name, Markup("`n`")]})
+    text = rendered(f"| x | y |\n|---|---|\n{rows}\n", row=[name, Markup("`n`")])
     found = html.unescape(markdown(text, extensions=["tables"]))
     assert found.count(f"<td>{name}</td>") == 2
     assert found.count("<td>") == 4
@@ -65,7 +69,14 @@ def test_a_name_with_a_bar_stays_in_its_cell():
 
 def test_a_value_that_a_template_lacks_is_an_error():
     with pytest.raises(UndefinedError, match="'lacking' is undefined"):
-        rendered("{{ lacking }}", {})
+        rendered("{{ lacking }}")
+
+
+def test_a_filter_is_that_of_one_template_alone():
+    content = {"exact": {}, "assumed": [("c", 0.08, "0.003")]}
+    shown = [render_file("studies.uncertainty", "stated.txt.j2", content, filters=own)
+             for own in (None, {"f": lambda *_: "mine"}, None)]  # fmt: skip
+    assert shown[0] == shown[2] != shown[1]
 
 
 @pytest.mark.parametrize("name", HOSTILE)

@@ -79,19 +79,12 @@ def test_events_of_one_file_are_recordings_of_their_own(campaign, tmp_path):
         read_recording(sidecar)
 
 
-def refused(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main([str(argument) for argument in arguments])
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
-def test_a_recording_that_cannot_be_read_is_skipped_or_refused(campaign, tmp_path, capsys):
+def test_a_recording_that_cannot_be_read_is_skipped_or_refused(campaign, tmp_path, capsys, refused):
     recordings, _ = campaign
     for stem, recording in recordings.items():
         path = write_lab(tmp_path, "parquet", recording, stem)
     path.write_bytes(path.read_bytes()[:-100])
-    line = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--stop-at-bad")
+    line = refused("tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--stop-at-bad")
     assert f"{path.name}: cannot be read as .parquet" in line
     main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--jobs", "1"])
     shown = capsys.readouterr()
@@ -108,7 +101,7 @@ def test_a_file_without_a_sidecar_is_named(campaign, tmp_path, capsys):
     assert "note: lonely.h5: passed over, for it has no sidecar" in capsys.readouterr().err
 
 
-def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp_path, capsys):
+def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp_path, refused):
     """The draft, put into the sidecar as it stands, with the signs put right, gives the fit."""
     recordings, expected = campaign
     for stem, recording in recordings.items():
@@ -118,7 +111,7 @@ def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp
     for path in list(tmp_path.glob("*.tsv")):
         path.rename(path.with_suffix(".csv"))
     for path in sorted(tmp_path.glob("*.csv")):
-        message = refused(capsys, "tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--jobs", "1", "--stop-at-bad")
+        message = refused("tyre", "fit", tmp_path, "--out", tmp_path / "fit", "--jobs", "1", "--stop-at-bad")
         assert str(path) in message
         assert "the columns are t [ms]," in message
         draft = "[channels]" + message.partition("[channels]")[2]

@@ -178,15 +178,12 @@ def test_crossings_along_speed_have_the_names_of_the_critical_speeds(file):
         (SOFT, "IFyy", "1:0", 7.0, "range '1:0': give start:stop or start:stop:step with start < stop"),
         (SOFT, "IFyy", "0:1:0", 7.0, "range '0:1:0': give start:stop"),
         (
-            'allow_unusual = true\nbicycle = "benchmark"\n[effects.steer_damper]\ndamping = 1e300\n',
-            "c",
-            "0.05:0.1",
-            5.0,
-            "the model is too stiff to be computed",
+            'allow_unusual = true\nbicycle = "benchmark"\n[effects.steer_damper]\ndamping = 1e300\n', "c", "0.05:0.1",
+            5.0, "the model is too stiff to be computed",
         ),
         (SOFT, "IFyy", "0:1:1e-7", 7.0, "10000000 values are more than 100000; take a larger step"),
     ],
-)
+)  # fmt: skip
 def test_refused_loci(file, text, key, span, speed, words):
     with pytest.raises(InputError) as error:
         root_locus(parameter_path(file(text), key, speed=speed), parse_range(span))

@@ -112,10 +112,9 @@ def test_sensors_need_a_motion(file, tmp_path, refused):
     assert "nothing moves the bicycle; give --initial" in refused("simulate", "benchmark", *options)
 
 
-def test_the_example_records_as_it_is(tmp_path, capsys, monkeypatch, refused):
+def test_the_example_records_as_it_is(tmp_path, monkeypatch, refused, printed):
     monkeypatch.chdir(tmp_path)
-    main(["new", "sensors.toml", "--kind", "sensors"])
-    assert "velotyre simulate benchmark" in capsys.readouterr().out
+    assert "velotyre simulate benchmark" in printed("new", "sensors.toml", "--kind", "sensors")
     simulate("--sensors", "sensors.toml", "--noise", "--out", "ride")
     assert read_sensors(tmp_path / "sensors.toml").channels["steer_rad"].resolution == 0.0015
     assert "--tyre is of a model file" in refused("new", "b.toml", "--kind", "sensors", "--tyre", "Tyre2")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from bicycle import Model, effect_class, load_bicycle, propagation
+from bicycle import Model, effect_class, eigen, load_bicycle, propagation
 from bicycle.critical import critical_speeds
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model
@@ -62,7 +62,7 @@ def test_gradients_of_frequency_and_damping_are_those_of_the_formulas():
     ])  # fmt: skip
     here = root(ratio, natural)
     np.testing.assert_allclose(propagation.damping_ratio_gradient(here, slopes), [1, 0], atol=1e-8)
-    np.testing.assert_allclose(propagation.frequency_gradient(slopes), [-natural * ratio / np.sqrt(0.99) / (2 * np.pi),
+    np.testing.assert_allclose(eigen.frequency_hz(slopes), [-natural * ratio / np.sqrt(0.99) / (2 * np.pi),
                                                             np.sqrt(0.99) / (2 * np.pi)], rtol=1e-7)  # fmt: skip
     assert propagation.standard_deviation([3.0, 4.0], [[1.0, 0.5], [0.5, 4.0]]) == pytest.approx(np.sqrt(9 + 12 + 64))
 
@@ -72,9 +72,7 @@ def test_linear_sd_of_measured_tyres_is_that_of_finite_differences():
     loads = load_bicycle("benchmark").static_loads
     measured = TyreMap.load("Tyre1", relative_cornering_stiffness_sd=0.03)
     (rear, front), covariance = measured.joint([(load, 4e5) for load in loads])
-    mean = np.array(
-        [rear.cornering_stiffness, rear.lateral_stiffness, front.cornering_stiffness, front.lateral_stiffness]
-    )
+    mean = np.array([x for one in (rear, front) for x in (one.cornering_stiffness, one.lateral_stiffness)])
 
     def wobble(x):
         return first(built(x[[0, 2]], x[[0, 2]] / x[[1, 3]]), "wobble")
@@ -117,12 +115,13 @@ def test_sd_of_modes_and_critical_speeds_from_a_covariance_of_parameters():
     found = propagation.mode_sd(model, 8.0, values[np.abs(values.imag - 4.4).argmin()], names, spread)
     assert found == pytest.approx(expected[:2], rel=1e-5)
     crossings = [c for c in critical_speeds(model.linear_model()) if c.mode == "wobble"]
-    assert propagation.critical_speed_sd(model, crossings, names, spread)[0] == pytest.approx(expected[2], rel=1e-5)
-    assert propagation.critical_speed_sd(model, [], names, spread).size == 0
+    slope = propagation.critical_speed_gradients(model, crossings, names)
+    assert propagation.standard_deviation(slope, spread)[0] == pytest.approx(expected[2], rel=1e-5)
+    assert propagation.critical_speed_gradients(model, [], names).shape == (0, len(names))
     with pytest.raises(InputError, match="unknown parameter 'tyre'"):
         propagation.mode_sd(model, 8.0, 1j, ["tyre"], [[1.0]])
     with pytest.raises(InputError, match="unknown parameter 'tyre'"):
-        propagation.critical_speed_sd(model, crossings, ["tyre"], [[1.0]])
+        propagation.critical_speed_gradients(model, crossings, ["tyre"])
 
 
 def test_matched_draws_have_the_moments_of_the_distribution():
@@ -251,9 +250,8 @@ def test_an_honest_deviation_of_a_stiffness_is_no_reason_to_lose_the_study():
 
 def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
     pytest.importorskip("SALib")
-    uncertainty = Uncertainty(
-        GIVEN, sd={"c": 0.001, "relaxation_length.relaxation_length.front": 0.002, "IFxx": 0.0001}
-    )
+    sd = {"c": 0.001, "relaxation_length.relaxation_length.front": 0.002, "IFxx": 0.0001}
+    uncertainty = Uncertainty(GIVEN, sd=sd)
     effects = total_effects(uncertainty, "wobble unstable above", base=256)
     linear = {q.name: q for q in uncertainty.quantities([], samples=2)}["wobble unstable above"].shares
     for name, (one, total, width) in effects.items():
@@ -282,18 +280,16 @@ def test_salib_missing(monkeypatch):
         total_effects(Uncertainty(GIVEN, sd={"c": 0.001}), "x")
 
 
-def test_command(tmp_path, capsys, refused):
+def test_command(tmp_path, refused, printed):
     file = tmp_path / "model.toml"
     file.write_text(tomli_w.dumps(MEASURED), encoding="utf-8")
     arguments = ["uncertainty", str(file), "--speeds", "6", "--samples", "50"]
     arguments += ["--relative-cornering-stiffness-sd", "0.03"]
-    main([*arguments, "--sd", "c=0.002", "--json", "-"])
-    found = json.loads(capsys.readouterr().out)["quantities"]
+    found = json.loads(printed(*arguments, "--sd", "c=0.002", "--json", "-"))["quantities"]
     assert {"weave frequency at 6 m/s", "wobble unstable above"} <= {q["quantity"] for q in found}
     assert all(q["linear_sd"] > 0 for q in found)
     pytest.importorskip("SALib")
-    main([*arguments[:2], "--sd", "c=0.002", "--samples", "50", "--narrow", "capsize unstable above"])
-    shown = capsys.readouterr().out
+    shown = printed(*arguments[:2], "--sd", "c=0.002", "--samples", "50", "--narrow", "capsize unstable above")
     assert "what would narrow 'capsize unstable above' most" in shown
     for wrong, words in (
         (["c"], "--sd c: give NAME=VALUE"),
@@ -304,12 +300,11 @@ def test_command(tmp_path, capsys, refused):
         assert words in refused(*arguments, *(text for one in wrong for text in ("--sd", one)))
 
 
-def test_command_shows_the_table_and_its_notes(tmp_path, capsys):
+def test_command_shows_the_table_and_its_notes(tmp_path, capsys, printed):
     file = tmp_path / "model.toml"
     file.write_text(tomli_w.dumps(hinged(15)), encoding="utf-8")
     arguments = ["uncertainty", str(file), "--sd", "front_compliance.damping=3", "--samples", "40"]
-    main([*arguments, "--stated-only", "--json", str(tmp_path / "found.json")])
-    shown = capsys.readouterr().out
+    shown = printed(*arguments, "--stated-only", "--json", str(tmp_path / "found.json"))
     found = json.loads((tmp_path / "found.json").read_text())
     wobble = next(q for q in found["quantities"] if q["quantity"] == "wobble unstable above")
     assert 0 < wobble["lost"] < 40
