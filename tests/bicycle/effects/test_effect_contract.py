@@ -106,7 +106,7 @@ def dimension(unit: str) -> tuple[float, ...]:
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 @settings(max_examples=3)
-@given(exponents=st.tuples(*[st.floats(0.1, 1)] * 3), share=st.floats(0.05, 0.6), speed=st.floats(2.0, 15.0))
+@given(exponents=st.tuples(*[st.floats(0.1, 0.9)] * 3), share=st.floats(0.05, 0.6), speed=st.floats(2.0, 15.0))
 def test_units_do_not_matter(effect, exponents, share, speed):
     """With other units of length, mass and time every eigenvalue is the same number per unit of time."""
 
