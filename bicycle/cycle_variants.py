@@ -66,9 +66,26 @@ def cycles_over(
     """Follow the periodic motions at one speed over a number of a model, of its tyres, damper, masses and so on.
 
     They are followed from the values at which a mode loses its stability at this speed, and from the motions at the
-    least, the middle and the largest value (SI), of which ``make`` makes a model, as ``lambda x:
-    family.with_values({"steer_damper.damping": x})`` of a `ModelFamily` does. Speed in m/s, dry friction of the
-    steering in N m; without curves of tyres these follow the Magic Formula with D = 0.8, C = 1.3, E = 0.
+    least, the middle and the largest value.
+
+    Parameters
+    ----------
+    make : callable
+        Value of the number (SI) -> `Model`, as ``lambda x: family.with_values({"steer_damper.damping": x})`` of a
+        `ModelFamily` is.
+    values : (float, float)
+        Least and largest value.
+    speed : float
+        m/s.
+    rear, front : MagicTyre or CurveTyre
+        Curves of the tyres, by default the Magic Formula with D = 0.8, C = 1.3, E = 0.
+    dry_friction : float
+        Of the steering, N m.
+
+    Raises
+    ------
+    InputError
+        Values that do not rise, or a model that has no such motions (see :func:`find_limit_cycles`).
     """
     low, high = values
     if not (np.isfinite(values).all() and low < high):
@@ -166,6 +183,11 @@ def amplitude_band(
     Amplitudes are proportional to D, so that its band takes no new solution. E is followed with each of ``added``,
     and each of ``models``, such as the bicycle with other fronts, for itself. The whole band is that of D times that
     of all others. An amplitude is 0 if a variant has no such motion, inf if its motion is beyond linear geometry.
+
+    Raises
+    ------
+    InputError
+        Dry friction, which breaks the proportion, or tyres whose D is not one number.
     """
     import pandas as pd
 

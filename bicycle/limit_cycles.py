@@ -47,15 +47,28 @@ class Onset:
 
 @dataclass(frozen=True)
 class LimitCycles:
-    """Periodic motions of a model over the speed."""
+    """Periodic motions of a model over the speed.
+
+    Attributes
+    ----------
+    model : Model
+    system : SlipSystem
+    onsets : tuple of Onset
+        The oscillatory critical speeds and how the motion begins there; none with dry friction, which holds the bar.
+    branches : tuple of Branch
+    rear, front : MagicTyre, CurveTyre or None
+        Curves of the tyres as they were given.
+    max_speed : float
+        m/s, up to which motions were followed.
+    """
 
     model: Model
     system: SlipSystem = field(repr=False)
-    onsets: tuple[Onset, ...] = ()  # of the oscillatory critical speeds; none with dry friction, which holds the bar
+    onsets: tuple[Onset, ...] = ()
     branches: tuple[Branch, ...] = ()
-    rear: Tyre | None = None  # curves as they were given
+    rear: Tyre | None = None
     front: Tyre | None = None
-    max_speed: float = 60.0  # m/s, up to which motions were followed
+    max_speed: float = 60.0
 
     @property
     def dry_friction(self) -> float:
@@ -166,6 +179,12 @@ def find_limit_cycles(
 
     Dry friction (N m) of the steering holds the bar at rest: no critical speed is left, and branches close. They are
     found by homotopy from those without friction.
+
+    Raises
+    ------
+    InputError
+        The contact law has no such tyre, wheel loads or equations change with the speed in other ways, or the friction
+        is negative.
     """
     if not (np.isfinite(dry_friction) and dry_friction >= 0):
         raise InputError(f"dry_friction = {dry_friction:g} N m is not allowed; give a finite torque >= 0")

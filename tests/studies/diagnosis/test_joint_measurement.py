@@ -1,5 +1,9 @@
 """One bicycle measured twice: weave and rides of the published benchmark, by nothing of velotyre (synthetic)."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from published_bicycle import ride, weave
@@ -178,3 +182,10 @@ def test_a_name_that_no_part_knows_is_refused(tmp_path):
     tried = {c.identifier for c in measurement.ready(without=("kicks/steer_scale", "steer_damper")).candidates}
     assert {"kicks/steer_scale", "steer_damper"}.isdisjoint(tried)
     assert "modes/steer_sensor_scale" in tried
+
+
+def test_a_process_that_imports_the_door_alone_reads_joint_data():
+    """A kind is known once its file is imported, which other tests of this process do."""
+    example = Path(__file__).parents[3] / "docs" / "examples" / "measurements" / "joint" / "MEASUREMENT.toml"
+    code = "import sys; from studies.diagnosis import read_measurement; read_measurement(sys.argv[1])"
+    subprocess.run([sys.executable, "-c", code, str(example)], check=True)

@@ -6,7 +6,7 @@ knows that motion by a Runge-Kutta rule of its own, from numbers of k and m that
 
 import ast
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -178,6 +178,15 @@ def test_an_effect_that_stands_for_a_more_probable_term_without_a_cause_is_not_n
     assert verdict.verdict == "unknown"
     (check,) = (check for check in verdict.checks if check.what == "more probable than terms without a cause")
     assert (check.figure, check.passed) == ("square", False)
+
+
+def test_a_term_in_the_place_of_a_mistake_alone_refuses_no_effect():
+    """A damper and the square law are hidden; a wrong zero of the sensor stands for the square law."""
+    tried = (CANDIDATES[0], replace(CANDIDATES[2], weight=0.5))
+    verdict = judge(WithTerm(recorded(4, damping=0.15, square=0.3), candidates=tried)).verdict
+    assert verdict.nearest.name == "damper+offset"
+    (check,) = (check for check in verdict.checks if check.what == "more probable than terms without a cause")
+    assert check.passed
 
 
 def test_variants_ask_for_what_is_left_as_the_verdict_does():
