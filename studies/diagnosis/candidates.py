@@ -54,6 +54,12 @@ def find_candidates(
     return tuple(found), refused
 
 
+def nobody_rides(model: Model) -> str:
+    """Reason why a rider can do nothing here; empty if one may sit on the bicycle."""
+    mass = model.bicycle["mB"]
+    return f"nobody rides: mB = {mass:g} kg is less than {RIDDEN:g} kg" if mass < RIDDEN else ""
+
+
 def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, asked: bool) -> str | None:
     if not effect.nameable:
         return NO_CAUSE
@@ -61,8 +67,8 @@ def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, ask
         return f"{effect.on_request or 'a motor'}: tried on request, --with {effect.identifier}"
     if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
         return f"{replaced.identifier} of the base model already takes its place"
-    if effect.needs_rider and model.bicycle["mB"] < RIDDEN:
-        return f"nobody rides: mB = {model.bicycle['mB']:g} kg is less than {RIDDEN:g} kg"
+    if effect.needs_rider and (why := nobody_rides(model)):
+        return why
     needs = set(effect.requires) - {thing for other in model.effects for thing in other.provides}
     law = next(e for e in model.effects if e.slot == "contact law")
     return f"needs a {', '.join(needs)}, which {law.identifier} does not give" if needs else None

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from studies.diagnosis.mistakes import identification_errors
 from studies.inference.fit import Fit, moved
@@ -58,7 +58,7 @@ def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
     if kind.model is None:
         return ()
     went = moved(judgement.final, judgement.final)
-    squares, most = sum(m.shift**2 for m in went), float(chi2.isf(1e-6, max(len(went), 1)))
+    squares, most = sum(m.shift**2 for m in went), float(chdtri(max(len(went), 1), 1e-6))
     farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:3])
     told = OTHER_BICYCLE.format(farthest=farthest, squares=squares, count=len(went), most=most)
     return (told,) if squares > most else ()

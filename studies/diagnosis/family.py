@@ -80,16 +80,26 @@ class Family:
         count = len(theta)
         if count not in self._columns:
             self._columns[count] = {key: np.full((count, 1), value) for key, value in self._fixed.items()}
-        values = dict(self._columns[count])
-        for column, u in enumerate(self.unknowns):
-            value = u.value(theta[:, column, None])
-            values |= {key: factor * value for key, factor in u.sets.items()}
-        for key in [key for key in values if key.startswith(WRONG)]:
+        keys, columns, factors, bent, wrong = self._sets
+        coordinates = theta.T.copy()
+        for column in bent:
+            coordinates[column] = self.unknowns[column].value(theta[:, column])
+        values = self._columns[count] | dict(zip(keys, (factors * coordinates[columns])[..., None], strict=True))
+        for key in wrong:
             stated = key.removeprefix(WRONG)
             values[stated] = values[stated] + values[key]
         for candidate in self.candidates:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
+
+    @cached_property
+    def _sets(self) -> tuple[list[str], NDArray[np.intp], Array, list[int], list[str]]:
+        """Keys that unknowns set, their columns and factors (n, 1); columns of powers; keys of wrong statements."""
+        sets = [(key, column, factor) for column, u in enumerate(self.unknowns) for key, factor in u.sets.items()]
+        keys, columns, factors = [one[0] for one in sets], [one[1] for one in sets], [one[2] for one in sets]
+        bent = [column for column, u in enumerate(self.unknowns) if u.power != 1]
+        wrong = [key for key in dict.fromkeys((*self._fixed, *keys)) if key.startswith(WRONG)]
+        return keys, np.array(columns, int), np.array(factors, float)[:, None], bent, wrong
 
     @staticmethod
     def true_speeds(values: Mapping[str, Array], speeds: Array) -> Array:

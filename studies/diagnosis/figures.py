@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from studies.diagnosis.labels import BASE, titles
 from studies.diagnosis.story import Story
@@ -56,7 +56,7 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
             places = [steps.index(step) + 0.38 * k - 0.19 for step in values]
             bars = axis.barh(places, list(values.values()), 0.34, label=what, color=look(k).colour, left=0.0)
             axis.bar_label(bars, [f"{x:.3g}" for x in values.values()], padding=3, fontsize=8)
-        low, high = chi2.ppf((0.025, 0.975), story.gap.noise) / story.gap.noise
+        low, high = chdtri(story.gap.noise, (0.975, 0.025)) / story.gap.noise
         axis.axvspan(low, high, color="0.85", zorder=0, label="noise alone")
         most = max(value / gap.noise for _, gap in rows for value in gap.steps.values())
         axis.set_yticks(range(len(steps)), [names[step] for step in steps])

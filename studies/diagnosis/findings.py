@@ -54,13 +54,15 @@ class Predicted:
     part: str  # empty if the measurement has no parts
     runs: tuple[str, ...]
     numbers: int  # how many are compared
-    # by model: nominal, nuisance_only, final, effect_alone if something is named, with_torque if one was fitted
+    # by model: nominal, nuisance_only, final, effect_alone if something is named, else single_effect, the best of all;
+    # with_torque if one was fitted
     chi2: Mapping[str, float]
     # by channel and model, in the channel's unit: root mean square of measured minus computed
     rms: Mapping[str, Mapping[str, float]]
     # by channel whose noise is not stated but estimated, in its unit: the sd that was taken, and what these runs show
     # of it from sample to sample
     noise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    single: str = ""  # hypothesis of the single effect
 
     @property
     def loud(self) -> list[str]:
@@ -141,8 +143,9 @@ def find(diagnosis: Diagnosis) -> Findings:
     names = [p.part for p in parts if p.contradicts or not together]
     between, further = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
     seen = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque), ())
+    best = seen[0].single if seen else ""
     return Findings(
-        story=attempt("story", lambda: tell(diagnosis, [(one.numbers, one.chi2) for one in seen]), None),
+        story=attempt("story", lambda: tell(diagnosis, [(one.numbers, one.chi2) for one in seen], best), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
         moved=moved(known.null, final), between=between, further=further, parts=parts, joint_fits=together,
         limits=attempt("what could still be there", lambda: upper_limits(kind, known, final), ()),
@@ -228,7 +231,21 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicte
     fits_ = {"nuisance_only": diagnosis.hypotheses.null, "final": diagnosis.final}
     fits_ |= {} if diagnosis.alone is None else {"effect_alone": diagnosis.alone}
     fits_ |= {} if torque is None else {"with_torque": torque}
-    return predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
+    best = None if diagnosis.final.candidates else _best_single(diagnosis, unseen)
+    fits_ |= {} if best is None else {"single_effect": best}
+    told = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
+    return tuple(replace(one, single=best.name if best else "") for one in told)
+
+
+def _best_single(diagnosis: Diagnosis, unseen: Kind) -> Fit | None:
+    """Fit of one effect of the bicycle, with errors of sensors or without, that predicts ``unseen`` data best."""
+
+    def missed(f: Fit) -> float:
+        return sum(one.chi2["f"] for one in predict(unseen, {"f": coordinates_of(f)}))
+
+    known = diagnosis.hypotheses.fits
+    single = [f for f in known if f.converged and sum(not c.mistake for c in f.candidates) == 1]
+    return min((f for f in single if not any(c.absorbs for c in f.candidates)), key=missed, default=None)
 
 
 def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:

@@ -14,7 +14,7 @@ from scipy.linalg import block_diag
 from bicycle.identification.recording import AS_LINEAR, CHANNELS, FEWEST, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
 from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
-from studies.diagnosis.candidates import RIDDEN
+from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.doubts import NAMED, SPEEDS, readings_of
 from studies.diagnosis.family import Family
 from studies.diagnosis.figures import TRACES
@@ -27,6 +27,7 @@ from studies.diagnosis.mistakes import (
     friction_candidate,
     friction_refused,
     gain_error,
+    leaning_error,
     lowpass_error,
     one_speed,
     rotation_error,
@@ -35,7 +36,7 @@ from studies.diagnosis.mistakes import (
 )
 from studies.diagnosis.prescribed_steer import PrescribedSteer
 from studies.diagnosis.replay import Replay
-from studies.diagnosis.riding import CADENCE_HZ, WORDS, Course, most_probable, riding_candidates
+from studies.diagnosis.riding import CADENCE_HZ, WORDS, Course, Sizes, most_probable, riding_candidates, sizes_of
 from studies.diagnosis.whitening import ChannelNoise, Marginal, integrated_out, limited, rough_noise
 from studies.inference.evidence import folds
 from studies.inference.fit import ROUGH, Fit, fit
@@ -194,17 +195,15 @@ class Histories(BicycleKind, kind="histories"):
         for name in (*channels, *run.inputs):
             found += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
         found += [lowpass_error(SENSORS[name][0], name) for name in channels]
-        if not self.prescribed:
-            gyros = [name for name in BOX if name in channels]
-            if gyros:
-                stated = [m.sd for m in run.mountings if m.sd > 0]
-                found.append(rotation_error(*stated[:1]))
-            if gyros and len(channels) + len(run.inputs) > len(gyros):
-                found.append(clock_error())
-            found += [coasting(), *riding_candidates()]
-        if not friction_refused(run):
-            found.append(friction_candidate())
-        return tuple(found)
+        gyros = [name for name in BOX if name in channels]
+        if gyros:
+            stated = [m.sd for m in run.mountings if m.sd > 0]
+            found += [rotation_error(*stated[:1]), leaning_error()][: len(gyros)]  # both gyros tell the lean
+        if gyros and len(channels) + len(run.inputs) > len(gyros):
+            found.append(clock_error())
+        found += [coasting(), *riding_candidates(), friction_candidate()]
+        refused = self.impossible()
+        return tuple(c for c in found if c.identifier not in refused)
 
     @property
     def prescribed(self) -> bool:
@@ -214,7 +213,9 @@ class Histories(BicycleKind, kind="histories"):
     def impossible(self) -> dict[str, str]:
         why = "the steer angle is prescribed"
         riding = dict.fromkeys(("imu_rotation", "imu_clock", "coast_down", *WORDS), why) if self.prescribed else {}
-        return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0]) | riding
+        empty = nobody_rides(self.model)
+        nobody = dict.fromkeys(("pedalling", "rider_sway"), empty) if empty else {}
+        return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0]) | nobody | riding
 
     @property
     def speeds(self) -> Array:
@@ -259,13 +260,27 @@ class Histories(BicycleKind, kind="histories"):
 
     def _course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
         """Most probable size of one ``torque`` of the ride beside ``candidates`` at ``theta``."""
+        rest, columns = self._pushed(torque, candidates, theta)
+        weight = sum(self.model.bicycle.static_loads)
+        return most_probable(torque.identifier, rest.residual, columns, weight * SIZES)
+
+    def _pushed(self, torque: Candidate, candidates: Candidates, theta: Array) -> tuple[Marginal, Array]:
+        """Runs beside ``candidates``, and what each coefficient of a unit ``torque`` adds (R, C T, k)."""
         forced, free = self._bare.free(self.family((*candidates, torque)), theta)
         count = self._bare.free(self.family(candidates), theta)[1].shape[-1]
         white = self._white((self._measured - forced)[..., None])
         rest = self._marginal(free[..., :count], white, candidates, start_sd(self.family(candidates)))
-        columns = rest.without(self._white(free[..., count:]))
-        weight = sum(self.model.bicycle.static_loads)
-        return most_probable(torque.identifier, rest.residual, columns, weight * SIZES)
+        return rest, rest.without(self._white(free[..., count:]))
+
+    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
+        """Root mean square and frequency of the torque of the ride called ``name``."""
+        for torque in (one for one in riding_candidates() if one.identifier == name):
+            rest, columns = self._pushed(torque, tuple(c for c in candidates if c.identifier != name), theta)
+            slopes = self._white_slopes(self.family(candidates), theta, self.starts(candidates, theta))
+            slopes = rest.without(slopes) * [u.scale for u in self.unknowns(candidates)]
+            free, weight = integrated_out(slopes, rest.residual[..., None]), sum(self.model.bicycle.static_loads)
+            return sizes_of(name, [run.time for run in self.runs], free.residual, free.without(columns), weight * SIZES)
+        return {}
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
@@ -494,7 +509,7 @@ class Histories(BicycleKind, kind="histories"):
             size = max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in self.runs)
             if size < 0.3 * noise.sd:  # noise of the stated sd has 1
                 found.append(FAINT.format(channel=name, size=size, sd=noise.sd))
-        ridden = self.model.bicycle["mB"] >= RIDDEN and not {STEER, STEER_TORQUE} & {*self.runs[0].inputs}
+        ridden = not nobody_rides(self.model) and not {STEER, STEER_TORQUE} & {*self.runs[0].inputs}
         if ridden and judgement.verdict.verdict == "unknown":
             found.append(SOMEBODY)
         return (*found, *self._between_samples(judgement, torque))

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import savgol_coeffs, savgol_filter
+import scipy
 from scipy.special import erf
 
 from bicycle.identification.recording import STEER, STEER_TORQUE, Run
@@ -24,6 +24,7 @@ GAIN, DELAY, LOWPASS = "measurement.{}_gain", "measurement.{}_delay", "measureme
 FRICTION = "measurement.steer_friction"
 ROTATION = tuple(f"measurement.imu_{axis}" for axis in ("roll", "pitch", "yaw"))
 BOX = ("roll_rate_rad_s", "yaw_rate_rad_s")  # channels of one box of gyros
+LEANS = "measurement.yaw_gyro_leans"
 OFFSET, SKEW = "measurement.imu_offset", "measurement.imu_skew"
 DECAY_SCALE, DECAY_OFFSET, CLOCK = (f"measurement.{what}" for what in ("decay_scale", "decay_offset", "clock_scale"))
 SLOWS, REFERENCE = "measurement.deceleration", "measurement.reference"
@@ -90,6 +91,13 @@ def turned(values: Mapping[str, Any]) -> tuple[tuple[Any, Any], tuple[Any, Any]]
     roll, pitch, yaw = (values[key] for key in ROTATION)
     aside = np.cos(yaw) * np.sin(pitch) * np.cos(roll) + np.sin(yaw) * np.sin(roll)
     return (np.cos(yaw) * np.cos(pitch), -np.sin(pitch)), (aside, np.cos(pitch) * np.cos(roll))
+
+
+def leaning_error() -> Candidate:
+    """Yaw gyro that leans with the frame, which no file states: it shows the yaw rate times cos(lean), no number."""
+    words = "the yaw gyro leans with the frame: it shows the yaw rate times the cosine of the lean"
+    title = "yaw gyro that leans with the frame"
+    return Candidate("yaw_gyro_leans", (), fixed={LEANS: 1.0}, signature=words, title=title, weight=SENSOR)
 
 
 def clock_error() -> Candidate:
@@ -271,8 +279,8 @@ def direction(run: Run) -> Array:
     window = max(5, round(0.1 / run.step) // 2 * 2 + 1)  # 0.1 s: a parabola smooths the rate
     window = min(window, len(signal) - 1 + len(signal) % 2)
     how = {"polyorder": 2, "deriv": derivative, "delta": run.step}
-    rate = savgol_filter(signal, window, **how)
-    sd = third_difference_noise(signal) * np.linalg.norm(savgol_coeffs(window, **how))
+    rate = scipy.signal.savgol_filter(signal, window, **how)
+    sd = third_difference_noise(signal) * np.linalg.norm(scipy.signal.savgol_coeffs(window, **how))
     return np.asarray(erf(rate / (np.sqrt(2.0) * max(float(sd), 1e-9))))
 
 

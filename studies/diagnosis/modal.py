@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from bicycle.eigen import eigensystem
 from bicycle.identification.scatter import about_one_speed, repeats, surprise
@@ -251,7 +251,7 @@ def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, 
     if given:  # refuted if repeats of all modes scatter more than chance (1 %) allows with the stated sd
         every = [surprise(*one, same=0.01) for one in columns]
         total, free = sum(squares for squares, _ in every), max(sum(degrees for _, degrees in every), 1)
-        if not chi2.sf(total, free) < 0.01:
+        if not chdtrc(free, total) < 0.01:
             return np.where(stated > 0, stated, default)
     sd = stated.copy()
     for rows, found in each:
@@ -341,7 +341,7 @@ def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
     found = cost.argmin(1)
     for together in wanted.crowded:  # no two modes at one speed have the same root
         total = np.nan_to_num([cost[points].sum(0) for points in together], nan=1e9, posinf=1e9)
-        for points, root in zip(together, linear_sum_assignment(total)[1], strict=True):
+        for points, root in zip(together, scipy.optimize.linear_sum_assignment(total)[1], strict=True):
             found[points] = root
     return np.asarray(found)
 

@@ -6,26 +6,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import AS_HELD, CHANNELS, INPUTS, Run
 from bicycle.responses import discretised, from_rest, marched, powers_of
+from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
-from studies.diagnosis.mistakes import (
-    BOX,
-    DELAY,
-    FRICTION,
-    GAIN,
-    LOWPASS,
-    OFFSET,
-    REFERENCE,
-    ROTATION,
-    SKEW,
-    SLOWS,
-    direction,
-    turned,
-)
 from studies.diagnosis.riding import PUSHES, SHARES, Course, riding_in, shapes
 from tyre.arrays import Array
 
@@ -41,7 +28,7 @@ def lowpassed(signal: Array, tau: Array, steps: Array) -> Array:
         late = size * (1 - keep)  # of the sample before, less what is kept of the output
         first = u[0] - size * (u[1] - u[0])
         state = first - (1 - late) * u[0]
-        found[:, k, r] = lfilter([1 - late, late - keep], [1.0, -keep], u, axis=0, zi=state[None])[0]
+        found[:, k, r] = scipy.signal.lfilter([1 - late, late - keep], [1.0, -keep], u, axis=0, zi=state[None])[0]
     negative = tau < 0
     found[:, negative] = 2 * signal[:, negative] - found[:, negative]
     return found
@@ -55,7 +42,7 @@ def begun(length: int, tau: Array, steps: Array) -> Array:
     return np.asarray(np.sign(tau)[:, None] * ratio / (1 + ratio) * np.nan_to_num(decay))
 
 
-SENSED = (LOWPASS, DELAY, GAIN)
+SENSED = (mistakes.LOWPASS, mistakes.DELAY, mistakes.GAIN)
 
 
 class Driven(NamedTuple):
@@ -157,7 +144,7 @@ class Replay:
         with np.errstate(over="ignore", invalid="ignore"):
             x = self._states(system, starts, only=1)[0]
             found = self._moved(system, x, steps)
-            if OFFSET not in values and not any(
+            if not {mistakes.OFFSET, mistakes.LEANS} & {*values} and not any(
                 kind.format(name) in values for kind in SENSED for name in self.channels
             ):
                 return found
@@ -207,14 +194,14 @@ class Replay:
 
     def _coasts(self, values: Mapping[str, Array]) -> bool:
         """True if the speed falls along the runs; over less than a second it hardly does."""
-        return SLOWS in values and max(float(run.time[-1] - run.time[0]) for run in self.runs) > 1.0
+        return mistakes.SLOWS in values and max(float(run.time[-1] - run.time[0]) for run in self.runs) > 1.0
 
     def _coasting(self, family: Family, values: Mapping[str, Array], speeds: Array) -> tuple[Driven, Along]:
         """Equations at the speed in the middle of each run, and their change about it, of second order in the speed."""
         lasts = np.array([run.time[-1] - run.time[0] for run in self.runs])
-        slows, since = values[SLOWS], self._steps[:, None] * np.arange(self.length)
+        slows, since = values[mistakes.SLOWS], self._steps[:, None] * np.arange(self.length)
         aside = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
-        middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[REFERENCE]) * lasts
+        middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[mistakes.REFERENCE]) * lasts
         middle = np.maximum(middle, 2 * aside + 0.2 - speeds)  # no run ends at rest
         found = []
         for side in (-aside, 0.0, aside):
@@ -277,7 +264,7 @@ class Replay:
         """The bicycles as the torques drive them."""
         names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
-        if FRICTION in values:
+        if mistakes.FRICTION in values:
             columns.append(names.inputs.index("steer_torque"))
         if riding_in(values):
             columns += [names.inputs.index(name) for name in PUSHES]
@@ -290,10 +277,10 @@ class Replay:
     @staticmethod
     def _sensed_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
         """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
-        if ROTATION[1] not in values:
+        if mistakes.ROTATION[1] not in values:
             return outputs
-        found, places = outputs.copy(), [names.index(CHANNELS[name]) for name in BOX]
-        for place, shares in zip(places, turned(values), strict=True):
+        found, places = outputs.copy(), [names.index(CHANNELS[name]) for name in mistakes.BOX]
+        for place, shares in zip(places, mistakes.turned(values), strict=True):
             found[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
         return found
 
@@ -317,13 +304,13 @@ class Replay:
         names = list(self.runs[0].inputs)
         k = len(next(iter(values.values())))
         settings = np.zeros((k, 2 * len(names) + 1))
-        keys = [*(key.format(name) for name in names for key in (GAIN, DELAY)), FRICTION]
+        keys = [*(key.format(name) for name in names for key in (mistakes.GAIN, mistakes.DELAY)), mistakes.FRICTION]
         for column, key in enumerate(keys):
             if key in values:
                 settings[:, column] = values[key][:, 0]
         if (settings == settings[0]).all():
             settings = settings[:1]
-        riding, last = riding_in(values), len(names) + (FRICTION in values)
+        riding, last = riding_in(values), len(names) + (mistakes.FRICTION in values)
         found = np.zeros((len(settings), len(self.runs), last + len(PUSHES) * bool(riding), self.length))
         found[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
         for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
@@ -331,7 +318,7 @@ class Replay:
             for r, run in enumerate(self.runs):
                 shifted = np.interp(run.time - delay, run.time, run.inputs[names[m]])
                 found[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
-        if FRICTION in values:
+        if mistakes.FRICTION in values:
             found[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
         own = np.zeros((len(self.runs), 0)) if starts is None else starts  # coefficients of the courses are its last
         for name in reversed(riding if starts is not None else []):
@@ -356,9 +343,23 @@ class Replay:
         return self.padded(list(run.inputs.values()) for run in self.runs)
 
     @cached_property
+    def _leaning(self) -> Array:
+        """cos(lean) of the runs (T, R) by their roll rate p, whose bias and start follow from the balance of torques.
+
+        Of a mass 1 m above the ground, g lean = v yaw rate + dp/dt 1 m; the yaw gyro's own errors change little of it.
+        """
+
+        def lean(run: Run) -> Array:
+            rate, found = run.channels[mistakes.BOX[0]], np.cumsum(run.channels[mistakes.BOX[0]]) * run.step
+            balance = (run.speed * run.channels[mistakes.BOX[1]] + np.gradient(rate, run.step)) / 9.81
+            return found + np.polyval(np.polyfit(run.time, balance - found, 1), run.time)
+
+        return np.cos(self.padded([lean(run)] for run in self.runs)[:, 0].T)
+
+    @cached_property
     def _directions(self) -> Array:
         """Expected sign of the steer rate (R, T)."""
-        return self.padded([direction(run)] for run in self.runs)[:, 0]
+        return self.padded([mistakes.direction(run)] for run in self.runs)[:, 0]
 
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
@@ -375,13 +376,13 @@ class Replay:
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:
         """Effect of the unknown state of each low-pass on the channels (K, R, C, filters, T)."""
-        filtered = [c for c, name in enumerate(self.channels) if LOWPASS.format(name) in values]
+        filtered = [c for c, name in enumerate(self.channels) if mistakes.LOWPASS.format(name) in values]
         k = len(next(iter(values.values())))
         found = np.zeros((k, len(self.runs), len(self.channels), len(filtered), self.length))
         for f, c in enumerate(filtered):
             name = self.channels[c]
             size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
-            dying = begun(self.length, values[LOWPASS.format(name)][:, 0], self._steps)
+            dying = begun(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
             found[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
         return found
 
@@ -389,20 +390,22 @@ class Replay:
         """Low-pass, delay (to second order in time) and gain of each channel, outputs (K, R, C, T, ...)."""
         for c, name in enumerate(self.channels):
             one = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
-            if LOWPASS.format(name) in values:
-                one[:] = lowpassed(one, values[LOWPASS.format(name)][:, 0], self._steps)
-            late = values.get(DELAY.format(name))
-            if late is not None or (OFFSET in values and name in BOX):
+            if mistakes.LEANS in values and name == mistakes.BOX[1]:
+                one *= self._leaning.reshape(self.length, 1, -1, *(1,) * (one.ndim - 3))
+            if mistakes.LOWPASS.format(name) in values:
+                one[:] = lowpassed(one, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
+            late = values.get(mistakes.DELAY.format(name))
+            if late is not None or (mistakes.OFFSET in values and name in mistakes.BOX):
                 tau = np.zeros((1, 1, 1)) if late is None else late[:, :1, None] / self._steps[:, None]  # (K, R, T)
-                if OFFSET in values and name in BOX:
-                    since = values[SKEW][:, :1, None] * np.arange(self.length)
-                    tau = tau + values[OFFSET][:, :1, None] / self._steps[:, None] + since
+                if mistakes.OFFSET in values and name in mistakes.BOX:
+                    since = values[mistakes.SKEW][:, :1, None] * np.arange(self.length)
+                    tau = tau + values[mistakes.OFFSET][:, :1, None] / self._steps[:, None] + since
                 tau = np.moveaxis(np.broadcast_to(tau, (*tau.shape[:-1], one.shape[0])), -1, 0)
                 tau = tau.reshape(*tau.shape, *(1,) * (one.ndim - 3))
                 first = np.gradient(one, axis=0)
                 one += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
-            if GAIN.format(name) in values:
-                one *= 1 + values[GAIN.format(name)][:, :, None]
+            if mistakes.GAIN.format(name) in values:
+                one *= 1 + values[mistakes.GAIN.format(name)][:, :, None]
         if starts is not None:
             behind = self._filter_starts(values)
             y[..., 0] += np.einsum("krcft,rf->krct", behind, starts[:, : behind.shape[3]])

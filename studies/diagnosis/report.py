@@ -14,7 +14,7 @@ from studies.diagnosis.corrected_model import Corrected, corrected
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.figures import STORY, draw_story, drawn, residuals
 from studies.diagnosis.findings import Attempts, Findings, Predicted, find
-from studies.diagnosis.labels import BASE, fate, number, rendered, sentence, titles, unit_of, without_number
+from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, rendered, sentence, titles, unit_of, without_number
 from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
@@ -135,7 +135,8 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
 
 def predictors(judgement: Judgement, found: tuple[Predicted, ...]) -> dict[str, str]:
     """The models that runs were predicted by, and their names; with a residual torque one more."""
-    names = titles(judgement) | {"with_torque": "and the residual torque"}
+    single = found[0].single.replace("+", " + ") if found else ""
+    names = titles(judgement) | {"single_effect": f"+ {single}, {ADJUSTED}", "with_torque": "and the residual torque"}
     return {model: title for model, title in names.items() if any(model in one.chi2 for one in found)}
 
 
@@ -150,7 +151,7 @@ def _parts(judgement: Judgement, findings: Findings) -> list[tuple[Any, int, lis
 
 
 def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
-    """Numbers and chi^2 of the models by channel, by condition and by third of the speeds, the largest first."""
+    """Numbers and chi^2 of the models by channel, by condition and by third of the abscissa, the largest first."""
     rows, models = judgement.kind.rows, residuals(judgement)
     series, edges = np.array(rows.series), np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
     if len(set(rows.series)) > MOST:
@@ -161,7 +162,7 @@ def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
     for low, high in pairwise(edges) if rows.one_axis else ():
         inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
         if inside.any() and high > low:
-            groups[f"{low:.3g} to {high:.3g} m/s"] = inside
+            groups[f"{low:.3g} to {high:.3g} {rows.axis.rpartition(', ')[2]}"] = inside
     found = [
         (name, int(inside.sum()), [float(r[inside] @ r[inside]) for r in models.values()])
         for name, inside in groups.items()
@@ -228,6 +229,7 @@ def _predicted_record(one: Predicted) -> dict[str, Any]:
         "part": one.part, "runs": list(one.runs), "n": one.numbers,
         "chi2": {model: value if np.isfinite(value) else None for model, value in one.chi2.items()},
         "gap": one.gap, "rms": {channel: dict(models) for channel, models in one.rms.items()},
+        "single_effect": one.single,
         "estimated_noise": {
             channel: {"taken": taken, "sample_to_sample": rough} for channel, (taken, rough) in one.noise.items()
         },

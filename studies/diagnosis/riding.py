@@ -25,6 +25,11 @@ SHARES = {
 }  # fmt: skip
 CADENCE_HZ = np.arange(0.7, 2.05, 0.1)
 CORNER_S = {"rider_sway": 0.4, "side_gusts": 0.3}  # s, correlation: a smooth process, and one that jumps
+POWER = {"rider_sway": 2, "side_gusts": 1}  # of their correlation exp(-x^power / power), x = time / corner
+LEAN, STEER, CORNER = ("lean_torque_rms", "N m"), ("steer_torque_rms", "N m"), ("corner_frequency", "Hz")
+SIZED = {"pedalling": (LEAN, STEER, ("frequency", "Hz")), "rider_sway": (LEAN, STEER, CORNER),
+         "side_gusts": (("side_force_rms", "N"), LEAN, CORNER)}  # fmt: skip
+Sizes = dict[str, tuple[float, float, str]]
 TITLES = {
     "pedalling": "torque of pedalling",
     "rider_sway": "slow lean torque of a rider",
@@ -75,7 +80,7 @@ def _process(name: str, duration: float, count: int) -> tuple[Array, Array]:
     """Principal components of a process, largest first: times (count,), and values (count, k)."""
     nodes = np.linspace(0.0, duration, count)
     apart = np.abs(nodes[:, None] - nodes) / CORNER_S[name]
-    size, axes = np.linalg.eigh(np.exp(-(apart**2) / 2) if name == "rider_sway" else np.exp(-apart))
+    size, axes = np.linalg.eigh(np.exp(-(apart ** POWER[name]) / POWER[name]))
     most = 1 + int(np.searchsorted(np.cumsum(size[::-1]), KEPT * count * (1 if name == "rider_sway" else 0.95)))
     return nodes, (axes * np.sqrt(np.maximum(size, 0.0)))[:, ::-1][:, :most]
 
@@ -101,3 +106,57 @@ def most_probable(name: str, residual: Array, columns: Array, sizes: Array) -> C
     best = found.max(0).sum(1).argmax()
     hertz = tuple(CADENCE_HZ[found[:, best].argmax(0)].tolist()) if name == "pedalling" else ()
     return Course(float(sizes[best]), hertz)
+
+
+def sizes_of(name: str, times: list[Array], residual: Array, columns: Array, sizes: Array) -> Sizes:
+    """Root mean square over all runs of the course of a torque that is clearer, and its frequency: mean, sd and unit.
+
+    Arguments as of :func:`most_probable`. The coefficients are normal, given the size of the first course, that of the
+    second to it, and the frequency, that of a run or the corner of all; over these is averaged by their evidence.
+    """
+    found, half, periodic, s = [], columns.shape[-1] // 2, name == "pedalling", sizes[:, None, None]
+    for time, rest, push in zip(times, residual, columns, strict=True):
+        own = shapes(name, time, None)
+        if periodic:
+            hertz = np.linspace(CADENCE_HZ[0], CADENCE_HZ[-1], 66)
+            mixing = np.linalg.pinv(own, rcond=1e-6) @ np.array([shapes(name, time, f) for f in hertz])
+        else:
+            nodes, base = _process(name, float(time[-1] - time[0]), min(NODES, len(time)))
+            corner, inverse = CORNER_S[name] * np.geomspace(5, 0.2, 9), np.linalg.pinv(base)
+            apart = np.abs(nodes[:, None] - nodes) / corner[:, None, None]
+            hertz = (2 * np.log(2)) ** (POWER[name] / 2 - 0.5) / (2 * np.pi * corner)  # half of the power density
+            spread = inverse @ np.exp(-(apart ** POWER[name]) / POWER[name]) @ inverse.T
+            mixing = np.linalg.cholesky(spread + 1e-9 * np.eye(len(inverse)))
+        push = np.hstack([push[:, : own.shape[1]], push[:, half : half + own.shape[1]]])
+        square = own.T @ own / np.sum((own @ mixing) ** 2, (1, 2), keepdims=True)  # of variance 1 in all
+        for ratio in np.geomspace(0.3, 30.0, 6):  # of the second course to its share
+            both = np.kron(np.diag([1.0, ratio]), mixing)
+            gain, axes = np.linalg.eigh(both.swapaxes(-1, -2) @ (push.T @ push) @ both)
+            axes = both @ axes
+            pull, left = rest @ push @ axes, 1 / (s**-2 + np.maximum(gain, 0.0))  # left: variances (S, F, 2 m)
+            found.append((left * pull**2 + np.log(left / s**2)).sum(-1) / 2)
+            for part in np.split(axes, 2, 1):
+                power = part.swapaxes(-1, -2) @ square @ part * len(time) / sum(map(len, times))
+                moved, crossed = ((p @ x[..., None])[..., 0] for p, x in ((power, left * pull), (power**2, left)))
+                found.append((moved * left * pull + np.diagonal(power, 0, 1, 2) * left).sum(-1))
+                found.append((4 * moved**2 * left + 2 * crossed * left).sum(-1))
+    every = np.array(found).reshape(len(times), -1, 5, *found[0].shape)  # (R, ratios, 5, S, F)
+    evidence, mean, variance = every[:, :, :1], every[:, :, 1::2], every[:, :, 2::2]
+    share = np.ones_like(evidence)
+    if periodic:
+        total = np.logaddexp.reduce(evidence, -1, keepdims=True)
+        evidence, share = total, np.exp(evidence - total)
+        second, mean = ((share * x).sum(-1, keepdims=True) for x in (variance + mean**2, mean))
+        variance = second - mean**2
+    weight = np.exp(evidence.sum(0) - evidence.sum(0).max())  # (ratios, 1, S, F)
+    weight, mean, variance = weight / weight.sum(), mean.sum(0), variance.sum(0)
+    over = (weight * share).sum((0, 1, 2, 3)) / len(times)
+    value = np.append((weight * np.sqrt(mean)).sum((0, 2, 3)), over @ hertz)
+    square = np.append(
+        (weight * (mean + variance / (4 * mean))).sum((0, 2, 3)), over @ (hertz**2 + np.gradient(hertz) ** 2 / 12)
+    )
+    factor = np.append(SHARES[name].max(1), 1.0)  # N m or N, Hz
+    value, sd = factor * value, factor * np.sqrt(square - value**2)
+    first = int(periodic and value[1] * sd[0] > value[0] * sd[1])  # of a process the second takes what is too fast
+    told = (first, 2) if over[0] + over[-1] < 0.05 else (first,)
+    return {SIZED[name][k][0]: (float(value[k]), float(sd[k]), SIZED[name][k][1]) for k in told}

@@ -11,9 +11,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.signal import savgol_filter
 
 from studies.diagnosis.rig_reference import Curve
 from studies.inference.kind import Candidates
@@ -142,7 +142,7 @@ def _smooth(blocks: Blocks) -> Array:
         here = blocks.branch == number
         window = min(15, int(here.sum()) - 1 + int(here.sum()) % 2)
         if window > 3:
-            slip[here] = savgol_filter(slip[here], window, 2)
+            slip[here] = scipy.signal.savgol_filter(slip[here], window, 2)
     return slip
 
 

@@ -16,8 +16,7 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.optimize import minimize_scalar
+import scipy
 
 from bicycle.identification.recording import STEER, STEER_TORQUE, Run
 from studies.diagnosis.mistakes import third_difference_noise
@@ -44,7 +43,7 @@ class Functions(NamedTuple):
         """All functions or derivatives of them, shape (n, C)."""
         first, last = self.time[0], self.time[-1]
         knots = first + (last - first) / self.spans * np.arange(-DEGREE, self.spans + DEGREE + 1)
-        splines = BSpline(knots, np.eye(self.of_spline), DEGREE)(time, nu=derivative)
+        splines = scipy.interpolate.BSpline(knots, np.eye(self.of_spline), DEGREE)(time, nu=derivative)
         dying = np.exp(-(time - first)[:, None] / DYING) * (-1 / DYING) ** derivative
         return np.concatenate([splines, dying, jumping(time, self.jumps, derivative)], 1)
 
@@ -183,7 +182,9 @@ class Likelihood:
         def best(sd: float | None) -> float:
             first = float(max(tried, key=lambda size: self.at(size, sd)[0]))
             bounds = (first - 0.5, first + 0.5)
-            return float(minimize_scalar(lambda x: -self.at(x, sd)[0], bounds=bounds, method="bounded").x)
+            return float(
+                scipy.optimize.minimize_scalar(lambda x: -self.at(x, sd)[0], bounds=bounds, method="bounded").x
+            )
 
         size = best(None)
         value, sd = self.at(size, None)

@@ -57,10 +57,15 @@ class Story:
     held_out: Gap | None
     unseen: bool  # what is held out are runs that were never fitted
     far: tuple[tuple[str, float, str, float], ...]  # parameter, by how much, unit, in sd
+    # where nothing is named: the hypothesis of one effect that predicts these runs best, and the share that it leaves
+    single: tuple[str, float | None] | None = None
 
 
-def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float]]] = ()) -> Story:
-    """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
+def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float]]] = (), single: str = "") -> Story:
+    """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any.
+
+    A ``single`` effect predicted them best.
+    """
     null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
     named = bool(final.candidates and null.nuisances)
     went = sorted(moved(null, null), key=lambda m: -abs(m.shift))
@@ -82,7 +87,8 @@ def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float
     left = {name: _number(x) for name, x in models.items()}
     without = left.get("nuisance_only") if named else None
     out = Gap(left.get("nominal"), left.get("effect_alone"), left.get("final"), without, most, count) if count else None
-    return Story(gap, out, bool(predicted), far)
+    best = replace(out, adjusted=left["single_effect"]).left("adjusted") if out and single else None
+    return Story(gap, out, bool(predicted), far, (single, best) if single else None)
 
 
 def _number(value: float) -> float | None:

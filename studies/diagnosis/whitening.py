@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from tyre.arrays import Array
 
@@ -37,7 +37,7 @@ class ChannelNoise:
         """Undo the whitening of one series ``white`` (n,)."""
         rest = np.sqrt(1 - self.colour**2)
         scaled = np.concatenate([white[:1], rest * white[1:]]) * self.sd
-        return np.asarray(lfilter([1.0], [1.0, -self.colour], scaled))
+        return np.asarray(scipy.signal.lfilter([1.0], [1.0, -self.colour], scaled))
 
     def of_means(self, channels: list[Array], count: int) -> float:
         """Sd of means of ``count`` samples, with the colour that third differences of ``channels`` (n,) show."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from studies.inference.fit import Fit, fit
 from studies.inference.kind import Kind
@@ -90,7 +90,7 @@ def within_uncertainty(hypothesis: Fit) -> float:
 
 def _beyond(statistic: float, mean: float, variance: float) -> float:
     """P(larger) by the chi^2 distribution with these moments: Satterthwaite (1946), Biometrics Bulletin 2, 110-114."""
-    return float(chi2_distribution.sf(2 * mean * statistic / variance, 2 * mean**2 / variance))
+    return float(chdtrc(2 * mean**2 / variance, 2 * mean * statistic / variance))
 
 
 def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
@@ -124,7 +124,7 @@ def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
     together = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
     each = np.where(spread.diagonal() > least, score**2 / np.maximum(spread.diagonal(), least), 0.0)
     most = int(np.argmax(each))
-    p = chi2_distribution.sf(together, int(told.sum())), len(each) * chi2_distribution.sf(each[most], 1)
+    p = chdtrc(int(told.sum()), together), len(each) * chdtrc(1, each[most])
     return float(min(1.0, 2 * min(p))), terms[moving[most]].identifier
 
 

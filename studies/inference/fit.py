@@ -8,13 +8,13 @@ to be short there.
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 from scipy.linalg.lapack import dgeqrt
-from scipy.special import log_ndtr
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc, log_ndtr
 
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, UncertainParameter, together
@@ -163,7 +163,14 @@ def _triangle(matrix: Array) -> Array:
     if not matrix.size:
         return np.zeros((min(matrix.shape), matrix.shape[1]))
     # panels of 8 columns: LAPACK's own choice takes narrow matrices column by column
-    return np.asarray(np.triu(dgeqrt(min(8, *matrix.shape), matrix)[0][: matrix.shape[1]]))
+    both = dgeqrt(min(8, *matrix.shape), matrix)[0][: matrix.shape[1]]
+    return np.where(_below(*both.shape), 0.0, both)
+
+
+@cache
+def _below(rows: int, columns: int) -> NDArray[np.bool_]:
+    """Places below the diagonal; kept, for numpy's own triu takes as long as the factors of a small matrix."""
+    return np.tri(rows, columns, -1, dtype=bool)
 
 
 def _objective(kept: Array, z: Array) -> float:
@@ -227,7 +234,7 @@ class Fit:
     def goodness(self) -> float:
         """P(chi^2 larger) of the objective (data and nuisance penalty) on n minus the freely fitted parameters."""
         freedom = len(self.residual) - sum(u.size for c in self.candidates for u in c.unknowns)
-        return float(chi2_distribution.sf(self.objective, max(freedom, 1)))
+        return float(chdtrc(max(freedom, 1), self.objective))
 
     @property
     def fits_data(self) -> bool:

@@ -135,7 +135,7 @@ class Joint(Kind):
     @cached_property
     def refused(self) -> Mapping[str, str]:  # type: ignore[override]
         """Candidates that no part can try, and why."""
-        tried = {c.identifier for c in self.candidates}
+        tried = {c.identifier for c in self._collected(lambda kind: kind.candidates)}
         found: dict[str, str] = {}
         for part in self.parts:
             for name, why in part.kind.refused.items():
@@ -243,6 +243,11 @@ class Joint(Kind):
         each = zip(self._each(candidates, theta), self.slices(), strict=True)
         return np.concatenate([kind.marginalised(kept, own, white[rows]) for (kind, kept, own, _), rows in each])
 
+    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Mapping[str, tuple[float, float, str]]:
+        each = zip(self.parts, self._each(candidates, theta), strict=True)
+        found = [kind.sizes(kept, own, part.here(name) or "") for part, (kind, kept, own, _) in each]
+        return next(filter(None, found), {})
+
     def easier(self) -> tuple["Joint", ...]:
         """Each part's easiest problem at once; empty if none has one."""
         led = [part.kind.easier() for part in self.parts]
@@ -251,10 +256,12 @@ class Joint(Kind):
         return (self._of(e[-1] if e else part.kind for part, e in zip(self.parts, led, strict=True)),)
 
     def _of(self, kinds: Iterable[Kind]) -> "Joint":
-        """Joint of these parts with other ``kinds``; itself if these are its own."""
+        """Joint of these parts with other ``kinds``, trying what this one tries; itself if these are its own."""
         parts = [p if p.kind is kind else replace(p, kind=kind) for p, kind in zip(self.parts, kinds, strict=True)]
-        same = all(new is old for new, old in zip(parts, self.parts, strict=True))
-        return self if same else replace(self, parts=tuple(parts))
+        if all(new is old for new, old in zip(parts, self.parts, strict=True)):
+            return self
+        found, tried = replace(self, parts=tuple(parts)), {c.identifier for c in self.candidates}
+        return found.trying(tuple(c for c in found.candidates if c.identifier in tried))
 
     def thinned(self, most: int) -> "Joint":
         return self._of(part.kind.thinned(most // len(self.parts)) for part in self.parts)

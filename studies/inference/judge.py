@@ -52,7 +52,6 @@ class Acceptance:
     # what cannot be told from the leader, itself first, and why; empty if nothing is named
     members: Mapping[Fit, Reason] = field(default_factory=dict)
     checks: Checks = ()
-    mimics: tuple[Mimic, ...] = ()  # terms without a cause that would lower chi^2, if something remains unexplained
 
 
 def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
@@ -82,7 +81,7 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     closes = null_score.gap > 0 and score.gap <= min(share * null_score.gap, RULES.partial_rest)
     # beside something unknown, one of several is a guess
     if met["any name"] and sure and met["usual size"] and alike and closes and not explained:
-        return Acceptance("partial", leader, scores, leader, members, checks, _mimics(known.kind, leader))
+        return Acceptance("partial", leader, scores, leader, members, checks)
     return _nothing_named(known, null_score, checks, leader)
 
 
@@ -90,8 +89,7 @@ def _nothing_named(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fi
     scores = {"nuisance_only": score, "final": score}
     if known.null.fits_data and known.nothing > RULES.even:
         return Acceptance("none", known.null, scores, leader, checks=checks)
-    mimics = () if known.null.fits_data else _mimics(known.kind, known.null)
-    return Acceptance("unknown", known.null, scores, leader, checks=checks, mimics=mimics)
+    return Acceptance("unknown", known.null, scores, leader, checks=checks)
 
 
 def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
@@ -222,6 +220,17 @@ class Judgement:
 
 def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     """Search, accept or refuse, and say what was decided."""
+    known, acceptance = decide(kind, progress)
+    kind = known.kind
+    nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
+    return Judgement(
+        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known,
+        final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
+    )  # fmt: skip
+
+
+def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Acceptance]:
+    """Search, and accept or refuse what leads."""
     if not len(kind.rows.where):
         raise ValueError("no data: rows.where is empty; give at least one residual")
     names = [candidate.identifier for candidate in kind.candidates]
@@ -236,12 +245,7 @@ def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
         whole = kind.trying(tuple(c for c in kind.candidates if c.identifier in tried))
         known, leader = on_all(whole, known, leader, advance)
         acceptance = accept(known, leader)
-    kind = known.kind
-    nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
-    return Judgement(
-        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known,
-        final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
-    )  # fmt: skip
+    return known, acceptance
 
 
 def _searched(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
@@ -292,12 +296,12 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    variance = widened(known, final)
-    if acceptance.verdict == "partial":  # the misfit counts as noise
-        variance = variance * final.misfit
+    noise = final.misfit if acceptance.verdict == "partial" else 1.0  # the misfit counts as noise
+    variance = noise * widened(known, final)
     real = [any(not c.mistake for c in f.candidates) for f in members]
     converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
     named = acceptance.verdict not in ("none", "unknown")
+    open_ = acceptance.verdict == "partial" or (acceptance.verdict == "unknown" and not final.fits_data)
     ahead = takewhile(lambda one: one[0] is not final, known.probabilities)
     judged = [
         None if f is None or named else Judged(f.name, f.chi2, f.goodness)
@@ -305,7 +309,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     ]
     return Verdict(
         verdict=acceptance.verdict,
-        effects=tuple(_named(final, c, variance) for c in final.candidates),
+        effects=tuple(_named(known.kind, final, c, variance, noise) for c in final.candidates),
         equivalent=tuple(f.name for f in members),
         posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
         chi2={
@@ -315,7 +319,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
         separating_measurements=tuple(separating(known.kind, members)) if len(members) > 1 else (),
         goodness_of_fit_p=final.goodness, alone_p=known.null.goodness,
-        checks=acceptance.checks, mimics=acceptance.mimics, refused=known.kind.refused,
+        checks=acceptance.checks, mimics=_mimics(known.kind, final) if open_ else (), refused=known.kind.refused,
         warnings=(*known.kind.notes, *_warnings(known, acceptance, gap=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
         refused_leaders=tuple((f.name, p, rule_against(known, acceptance, f)) for f, p in ahead),
@@ -384,8 +388,8 @@ def widened(known: Hypotheses, final: Fit) -> Array:
     return total
 
 
-def _named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
-    """A candidate with its fitted values, each labelled parameter by itself if they differ."""
+def _named(kind: Kind, hypothesis: Fit, candidate: Candidate, variance: Array, noise: float) -> Named:
+    """A candidate with its fitted values, each labelled parameter by itself if they differ, and its other sizes."""
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
     for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
@@ -393,6 +397,8 @@ def _named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
         for name, factor in u.factors.items():
             parameters[name] = (factor * value, factor * wide)
             units[name] = u.unit
+    for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, candidate.identifier).items():
+        parameters[name], units[name] = (value, math.sqrt(noise) * sd), unit
     return Named(
         candidate.identifier, parameters, units, candidate.signature, candidate.mistake, candidate.title,
         candidate.family,

@@ -60,8 +60,8 @@ class Rows:
 
     @property
     def one_axis(self) -> bool:
-        """True if all rows stand over one continuous quantity."""
-        return not self.condition and not any(series.axis for series in self.shown.values())
+        """True if all rows stand over one continuous quantity, which is named."""
+        return bool(self.axis) and not self.condition and not any(series.axis for series in self.shown.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +179,10 @@ class Kind:
     def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         """White noise (n, draws) after the marginalisation inside."""
         return white
+
+    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Mapping[str, tuple[float, float, str]]:
+        """Value, sd and unit, by name, of what is marginalised inside for the candidate called ``name``."""
+        return {}
 
     # ---- search ----
 

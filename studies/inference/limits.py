@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import log_ndtr, ndtr, ndtri, ndtri_exp
 
 from studies.inference.fit import Fit, prior, spread
@@ -109,4 +109,4 @@ def size_limit(mean: float) -> float:
     offset = abs(mean)
     if offset > 10.0:  # the other side is empty
         return offset + float(ndtri(RULES.level))
-    return float(brentq(lambda x: float(ndtr(x - offset) - ndtr(-x - offset)) - RULES.level, 0.0, offset + 10.0))
+    return float(scipy.optimize.brentq(lambda x: ndtr(x - offset) - ndtr(-x - offset) - RULES.level, 0, offset + 10))

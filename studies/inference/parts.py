@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from studies.inference.fit import Fit, fit
 from studies.inference.judge import judge
@@ -85,7 +85,7 @@ def disagreement(joint: Fit, rows: slice) -> tuple[float, float]:
     if not len(apart):
         return 1.0, 0.0
     largest = float(np.abs(apart).max())
-    return float(-np.expm1(len(apart) * np.log1p(-2 * norm.sf(largest)))), largest
+    return float(-np.expm1(len(apart) * np.log1p(-2 * ndtr(-largest)))), largest
 
 
 def _alone(some: Kind, joint: Fit) -> dict[str, tuple[str, float, float, bool]]:

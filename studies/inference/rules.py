@@ -40,7 +40,7 @@ class Rules:
     collapse: float = 4.0  # factor by which it falls where a reading is the answer
     as_well: float = 1.5  # factor within which readings count as alike
     # much data
-    thinned: int = 6000  # numbers in which hypotheses are searched where there are more than twice as many; counted
+    thinned: int = 4000  # numbers in which hypotheses are searched where there are more than twice as many; counted
     block: float = 0.01  # s, over which their samples are averaged: 96.7 % of the information at 10 Hz stay
     quick: int = 1500  # the same of the quick search, for 2 s; counted
     bare: float = 2.0  # difference of BIC worth no more than a bare mention; Kass & Raftery (1995)

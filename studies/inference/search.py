@@ -248,6 +248,8 @@ def _polished(known: Hypotheses) -> Hypotheses:
 
 def _laddered(known: Hypotheses) -> Hypotheses:
     """Soft joints that improve the fit, fitted from several softnesses as well: a loose body resonates in each."""
+    if known.kind.dear:  # of much data a part has told in which softness it ends
+        return known
     enough = known.null.objective - RULES.improved
     better = [f for f in known.fits if len(f.candidates) == 1 and f.objective < enough]
     ladders = {f: [np.concatenate([known.null.theta, start]) for start in f.candidates[0].ladder] for f in better}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.inference.judge import Judgement, judge
+from studies.inference.judge import Judgement, decide
 from studies.inference.kind import Kind, Rows
 from studies.inference.parameter import Array, Candidate, UncertainParameter
 from studies.inference.rules import RULES
@@ -176,5 +176,5 @@ def _places(rows: Rows, out: NDArray[np.bool_], most: int = 4) -> str:
 
 def outcome(variant: Variant) -> Outcome:
     """The judgement of a ``variant``, in short."""
-    found = judge(variant)
-    return Outcome(variant.what, found.verdict.verdict, found.verdict.equivalent, found.hypotheses.nothing)
+    known, acceptance = decide(variant)
+    return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), known.nothing)

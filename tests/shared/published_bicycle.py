@@ -29,26 +29,31 @@ def weave(speed):
     return complex(values[k]), complex(vectors[1, k] / vectors[0, k])
 
 
-def ride(speed, duration, torque, *, lean_rate=0.3, friction=0.0):
-    """Time (s), states (n, 4) at 1 kHz by Runge and Kutta; ``torque`` of time in N m, ``friction`` dry, N m."""
-    a, push = state_matrix(speed), np.linalg.solve(M, [0.0, 1.0])
+def ride(speed, duration, torque, *, lean_rate=0.3, friction=0.0, lean_torque=np.zeros_like):
+    """Time (s), states (n, 4) at 1 kHz by Runge and Kutta; torques of times in N m, ``friction`` dry, N m."""
+    a, push = state_matrix(speed), np.vstack([np.zeros((2, 2)), np.linalg.inv(M)])
 
-    def rate(t, x):
-        found = a @ x
-        found[2:] += push * (torque(t) - friction * np.tanh(x[3] / SHARP))
-        return found
+    def step(x, begin, middle, end):
+        def rate(x, torques):
+            rubbing = push[:, 1] * friction * np.tanh(x[3] / SHARP) if friction else 0.0
+            return a @ x + push @ torques - rubbing
+
+        k1 = rate(x, begin)
+        k2 = rate(x + FINE / 2 * k1, middle)
+        k3 = rate(x + FINE / 2 * k2, middle)
+        k4 = rate(x + FINE * k3, end)
+        return x + FINE / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
     time = np.arange(round(duration / FINE) + 1) * FINE
-    x = np.array([0.0, 0.0, lean_rate, 0.0])
-    states = [x]
-    for t in time[:-1]:
-        k1 = rate(t, x)
-        k2 = rate(t + FINE / 2, x + FINE / 2 * k1)
-        k3 = rate(t + FINE / 2, x + FINE / 2 * k2)
-        k4 = rate(t + FINE, x + FINE * k3)
-        x = x + FINE / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        states.append(x)
-    return time, np.array(states)
+    halves = np.arange(2 * len(time) - 1) * FINE / 2
+    torques = np.array([one(halves) + 0.0 * halves for one in (lean_torque, torque)])
+    given = np.concatenate([torques[:, :-2:2], torques[:, 1::2], torques[:, 2::2]]).T
+    states = np.empty((len(time), 4))
+    states[0] = 0.0, 0.0, lean_rate, 0.0
+    whole = None if friction else step(np.eye(10)[:4], *np.eye(10)[4:].reshape(3, 2, 10))  # then a step is one matrix
+    for k, each in enumerate(given):
+        states[k + 1] = step(states[k], *each.reshape(3, 2)) if friction else whole @ (*states[k], *each)
+    return time, states
 
 
 TILT, TRAIL, BASE = np.pi / 10, 0.08, 1.02  # rad, m, m: steer axis tilt, trail and wheelbase, table 1

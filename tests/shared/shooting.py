@@ -29,12 +29,16 @@ def own_equations(model, speed, *, friction=0.8, shape=1.3, curvature=0.0):
     entry = a[:, forces].copy()
     entry[forces] = 0.0  # the lag is of C s itself
     numbers = [np.broadcast_to(one, 2) for one in (np.multiply(friction, linear.static_loads), shape, curvature)]
+    d, c, e = numbers
+    curves = (d, c, e, 1 / (c * d)), tuple(one[:, None] for one in (d, c, e, 1 / (c * d)))
+    bent = np.any(e)
 
     def rate(t, x):
-        d, c, e = numbers if x.ndim == 1 else (one[:, None] for one in numbers)
-        u = x[forces] / (c * d)  # B s
-        force = d * np.sin(c * np.arctan(u - e * (u - np.arctan(u))))
-        return a @ x + entry @ (force - x[forces])
+        d, c, e, per_force = curves[x.ndim - 1]
+        lagged = x[forces]
+        u = per_force * lagged  # B s
+        force = d * np.sin(c * np.arctan(u - e * (u - np.arctan(u)) if bent else u))
+        return a @ x + entry @ (force - lagged)
 
     assert all(linear.parameters[STIFFNESS.format(wheel)] > 0 for wheel in WHEELS)
     return rate, list(linear.states)

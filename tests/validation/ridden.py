@@ -197,7 +197,7 @@ def judged(verdict: Any, cause: str, hidden: tuple[str, ...]) -> Row:
     """Score a ``verdict``: what it names, whether it names something false, whether it finds what is ``hidden``."""
     members = [set(name.split("+")) for name in verdict.equivalent] or [set()]
     named = {e.identifier for e in verdict.effects}
-    right = {*ANSWERS[cause], *hidden}
+    right = {*ANSWERS[cause], *hidden, "yaw_gyro_leans"}  # as the gyros of these rides do
     physics = {e.identifier for e in verdict.effects if not e.mistake}
     return {
         "hidden": list(hidden), "verdict": verdict.verdict, "named": sorted(named), "class": list(verdict.equivalent),

@@ -113,20 +113,22 @@ def test_slopes_are_the_differences_of_the_residual(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "size", "read"),
+    ("name", "size", "prior", "read"),  # priors: docs/measurement_files.md
     [
-        ("force_scale", 0.08, lambda torque, x, arm: 1.08 * torque(x) / arm),
-        ("force_zero", 0.4, lambda torque, x, arm: torque(x) / arm + 0.4),
-        ("lever_arm_error", 0.01, lambda torque, x, arm: torque(x) / (arm + 0.01)),
-        ("steer_zero", 0.03, lambda torque, x, arm: torque(x + 0.03) / arm),
+        ("force_scale", 0.08, 0.1, lambda torque, x, arm: 1.08 * torque(x) / arm),
+        ("force_zero", 0.4, 0.5, lambda torque, x, arm: torque(x) / arm + 0.4),
+        ("lever_arm_error", 0.01, 0.005, lambda torque, x, arm: torque(x) / (arm + 0.01)),
+        ("steer_zero", 0.03, 0.02, lambda torque, x, arm: torque(x + 0.03) / arm),
     ],
 )
-def test_mistakes_do_what_they_are_called_after(tmp_path, name, size, read):
+def test_mistakes_do_what_they_are_called_after(tmp_path, name, size, prior, read):
     head = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
     lines = [f"hold,free_plate,{x:g},{read(lambda a: bar_stiffness(lifted=False) * a, x, arm):.12g},0.1,{arm}"
              for x in ANGLES for arm in (0.2, 0.3)]  # fmt: skip
     forward = read_measurement(write(tmp_path, lines, head=head)).ready()
-    residual, _ = forward.residual(chosen(forward, name), np.array([*forward.nominal, size]))
+    (candidate,) = chosen(forward, name)
+    assert [u.scale for u in candidate.unknowns] == [prior]
+    residual, _ = forward.residual((candidate,), np.array([*forward.nominal, size]))
     assert np.abs(residual).max() < 1e-6
 
 

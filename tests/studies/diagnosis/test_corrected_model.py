@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from small_library import all_but
 
+from bicycle import effect_class
 from bicycle.model_file import read_model
 from studies.cli import main
 from studies.diagnosis import corrected_model, model_text, read_measurement
@@ -55,6 +56,15 @@ def test_what_the_measurement_states_to_be_exact_is_exact_in_the_corrected_model
     assert 0 < model.sd["c"] <= 0.002
 
 
+def test_what_an_effect_takes_from_the_one_it_replaces_is_known_as_well(modal, begun):
+    measurement = read_measurement(modal / "MEASUREMENT.toml")
+    slip = effect_class("side_slip")(cornering_stiffness=8000.0)
+    found = begun(dataclasses.replace(measurement, model=measurement.model.with_effect(slip)), "relaxation_length")
+    place = [u.name for u in found.final.unknowns].index("side_slip.cornering_stiffness.front")
+    sd = np.sqrt(found.final.covariance[place, place] * max(1.0, found.final.objective / len(found.final.residual)))
+    assert corrected_model(found).sd["relaxation_length.cornering_stiffness.front"] == pytest.approx(sd)
+
+
 def test_errors_of_the_measurement_are_not_in_the_model(modal, begun):
     found = begun(read_measurement(modal / "MEASUREMENT.toml"), "speed_scale", verdict="named")
     assert [e.identifier for e in corrected_model(found).effects] == ["no_slip"]
@@ -71,8 +81,7 @@ def test_a_model_that_cannot_be_says_why(damped):
 
 @pytest.mark.usefixtures("two_variants")
 @pytest.mark.parametrize("variants", [True, False])
-def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, unseen, variants):
-    unseen()
+def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, capsys, no_pictures, variants):
     measurement = read_measurement(modal / "MEASUREMENT.toml")
     few = [f"--without={name}" for name in all_but(measurement, ("steer_damper", "pneumatic_trail", "speed_scale"))]
     more = [] if variants else ["--no-stability"]

@@ -40,8 +40,8 @@ def test_another_bicycle_is_asked_about(modal, begun, tmp_path):
     (asked,) = doubts(begun(read_measurement(file), verdict="unknown"))
     told = re.match(
         r"the parameters went farther than their stated or assumed standard deviations allow \((\w+) "
-        r"[+-]([\d.]+) sd, .*; sum of squares ([\d.]+) for \d+, and chance makes more than (\d+) once in a million "
-        r"at most\): is the bicycle of the file the one that was measured",
+        r"[+-]([\d.]+) sd, \w+ [+-][\d.]+ sd, \w+ [+-][\d.]+ sd; sum of squares ([\d.]+) for \d+, and chance makes "
+        r"more than (\d+) once in a million at most\): is the bicycle of the file the one that was measured",
         asked,
     )
     assert told

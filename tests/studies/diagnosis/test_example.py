@@ -16,13 +16,6 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def refused(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main([*arguments])
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
 def test_it_is_diagnosed_as_it_stands(capsys):
     main(["new", "m.toml", "--kind", "measurement", "--bicycle", "pista"])
     assert capsys.readouterr().out == (
@@ -52,15 +45,15 @@ def test_every_key_that_it_explains_is_one(capsys):
         read_measurement(Path("m.toml"))
 
 
-def test_what_is_there_stays(capsys):
+def test_what_is_there_stays(refused):
     Path("m.csv").write_text("mine")
-    assert "m.csv exists, where the table of m.toml would be" in refused(capsys, "new", "m.toml", "--kind=measurement")
+    assert "m.csv exists, where the table of m.toml would be" in refused("new", "m.toml", "--kind=measurement")
     assert Path("m.csv").read_text() == "mine"
     assert not Path("m.toml").exists()
     main(["new", "m.toml", "--kind=measurement", "--force"])
     assert Path("m.csv").read_text().startswith("speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s\n")
-    assert "--tyre is of a model file" in refused(capsys, "new", "b.toml", "--kind=measurement", "--tyre=Tyre2")
-    assert "unknown bicycle 'pisto'" in refused(capsys, "new", "b.toml", "--kind=measurement", "--bicycle=pisto")
+    assert "--tyre is of a model file" in refused("new", "b.toml", "--kind=measurement", "--tyre=Tyre2")
+    assert "unknown bicycle 'pisto'" in refused("new", "b.toml", "--kind=measurement", "--bicycle=pisto")
 
 
 def test_a_bicycle_whose_weave_cannot_be_measured_is_refused():

@@ -1,5 +1,7 @@
 """Measured frequency responses: of the published benchmark bicycle, by nothing of velotyre (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from published_bicycle import gains
@@ -120,6 +122,10 @@ def test_an_accelerometer_reads_the_motion_of_its_place_and_a_share_of_gravity(t
     forward = measurement.ready()
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 1e-2
     assert any("- g lean" in note for note in forward.notes)
+    g = 9.80665
+    in_g = replace(forward, points=tuple(replace(p, value=p.value / g, sd=p.sd / g) for p in forward.points))
+    right = dict(in_g.misreadings())["lateral acceleration in g"]
+    assert np.abs(right.residual((), right.nominal)[0]).max() < 1e-2
 
 
 @pytest.mark.parametrize(
@@ -184,11 +190,10 @@ def test_noise_from_coherence_holds_the_truth(tmp_path):
     np.testing.assert_allclose([p.sd for p in points], plain * np.sqrt(n / (n - 2)), rtol=1e-6)
 
 
-def test_a_spring_is_found_and_named(tmp_path, capsys, unseen):
+def test_a_spring_is_found_and_named(tmp_path, capsys, no_pictures):
     """At 4 m/s the bicycle is unstable and something held it; 3 % noise; 3 N m/rad are hidden."""
     file, out = write(tmp_path, rows(speeds=(4.0, 5.5, 7.0), spring=3.0)), tmp_path / "out"
     left_out = [f"--without={name}" for name in all_but(read_measurement(file), RIVALS)]
-    unseen()
     main(["diagnose", str(file), "--out", str(out), "--no-stability", *left_out])
     said = capsys.readouterr()
     assert "named. Missing: elastic torque on the steering (steer_spring: stiffness" in said.out
@@ -252,7 +257,7 @@ def test_a_motor_of_the_base_model_has_no_share_in_the_response_to_the_recorded_
     assert [e.identifier for e in other.model.effects] == ["no_slip", "steer_assist"]
 
 
-def test_the_table_of_a_simulation_is_read(tmp_path):
+def test_the_table_of_a_simulation_is_read(no_pictures, tmp_path):
     main(["simulate", "benchmark", "--speed=6", "--frequency-response=steer_torque", f"--out={tmp_path / 'sim'}"])
     toml = TOML + '[frequency_response]\ntable = "sim/frequency_response.csv"\nspeed_m_s = 6\nrelative_sd = 0.02\n'
     measurement = read_measurement(write(tmp_path, rows(), toml=toml))

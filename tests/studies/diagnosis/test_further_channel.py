@@ -44,13 +44,10 @@ def told(full, before, *names):
     return gain**2, odds[1] - odds[0]
 
 
-@pytest.mark.parametrize(
-    ("truth", "rival", "seeds", "louder"),
-    [
-        ("steer_damper", "steer_damper+bias", (5, 30), 1.0),  # 8 to 30 sd where the starts are held
-        ("steer_damper", "steer_spring", (32, 33), 10.0),  # and here 17 and 19
-    ],
-)
+@pytest.mark.parametrize(("truth", "rival", "seeds", "louder"), [
+    ("steer_damper", "steer_damper+bias", (5, 30), 1.0),  # 8 to 30 sd where the starts are held
+    ("steer_damper", "steer_spring", (32, 33), 10.0),  # and here 17 and 19
+])  # fmt: skip
 def test_no_more_is_promised_than_the_channel_brings(truth, rival, seeds, louder, tmp_path):
     for seed in seeds:
         (tmp_path / f"{seed}").mkdir()

@@ -11,7 +11,7 @@ from small_library import among
 
 from studies.cli import main
 from studies.diagnosis import JointData, draw_all, find, read_measurement
-from tyre.errors import InputError
+from tests.shared.refusals import refuses
 
 HEAD = """
 kind = "joint"
@@ -91,9 +91,8 @@ def test_parts_agree_once_the_sensor_is_named(off):
     assert found.without == {}
 
 
-def test_each_part_has_its_own_figures(off, tmp_path, unseen):
+def test_each_part_has_its_own_figures(off, tmp_path, no_pictures):
     """What a part shows is its rows of the joint fits, under the name of the joint hypothesis."""
-    unseen()
     captions = draw_all(off, find(off), tmp_path)
     for number, name in ((1, "modes"), (2, "kicks")):
         figure = f"before_after_{number}"
@@ -150,35 +149,30 @@ def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_p
     assert any(n.startswith("steer_assist: acts beside the recorded steer torque") for n in forward.notes)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda t: t.replace(MODES, ""), r"one \[\[part\]\] only: write \[\[part\]\] .*kind and .* two or more"),
-        (lambda t: t.replace('kind = "joint"', 'kind = "joint"\npart = 3').split("[[part]]")[0], "must be tables:"),
-        (lambda t: t.replace("part.modal", "part.modals"), "known: .* frequency_response, histories, kind"),
-        (lambda t: t.replace("[uncertainty]", "[candidates.motor]\n[uncertainty]"), r"\[candidates.motor\]: unkn"),
-        (lambda t: t.replace('name = "modes"', ""), "part 1.*: a part without a name; write"),
-        (lambda t: t.replace('"modes"', '"a/b"'), "'a/b' must be a name in quotes without '/'"),
-        (lambda t: t.replace('"modes"', '"kicks"'), "'kicks' is given twice; give each part a name of its own"),
-        (lambda t: t.replace('kind = "modal"', ""), "part 1.*: a part without a kind"),
-        (lambda t: t.replace('"modal"', '"tyre_tables"'), r"'tyre_tables' is not allowed in .*part"),
-        (lambda t: t.replace("part.modal", "part.canonical"), r"part 'modes': .* the table \[modal\] is missing"),
-        (lambda t: t.replace("weave.csv", "wave.csv"), "part 'modes': .*wave.csv"),
-        (lambda t: t.replace('"joint"', '"modal"'), r"kind is 'modal' but \[\[part\]\] belongs to kind = 'joint'"),
-        (lambda t: t.split("[[part]]")[0], "kind is 'joint' but there is no part"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "words"), [
+    (lambda t: t.replace(MODES, ""), r"one \[\[part\]\] only: write \[\[part\]\] .*kind and .* two or more"),
+    (lambda t: t.replace('kind = "joint"', 'kind = "joint"\npart = 3').split("[[part]]")[0], "must be tables:"),
+    (lambda t: t.replace("part.modal", "part.modals"), "known: .* frequency_response, histories, kind"),
+    (lambda t: t.replace("[uncertainty]", "[candidates.motor]\n[uncertainty]"), r"\[candidates.motor\]: unkn"),
+    (lambda t: t.replace('name = "modes"', ""), "part 1.*: a part without a name; write"),
+    (lambda t: t.replace('"modes"', '"a/b"'), "'a/b' must be a name in quotes without '/'"),
+    (lambda t: t.replace('"modes"', '"kicks"'), "'kicks' is given twice; give each part a name of its own"),
+    (lambda t: t.replace('kind = "modal"', ""), "part 1.*: a part without a kind"),
+    (lambda t: t.replace('"modal"', '"tyre_tables"'), r"'tyre_tables' is not allowed in .*part"),
+    (lambda t: t.replace("part.modal", "part.canonical"), r"part 'modes': .* the table \[modal\] is missing"),
+    (lambda t: t.replace("weave.csv", "wave.csv"), "part 'modes': .*wave.csv"),
+    (lambda t: t.replace('"joint"', '"modal"'), r"kind is 'modal' but \[\[part\]\] belongs to kind = 'joint'"),
+    (lambda t: t.split("[[part]]")[0], "kind is 'joint' but there is no part"),
+])  # fmt: skip
 def test_files_that_cannot_be_read(tmp_path, change, words):
     file = written(tmp_path)
     file.write_text(change(file.read_text()))
-    with pytest.raises(InputError, match=words):
-        read_measurement(file)
+    refuses(words, read_measurement, file)
 
 
 def test_a_name_that_no_part_knows_is_refused(tmp_path):
     measurement = read_measurement(written(tmp_path))
-    with pytest.raises(InputError, match="--without.*kicks/steer_skale"):
-        measurement.ready(without=("kicks/steer_skale",))
+    refuses("--without.*kicks/steer_skale", measurement.ready, without=("kicks/steer_skale",))
     tried = {c.identifier for c in measurement.ready(without=("kicks/steer_scale", "steer_damper")).candidates}
     assert {"kicks/steer_scale", "steer_damper"}.isdisjoint(tried)
     assert "modes/steer_sensor_scale" in tried

@@ -4,10 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
+from published_bicycle import weave
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.named_modes import modes
-from studies.diagnosis import Modal, ModalPoint
+from studies.diagnosis import Modal, ModalPoint, read_measurement
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
@@ -39,6 +40,18 @@ def test_a_dense_series_of_speeds_is_more_than_one_and_repeats_are_not():
     model = Model(load_bicycle("benchmark"))
     assert forward_at(model, [5.0, 5.1, 5.2, 5.3, 5.4]).varied  # each within 5 % of the next
     assert not forward_at(model, [5.0, 5.1, 5.2]).varied
+
+
+def test_a_speed_known_to_some_sd_adds_what_the_mode_changes_with_it(tmp_path):
+    """The slope of the published weave by differences, in quadrature to the sd of the eigenvalue."""
+    rows = ["4.0,weave,0.41,3.08,0.05,0.05,0.1", "5.0,weave,-0.78,4.46,0.05,0.05,"]
+    head = "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s,speed_sd_m_s"
+    (tmp_path / "m.toml").write_text('kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n')
+    (tmp_path / "t.csv").write_text("\n".join([head, *rows, ""]))
+    slope = (weave(4.02)[0] - weave(3.98)[0]) / 0.04
+    uncertain, exact = read_measurement(tmp_path / "m.toml").points
+    assert uncertain.sd == pytest.approx(np.hypot(0.05, [0.1 * slope.real, 0.1 * slope.imag]), rel=1e-3)
+    assert exact.sd == (0.05, 0.05)
 
 
 def test_derivatives_agree_with_differences_of_the_prediction(forward):

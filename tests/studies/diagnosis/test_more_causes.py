@@ -211,15 +211,12 @@ def modal(change=lambda root, ratio: (root, ratio), speeds=(4.6, 5.2, 5.8, 6.6, 
     return Modal(name="own", model=Model(load_bicycle("benchmark")), points=tuple(points), **rest)
 
 
-@pytest.mark.parametrize(
-    ("identifier", "change", "size"),
-    [
-        ("steer_sensor_lowpass", lambda s, r: (s, r / (1 + 0.03 * s)), 0.03),
-        ("steer_sensor_delay", lambda s, r: (s, r * np.exp(-0.03 * s)), 0.03),
-        ("lean_sensor_lowpass", lambda s, r: (s, r * (1 + 0.03 * s)), 0.03),
-        ("lean_sensor_delay", lambda s, r: (s, r * np.exp(0.03 * s)), 0.03),
-    ],
-)
+@pytest.mark.parametrize(("identifier", "change", "size"), [
+    ("steer_sensor_lowpass", lambda s, r: (s, r / (1 + 0.03 * s)), 0.03),
+    ("steer_sensor_delay", lambda s, r: (s, r * np.exp(-0.03 * s)), 0.03),
+    ("lean_sensor_lowpass", lambda s, r: (s, r * (1 + 0.03 * s)), 0.03),
+    ("lean_sensor_delay", lambda s, r: (s, r * np.exp(0.03 * s)), 0.03),
+])  # fmt: skip
 def test_the_sensors_of_a_ratio(identifier, change, size):
     (found,), (sd,), chi2, gain = fitted(modal(change), identifier)
     assert found == pytest.approx(size, abs=4 * sd)

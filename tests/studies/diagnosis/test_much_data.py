@@ -33,6 +33,12 @@ def measured(tmp_path_factory):
     return case(tmp_path_factory.mktemp("damper"), ("steer_damper",), 3, bicycle="browser", runs=8, duration=1.2)
 
 
+def test_nobody_sways_or_pedals_where_nobody_rides(measured):
+    ready = measured.ready()
+    assert {"side_gusts"} == {c.identifier for c in ready.candidates if c.absorbs}
+    assert ready.refused["rider_sway"] == ready.refused["pedalling"] == "nobody rides: mB = 9.86 kg is less than 30 kg"
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
     whole = measured if stated else dataclasses.replace(measured, noise_sd={})

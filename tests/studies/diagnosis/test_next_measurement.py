@@ -76,16 +76,13 @@ def test_where_nothing_is_named_the_two_most_probable_are_told_apart():
     assert names(judged("none", "", hypothesis("damper", 2.0), hypothesis("spring", 1.0))) == ("damper", "spring")
 
 
-@pytest.mark.parametrize(
-    ("fits", "two"),
-    [
-        ((hypothesis("damper", 90.0, chi2=99.0), hypothesis("spring", 80.0, chi2=99.0)), ()),
-        ((hypothesis("damper", 90.0), hypothesis("spring", 89.0)), ("damper", "spring")),
-        ((hypothesis("damper", 90.0), hypothesis("spring", 70.0)), ("damper",)),
-        ((hypothesis("damper", 90.0), hypothesis("spring", 89.0, chi2=99.0)), ("damper",)),
-        ((hypothesis("damper", 90.0, size=0.0), hypothesis("spring", 89.0)), ("spring",)),
-    ],
-)
+@pytest.mark.parametrize(("fits", "two"), [
+    ((hypothesis("damper", 90.0, chi2=99.0), hypothesis("spring", 80.0, chi2=99.0)), ()),
+    ((hypothesis("damper", 90.0), hypothesis("spring", 89.0)), ("damper", "spring")),
+    ((hypothesis("damper", 90.0), hypothesis("spring", 70.0)), ("damper",)),
+    ((hypothesis("damper", 90.0), hypothesis("spring", 89.0, chi2=99.0)), ("damper",)),
+    ((hypothesis("damper", 90.0, size=0.0), hypothesis("spring", 89.0)), ("spring",)),
+])  # fmt: skip
 def test_of_an_unknown_gap_only_what_fits_is_told_apart(fits, two):
     """chi^2 of 99 over 10 numbers is p = 1e-16."""
     assert names(judged("unknown", "", *fits, chi2=500.0)) == two

@@ -11,7 +11,7 @@ from small_library import all_but, among
 from synthetic_kicks import FRICTION, KICKS, SPEEDS, kick_table
 
 from studies.cli import main
-from studies.diagnosis import ChannelNoise, Predicted, find, page, predict, read_measurement, record
+from studies.diagnosis import ChannelNoise, Predicted, find, page, predict, read_measurement, record, terminal
 from tests.validation.blind import motion as moving
 
 FOLDER = Path(str(files("tyre.data"))) / "measured" / "synthetic_kicks"
@@ -67,6 +67,17 @@ def test_without_held_out_runs_nothing_is_said_of_them():
     found = find(diagnosis)
     assert found.predicted == ()
     assert record(diagnosis, found)["predicted"] == []
+
+
+def test_where_nothing_is_named_the_single_effect_that_predicts_them_best_is_told():
+    """What opposes the steer rate stands for dry friction, what opposes the angle does not, though it leads."""
+    diagnosis = among(read_measurement("synthetic_kicks"), ("steer_damper", "steer_spring", "drift"))
+    findings = find(diagnosis)
+    (kicks,) = findings.predicted
+    assert (diagnosis.verdict.verdict, diagnosis.verdict.nearest.name) == ("unknown", "drift+steer_spring")
+    assert kicks.single == "drift+steer_damper"
+    assert kicks.gap["single_effect"] < 0.35 < kicks.gap["nuisance_only"]
+    assert "Of all single effects drift of each channel (drift) + " in terminal(diagnosis, findings)
 
 
 def test_a_residual_torque_predicts_them_too():

@@ -133,13 +133,10 @@ def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
     assert not any(p.what.startswith("steer_rad") for p in forward.proposed())
 
 
-@pytest.mark.parametrize(
-    ("channel", "factor", "reading"),
-    [
-        ("roll_rate_rad_s", -1.0, "roll_rate_rad_s of the opposite sign"),
-        (STEER_TORQUE, 1 / 9.80665, f"{STEER_TORQUE} in kgf m"),
-    ],
-)
+@pytest.mark.parametrize(("channel", "factor", "reading"), [
+    ("roll_rate_rad_s", -1.0, "roll_rate_rad_s of the opposite sign"),
+    (STEER_TORQUE, 1 / 9.80665, f"{STEER_TORQUE} in kgf m"),
+])  # fmt: skip
 def test_a_channel_in_another_unit_or_of_the_other_sign_is_told(tmp_path, channel, factor, reading):
     measurement = read(tmp_path)
     assert preflight(measurement.ready()) is None

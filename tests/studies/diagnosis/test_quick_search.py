@@ -52,6 +52,17 @@ def test_hypotheses_are_weighed_by_the_criterion():
     for f in known.fits:
         expected = criterion(problem, f.name) - criterion(problem)
         assert -2 * math.log(known.odds(f, known.null)) == pytest.approx(expected, abs=1e-2)
+        (begin,) = f.begins  # the most promising of two sizes, each beside the best level and beside that of the prior
+        tried = [np.append(level, size) for level in (known.null.theta, 0.0) for size in f.candidates[0].starts[:2]]
+        values = [(problem.residual(f.candidates, at)[0] ** 2).sum() + at @ (at / [1.0, 100.0]) for at in tried]
+        assert begin.tolist() == tried[int(np.argmin(values))].tolist()
+
+
+def test_noise_is_estimated_beside_the_best_hypothesis(monkeypatch):
+    seen = []
+    monkeypatch.setattr(Lines, "refined", lambda kind, best: seen.append(best.name) or kind)
+    judge_quickly(lines({"slope": 0.5}, "bend", "slope"))
+    assert seen == ["slope"]
 
 
 @pytest.mark.parametrize(

@@ -174,6 +174,8 @@ def test_the_first_screen_tells_where_what_how_sure_and_what_is_shown(one):
     for word in ("χ²", "p =", "odds", "chi^2"):
         assert word not in text
     assert len(text.split()) < 250
+    thirds = re.findall(r"^\| (\d.* to .*) \| (\d+) \|", written(one), re.MULTILINE)
+    assert set(thirds) == {("1 to 2.67 s", "8"), ("2.67 to 4.33 s", "8"), ("4.33 to 6 s", "8")}
 
 
 def test_the_terminal_has_twelve_lines_at_most(one, nothing, several):
@@ -330,8 +332,7 @@ def test_words():
 @pytest.mark.parametrize(
     "hostile", ["<script>alert(1)</script>", "[x](javascript:alert(1))", "<img src=x onerror=a()>"]
 )
-def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, unseen, hostile):
-    unseen()
+def test_what_a_measurement_says_of_itself_never_runs(nothing, tmp_path, no_pictures, hostile):
     about = {"name": f"readings {hostile}", "description": f"about {hostile}", "source": f"from {hostile}"}
     write_report(dataclasses.replace(nothing, kind=dataclasses.replace(nothing.kind, **about)), tmp_path)
     made = (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -82,9 +82,8 @@ def test_the_page_has_a_section_with_its_figure(reported):
 
 
 @pytest.mark.parametrize("command", [("modes",), ("critical",), ("uncertainty", "--samples", "50")])
-def test_other_commands_read_the_corrected_model(reported, capsys, command):
-    main([command[0], str(reported.folder / "model.toml"), *command[1:]])
-    assert "weave" in capsys.readouterr().out
+def test_other_commands_read_the_corrected_model(reported, printed, command):
+    assert "weave" in printed(command[0], str(reported.folder / "model.toml"), *command[1:])
 
 
 def test_nothing_is_said_if_nothing_was_left_open_and_a_refusal_says_why(reported):

@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from published_bicycle import BASE, FINE, TILT, TRAIL
+from published_bicycle import ride as published
+from scipy.signal import lfilter
 from small_library import among
 
-from studies.diagnosis import read_measurement
-from studies.inference import fit
+from bicycle import Model, load_bicycle
+from bicycle.identification import Run
+from studies.diagnosis import Histories, read_measurement
+from studies.inference import Joint, Part, fit
 from tests.validation.ridden import ANSWERS, NOISE, judged, make, turned
 
 RIDE = {"rotated": "imu_rotation", "coast_down": "coast_down", "clock": "imu_clock", "pedalling": "pedalling",
@@ -55,6 +60,69 @@ def test_gusts_are_named_where_nothing_else_explains(tmp_path):
     assert score["cause_named"]
     assert score["no_false_physics"]
     assert found.verdict.titles["side_gusts"] == "gusts or a rough road"
+    (gusts,) = (effect for effect in found.verdict.effects if effect.identifier == "side_gusts")
+    assert gusts.units["side_force_rms"] == "N"
+    size, sd = gusts.parameters["side_force_rms"]
+    assert 4 * sd < size < 20 * sd
+
+
+@pytest.mark.parametrize("cause", ["pedalling", "steering", "side_gusts"])
+def test_a_torque_that_nobody_recorded_has_a_true_size_and_frequency(cause):
+    """Published equations; a side force at the mass centre leans by its height, and steers by its place and trail."""
+    rng, runs, square, keep = np.random.default_rng(1), [], [], np.exp(-FINE / 2 / 0.3)
+    key, unit, steer, lean = {
+        "pedalling": ("lean_torque_rms", "N m", 0.01, 3.0),
+        "steering": ("steer_torque_rms", "N m", 0.2, 0.0),
+        "side_gusts": ("side_force_rms", "N", 8 * 0.3 * TRAIL * np.cos(TILT) / BASE, 8 * 0.9),
+    }[cause]
+    for speed in (4.6, 5.2, 5.8, 6.4):
+        pushed = np.sin(2 * np.pi * 1.43 * np.arange(6003) * FINE / 2 + rng.uniform(0, 6))
+        if cause == "side_gusts":
+            pushed = lfilter([np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal(9003))[3000:]
+        torques = [lambda t, u=size * pushed: u[np.rint(2 * t / FINE).astype(int)] for size in (steer, lean)]
+        time, x = published(speed, 3.0, torques[0], lean_torque=torques[1])
+        seen = {"roll_rate_rad_s": x[::20, 2], "steer_rad": x[::20, 1]}
+        seen = {name: y + NOISE[name] / 5 * rng.standard_normal(len(y)) for name, y in seen.items()}
+        runs.append(Run(f"{speed}", speed, time[::20], seen, {}))
+        square.append(np.mean(pushed[:6001:2] ** 2))
+    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).ready()
+    torque = next(c for c in kind.candidates if c.identifier == cause.replace("steering", "pedalling"))
+    kind = kind.refined(fit(kind, (torque,)))
+    theta = fit(kind, (torque,)).theta
+    told = kind.sizes((torque,), theta, torque.identifier)
+    value, sd, of = told[key]
+    true = {"pedalling": 3.0, "steering": 0.2, "side_gusts": 8.0}[cause] * np.sqrt(np.mean(square))
+    assert of == unit
+    assert abs(value - true) < 2 * sd < 0.15 * true
+    hertz, sd, of = told["corner_frequency" if cause == "side_gusts" else "frequency"]
+    assert of == "Hz"
+    assert abs(hertz - (1 / (2 * np.pi * 0.3) if cause == "side_gusts" else 1.43)) < 2 * sd
+    assert sd < (0.3 if cause == "side_gusts" else 0.02)
+    assert len(told) == 2
+    part = Part("a", kind, own=frozenset({torque.identifier}))
+    whole = Joint((part,)), (part.candidate(torque),)
+    assert whole[0].sizes(whole[1], theta, f"a/{torque.identifier}") == told
+    assert not whole[0].sizes(whole[1], theta, "steer_damper")
+
+
+@pytest.mark.parametrize(("gain", "leans"), [(1.0, True), (0.95, False)])
+def test_a_yaw_gyro_that_leans_with_the_frame_is_no_wrong_gain(gain, leans):
+    """No contact slips sideways: yaw rate = (v steer + trail d(steer)/dt) cos(tilt) / wheelbase."""
+    rng, runs = np.random.default_rng(1), []
+    for speed in (4.6, 5.2, 5.8, 6.4):
+        time, x = published(speed, 3.0, lambda t: 0.0, lean_rate=0.7)
+        yaw = gain * (speed * x[:, 1] + TRAIL * x[:, 3]) * np.cos(TILT) / BASE * (np.cos(x[:, 0]) if leans else 1.0)
+        seen = {"roll_rate_rad_s": x[::20, 2], "steer_rad": x[::20, 1], "yaw_rate_rad_s": yaw[::20]}
+        seen = {name: y + 0.2 * NOISE[name] * rng.standard_normal(len(y)) for name, y in seen.items()}
+        runs.append(Run(f"{speed}", speed, time[::20], seen, {}))
+    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).ready()
+    wrong, leaning = (c for c in kind.candidates if c.identifier in ("yaw_rate_scale", "yaw_gyro_leans"))
+    alone = [fit(kind, (c,)).log_evidence for c in (wrong, leaning)]
+    assert (alone[1] > alone[0] + 10) == leans
+    base = (leaning,) * leans
+    both = fit(kind, (*base, wrong))
+    assert (both.log_evidence > fit(kind, base).log_evidence + 3) == (gain < 1)
+    assert abs(np.expm1(both.theta[-1]) - (gain - 1)) < 3 * np.sqrt(both.covariance[-1, -1]) < 0.01
 
 
 def test_a_box_is_turned_by_yaw_then_pitch_then_roll():

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.cli import main
 from studies.diagnosis import TyreTables, diagnose, read_measurement
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 from tyre.map_files import read_folder
 
@@ -67,8 +67,7 @@ def test_few_conditions_are_refused(tables):
     flat = tables["Tyre1", "flat"]
     keys = ("load", "pressure", "cornering_stiffness", "lateral_stiffness", "lateral_stiffness_sd")
     few = dataclasses.replace(flat, **{key: getattr(flat, key)[:3] for key in keys}, lateral_stiffness_shared_over=())
-    with pytest.raises(InputError, match="3 conditions are too few; 6 are needed"):
-        TyreTables(reference=few, measured=flat)
+    refuses("3 conditions are too few; 6 are needed", TyreTables, reference=few, measured=flat)
     six = dataclasses.replace(flat, **{key: getattr(flat, key)[:6] for key in keys}, lateral_stiffness_shared_over=())
     assert len(TyreTables(reference=six, measured=flat).reference.load) == 6  # as many as a quadratic in two has terms
 
@@ -77,31 +76,25 @@ def test_effects_may_be_left_out(tables):
     pair = TyreTables(reference=tables["Tyre1", "flat"], measured=tables["Tyre1", "drum"])
     found = diagnose(pair, without=("drum_curvature",))
     assert "drum_curvature" not in found.verdict.posterior
-    with pytest.raises(InputError, match="--without: unknown effect 'drum'; known: drum_curvature"):
-        diagnose(pair, without=("drum",))
+    refuses("--without: unknown effect 'drum'; known: drum_curvature", diagnose, pair, without=("drum",))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "is missing; write .tyre_tables., reference and measured below it"),
-        ("wheel = 1\n", "unknown key 'wheel'"),
-        ("[tyre_tables]\nreferenc = 'a.csv'\n", "unknown key 'referenc'; did you mean 'reference'"),
-        ("[tyre_tables]\nreference = 'a.csv'\n", 'no measured; write measured = "TABLE.csv"'),
-        ("[tyre_tables]\nmeasured = 'a.csv'\n", 'no reference; write reference = "TABLE.csv"'),
-        ("[tyre_tables]\nreference = 3\n", "reference = 3 must be a path in quotes"),
-        ("[tyre_tables]\nreference = 'none.csv'\nmeasured = 'a.csv'\n", "none.csv"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("", "is missing; write .tyre_tables., reference and measured below it"),
+    ("wheel = 1\n", "unknown key 'wheel'"),
+    ("[tyre_tables]\nreferenc = 'a.csv'\n", "unknown key 'referenc'; did you mean 'reference'"),
+    ("[tyre_tables]\nreference = 'a.csv'\n", 'no measured; write measured = "TABLE.csv"'),
+    ("[tyre_tables]\nmeasured = 'a.csv'\n", 'no reference; write reference = "TABLE.csv"'),
+    ("[tyre_tables]\nreference = 3\n", "reference = 3 must be a path in quotes"),
+    ("[tyre_tables]\nreference = 'none.csv'\nmeasured = 'a.csv'\n", "none.csv"),
+])  # fmt: skip
 def test_bad_files_of_tables(tmp_path, text, words):
     (tmp_path / "m.toml").write_text('kind = "tyre_tables"\n' + text)
-    with pytest.raises(InputError, match=words):
-        read_measurement(tmp_path / "m.toml")
+    refuses(words, read_measurement, tmp_path / "m.toml")
 
 
-def test_a_tyre_without_uncertain_parameters_has_its_story_in_the_terminal(capsys):
-    main(["diagnose", "tyre1_drum"])
-    lines = capsys.readouterr().out.splitlines()
+def test_a_tyre_without_uncertain_parameters_has_its_story_in_the_terminal(printed):
+    lines = printed("diagnose", "tyre1_drum").splitlines()
     assert len(lines) <= 12
     assert lines[0].startswith("partial. In part drum_curvature (exponent 0.606")
     assert any(

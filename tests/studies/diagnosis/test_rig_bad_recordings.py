@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from studies.diagnosis import read_measurement
+from tests.shared.refusals import refuses
 from tests.validation.sensor_faults import TYRES, sweep, two_gains
 from tyre.errors import InputError
 from tyre.recording_files import write_csv
@@ -48,8 +49,7 @@ def test_a_bad_recording_that_is_named_is_refused(folder):
 def test_a_folder_of_bad_recordings_is_refused(folder):
     for path in (folder / "new").glob("*.toml"):
         path.unlink()
-    with pytest.raises(InputError, match=r"none of 2 recordings can be used; dead: left out: .*sidecar is missing"):
-        read(folder)
+    refuses(r"none of 2 recordings can be used; dead: left out: .*sidecar is missing", read, folder)
 
 
 @pytest.mark.parametrize("value", ["0", "2", '"x"'])
@@ -64,7 +64,6 @@ def test_a_load_off_the_declared_one_is_refused_unless_allowed(folder):
     load = float(text.partition("load_N = ")[2].partition("\n")[0])
     place.write_text(text.replace(f"load_N = {text.partition('load_N = ')[2].partition(chr(10))[0]}",
                                   f"load_N = {load / 1.1}"))  # fmt: skip
-    with pytest.raises(InputError, match=r"\+10\.0% off the declared"):
-        read(folder)
+    refuses(r"\+10\.0% off the declared", read, folder)
     allowed = RIG.replace("[rig.ref", "load_tolerance = 0.2\n[rig.ref")
     assert any("+10.0% off the declared" in note for note in read(folder, allowed).notes)

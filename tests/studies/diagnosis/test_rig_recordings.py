@@ -116,6 +116,12 @@ def test_rim_displacement_ignored():
     assert verdict(pulls=[unread]).equivalent == ("rim_compliance",)
 
 
+def test_a_pull_that_falls_a_quarter_behind_a_straight_line_is_no_straight_line():
+    test = pull(4)
+    share = 0.25 * np.abs(test.plate_displacement) / np.abs(test.plate_displacement).max()
+    assert verdict(pulls=[dataclasses.replace(test, side_force=(1 - share) * test.side_force)]).verdict == "unknown"
+
+
 def test_rig_friction_in_a_pull():
     found = verdict(pulls=[pull(4, RigFriction(force=2.0))])
     assert found.equivalent == ("rig_friction",)
@@ -275,7 +281,8 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
     tried = ("drum_curvature", "sweep_lag", "conicity", "force_scale")
     left_out = [f"--without={name}" for name in all_but(read_measurement(written(folder, RIG + VALUES)), tried)]
     file = written(folder, RIG + 'recordings = "flat"\n')
-    main(["diagnose", str(file), "--out", str(tmp_path / "out"), "--json", str(tmp_path / "v.json"), *left_out])
+    where = ["--out", str(tmp_path / "out"), "--json", str(tmp_path / "v.json"), "--workers", "1"]
+    main(["diagnose", str(file), *where, *left_out])
     found = json.loads((tmp_path / "v.json").read_text())
     assert {e["identifier"] for e in found["effects"]} == {"drum_curvature", "sweep_lag"}
     assert len(found["stability"]["variants"]) == 2

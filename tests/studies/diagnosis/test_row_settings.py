@@ -85,25 +85,22 @@ def test_a_further_measurement_is_predicted_at_a_setting_that_was_measured(tmp_p
     assert np.abs(found - complex(*predicted)).min() < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("column", "values", "more", "words"),
-    [
-        ("steer_assist.gian", (1, 2, 3), "", "unknown column 'steer_assist.gian'; did you mean 'steer_assist.gain'"),
-        ("steer_damper.damping", (1, 2, 3), "", "unknown column 'steer_damper.damping'"),
-        ("mB", (1, 2, 3), "", "unknown column 'mB'"),
-        ("steer_assist.gain", (1, "x", 3), "", "line 3: .steer_assist.: gain = 'x' must be"),
-        ("steer_assist.fade_speed", (1, -2, 3), "", "line 3: effect 'steer_assist': fade_speed = -2 m/s is outside"),
-        (
-            "steer_assist.gain", (1, 2, 3), "[uncertainty.steer_assist]\ngain = 0.5\n",
-            "steer_assist.gain is a column, known in each row, but .uncertainty. gives it a standard deviation of 0.5",
-        ),
-        (
-            "side_slip.cornering_stiffness.rear", (8e3, 8e3, 8e3),
-            "[uncertainty.side_slip]\ncornering_stiffness = 9.0\n",
-            "side_slip.cornering_stiffness is a column",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("column", "values", "more", "words"), [
+    ("steer_assist.gian", (1, 2, 3), "", "unknown column 'steer_assist.gian'; did you mean 'steer_assist.gain'"),
+    ("steer_damper.damping", (1, 2, 3), "", "unknown column 'steer_damper.damping'"),
+    ("mB", (1, 2, 3), "", "unknown column 'mB'"),
+    ("steer_assist.gain", (1, "x", 3), "", "line 3: .steer_assist.: gain = 'x' must be"),
+    ("steer_assist.fade_speed", (1, -2, 3), "", "line 3: effect 'steer_assist': fade_speed = -2 m/s is outside"),
+    (
+        "steer_assist.gain", (1, 2, 3), "[uncertainty.steer_assist]\ngain = 0.5\n",
+        "steer_assist.gain is a column, known in each row, but .uncertainty. gives it a standard deviation of 0.5",
+    ),
+    (
+        "side_slip.cornering_stiffness.rear", (8e3, 8e3, 8e3),
+        "[uncertainty.side_slip]\ncornering_stiffness = 9.0\n",
+        "side_slip.cornering_stiffness is a column",
+    ),
+])  # fmt: skip
 def test_a_wrong_setting_is_refused(tmp_path, column, values, more, words):
     with pytest.raises(InputError, match=words):
         read_measurement(written(tmp_path, column, values, toml=TOML + more))

@@ -10,9 +10,9 @@ from bicycle import load_bicycle
 from bicycle.model_file import read_model
 from studies.diagnosis import corrected, model_files, read_measurement
 from studies.inference import Hypotheses, fit, parts_against_rest
+from tests.shared.refusals import refuses
 from tests.validation.blind.closing import build
 from tests.validation.blind.motion import shapes
-from tyre.errors import InputError
 
 PER_LOAD, LENGTH = 12.0, 0.1  # 1/rad, m: the true tyre
 NAMES = ("benchmark", "pista_rider")
@@ -219,39 +219,31 @@ def test_rolling_without_slip_is_refuted_by_the_rig_alone(folder):
     assert rig @ rig > 40**2  # 1/C and the length are known to 1 %, the model says zero
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (ONE + RIG.replace('tyre = "tyre.csv"', ""), r"part 'rig': \[rig\]: give one of tyre and recordings; write"),
-        (ONE + RIG.replace("pressure_bar = 5.0", ""), "part 'rig': .*pressure_bar is missing; write tyre"),
-        (ONE + RIG.replace("5.0", "500.0"), "part 'rig': pressure_bar = 500.* must be a number above 0"),
-        (ONE + RIG.replace("5.0", "9.0"), "part 'rig': rear wheel: .*extrapolate = true"),
-        (ONE + RIG + 'surface = "ice"\n', "surface = 'ice' must be 'flat' or 'drum'"),
-        (ONE + RIG + "camber = 1\n", "part 'rig': .*unknown.* 'camber'"),
-        (ONE + RIG.replace('tyre = "tyre.csv"', 'recordings = "."\nsurface = "flat"'), "surface belongs to a tyre"),
-        (ONE + PART.format("two", "effects = {}", "pista_rider"), "part 'two': effects belongs to a bicycle; give the"),
-        (ONE + PART.format("two", 'bicycle = "benchmark"', "benchmark"), "part 'two': bicycle is the one at the top"),
-        (TWO + TWO.replace('"two"', '"three"'), "every .*part.* has a bicycle of its own; one at least must be of"),
-        (ONE + TWO.replace('"two"', '"pista_rider"'), "'pista_rider' is the name of a part and of a bicycle"),
-        (ONE.replace('"one"', '"a.b"') + TWO, r"'a.b' must be a name in quotes without '/', '\.', '\+', which join"),
-        (ONE + TWO + "[modal]\ntable = 'benchmark.csv'\n", r"a table \[modal\] at the top; write it as \[part.modal\]"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    (ONE + RIG.replace('tyre = "tyre.csv"', ""), r"part 'rig': \[rig\]: give one of tyre and recordings; write"),
+    (ONE + RIG.replace("pressure_bar = 5.0", ""), "part 'rig': .*pressure_bar is missing; write tyre"),
+    (ONE + RIG.replace("5.0", "500.0"), "part 'rig': pressure_bar = 500.* must be a number above 0"),
+    (ONE + RIG.replace("5.0", "9.0"), "part 'rig': rear wheel: .*extrapolate = true"),
+    (ONE + RIG + 'surface = "ice"\n', "surface = 'ice' must be 'flat' or 'drum'"),
+    (ONE + RIG + "camber = 1\n", "part 'rig': .*unknown.* 'camber'"),
+    (ONE + RIG.replace('tyre = "tyre.csv"', 'recordings = "."\nsurface = "flat"'), "surface belongs to a tyre"),
+    (ONE + PART.format("two", "effects = {}", "pista_rider"), "part 'two': effects belongs to a bicycle; give the"),
+    (ONE + PART.format("two", 'bicycle = "benchmark"', "benchmark"), "part 'two': bicycle is the one at the top"),
+    (TWO + TWO.replace('"two"', '"three"'), "every .*part.* has a bicycle of its own; one at least must be of"),
+    (ONE + TWO.replace('"two"', '"pista_rider"'), "'pista_rider' is the name of a part and of a bicycle"),
+    (ONE.replace('"one"', '"a.b"') + TWO, r"'a.b' must be a name in quotes without '/', '\.', '\+', which join"),
+    (ONE + TWO + "[modal]\ntable = 'benchmark.csv'\n", r"a table \[modal\] at the top; write it as \[part.modal\]"),
+])  # fmt: skip
 def test_files_that_cannot_be_read(folder, text, words):
-    with pytest.raises(InputError, match=words):
-        forward_of(folder, TOP + text)
+    refuses(words, forward_of, folder, TOP + text)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (ONE + RIG, "common: all parts are of one bicycle, which shares everything; take it out"),
-        (ONE + TWO, "common.*side_slop.*did you mean 'side_slip'"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    (ONE + RIG, "common: all parts are of one bicycle, which shares everything; take it out"),
+    (ONE + TWO, "common.*side_slop.*did you mean 'side_slip'"),
+])  # fmt: skip
 def test_what_cannot_be_common(folder, text, words):
-    with pytest.raises(InputError, match=words):
-        forward_of(folder, 'common = ["side_slop"]\n' + TOP + text)
+    refuses(words, forward_of, folder, 'common = ["side_slop"]\n' + TOP + text)
 
 
 def begun(forward, found, *others):

@@ -12,20 +12,17 @@ TRIED = ("front_compliance", "steer_spring", "steer_damper", "pneumatic_trail", 
 CASES = Path(__file__).parent / "search_cases"
 
 
-@pytest.mark.parametrize(
-    ("case", "hidden", "parameter", "truth", "reservation", "nothing"),
-    [
-        ("modal_005", "front_compliance", "stiffness", 151.217, "a size that occurs", "impossible"),
-        (
-            "modal_009",
-            "steer_spring",
-            "stiffness",
-            0.77028,
-            "survives doubling the uncertainty of the parameters",
-            "possible",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("case", "hidden", "parameter", "truth", "reservation", "nothing"), [
+    ("modal_005", "front_compliance", "stiffness", 151.217, "a size that occurs", "impossible"),
+    (
+        "modal_009",
+        "steer_spring",
+        "stiffness",
+        0.77028,
+        "survives doubling the uncertainty of the parameters",
+        "possible",
+    ),
+])  # fmt: skip
 def test_what_explains_everything_is_said_with_its_reservation(case, hidden, parameter, truth, reservation, nothing):
     measurement = read_measurement(CASES / case / "measurement.toml")
     verdict = among(measurement, TRIED).verdict

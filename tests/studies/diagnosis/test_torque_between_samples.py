@@ -24,7 +24,7 @@ def measured(folder, between, *, stated=""):
         torque = np.select([(at > 0.19) & (at < 0.41), (at > 0.39) & (at < 0.61)], [1.5, -1.5], 0.0) * (1 - 1.8 * k)
         told = {
             "linear": lambda t, at=at, torque=torque: np.interp(t, at, torque),
-            "held": lambda t, torque=torque: torque[min(int(t / STEP + 1e-6), len(torque) - 1)],
+            "held": lambda t, torque=torque: torque[(t / STEP + 1e-6).astype(int)],
         }[between]
         time, states = ride(speed, at[-1], told)
         time, states = time[::EVERY], states[::EVERY]

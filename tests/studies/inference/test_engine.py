@@ -82,17 +82,14 @@ def integral(problem, c=None):
     return math.log(found)
 
 
-@pytest.mark.parametrize(
-    ("truth", "noise", "c", "exact"),
-    [
-        (("slope", 0.6), 0.2, candidate("slope"), 1e-3),  # linear: Laplace is exact, up to where the fit stops
-        (("slope", 0.3), 0.2, candidate("slope", lowest=0.0), 1e-3),  # cut off at zero, within the posterior's width
-        (("slope", -0.3), 0.2, candidate("slope", lowest=0.0), 1e-3),  # the fit is held at the bound
-        (("slope", -1.0), 0.15, candidate("slope", lowest=0.0), 1e-3),  # and pushed against it
-        (("growth", 0.5), 0.1, candidate("growth"), 0.02),  # curved: Laplace is an approximation
-        (("growth", 0.5), 0.3, candidate("growth", scale=1.0), 0.1),
-    ],
-)
+@pytest.mark.parametrize(("truth", "noise", "c", "exact"), [
+    (("slope", 0.6), 0.2, candidate("slope"), 1e-3),  # linear: Laplace is exact, up to where the fit stops
+    (("slope", 0.3), 0.2, candidate("slope", lowest=0.0), 1e-3),  # cut off at zero, within the posterior's width
+    (("slope", -0.3), 0.2, candidate("slope", lowest=0.0), 1e-3),  # the fit is held at the bound
+    (("slope", -1.0), 0.15, candidate("slope", lowest=0.0), 1e-3),  # and pushed against it
+    (("growth", 0.5), 0.1, candidate("growth"), 0.02),  # curved: Laplace is an approximation
+    (("growth", 0.5), 0.3, candidate("growth", scale=1.0), 0.1),
+])  # fmt: skip
 def test_laplace_evidence_against_the_integral(truth, noise, c, exact):
     problem = toy(truth, noise, c)
     assert inference.fit(problem, (c,)).log_evidence == pytest.approx(integral(problem, c), abs=exact)

@@ -71,6 +71,16 @@ def test_a_joint_fit_is_the_fit_of_all_rows_at_once():
         assert (found.covariance.diagonal() < inference.fit(one.kind, (SLOPE,)).covariance.diagonal()).all()
 
 
+class Dear(Line):
+    thorough = False
+
+
+def test_a_joint_fit_begins_from_as_many_starts_as_its_dearest_part_allows():
+    near, far = joint().parts
+    dear = replace(far, kind=Dear(far.kind.x, far.kind.y))
+    assert [inference.Joint((near, one)).thorough for one in (far, dear)] == [True, False]
+
+
 def test_an_error_of_one_instrument_is_named_as_its_own_and_moves_no_other():
     verdict = inference.judge(joint(offset=0.5)).verdict
     assert verdict.verdict == "class"  # nobody can say which of two instruments is off
@@ -130,6 +140,12 @@ def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
     forward = inference.Joint(joint().parts, said=("of two things",))
     assert forward.notes[0] == "of two things"
     assert forward.refined(inference.fit(forward)) is forward
+
+
+def test_what_is_not_tried_is_not_tried_in_a_part_of_the_data_either(monkeypatch):
+    monkeypatch.setattr(Line, "quick", lambda self: replace(self, x=self.x[::2], y=self.y[::2]))
+    forward = joint()
+    assert [c.identifier for c in forward.trying(forward.candidates[:1]).quick().candidates] == ["slope"]
 
 
 def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():

@@ -21,17 +21,14 @@ class Hypothesis:
         self.candidates = tuple(Candidate(c, ()) for c in name)
 
 
-@pytest.mark.parametrize(
-    ("fields", "key"),
-    [
-        ({"converged": False}, "not converged"), ({"at_bound": lambda: ["a.x"]}, "at bound"),
-        ({"negligible": lambda: ["a"]}, "too small"), ({"unusual": 2}, "two unusual"),
-        ({"implausible": lambda: ["a.x"], "fits_data": False}, "unusual misfit"),
-        ({"implausible": lambda: ["a.x"], "white": 1e-9}, "unusual not white"), ({"name": ""}, "nothing"),
-        ({"white": 1e-9, "odds": 3e35}, "elsewhere"),
-        ({"fits_data": False}, "misfit"), ({"odds": 7.0}, "not clear"), ({"odds": 3e35}, "elsewhere"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("fields", "key"), [
+    ({"converged": False}, "not converged"), ({"at_bound": lambda: ["a.x"]}, "at bound"),
+    ({"negligible": lambda: ["a"]}, "too small"), ({"unusual": 2}, "two unusual"),
+    ({"implausible": lambda: ["a.x"], "fits_data": False}, "unusual misfit"),
+    ({"implausible": lambda: ["a.x"], "white": 1e-9}, "unusual not white"), ({"name": ""}, "nothing"),
+    ({"white": 1e-9, "odds": 3e35}, "elsewhere"),
+    ({"fits_data": False}, "misfit"), ({"odds": 7.0}, "not clear"), ({"odds": 3e35}, "elsewhere"),
+])  # fmt: skip
 def test_the_first_fault_of_what_is_not_named_is_its_reason(fields, key, monkeypatch):
     given = {"name": "a", "white": 0.5, "odds": 100.0} | fields
     hypothesis = Hypothesis(given.pop("name"))
@@ -59,15 +56,12 @@ def compared(odds, leader, other, monkeypatch):
     return equivalents(known, leader).get(other)
 
 
-@pytest.mark.parametrize(
-    ("objective", "unusual", "leading", "member"),
-    [
-        (1.0, 0, 0, True),  # a fit as good
-        (40.0, 0, 0, False),  # neither odds nor fit
-        (1.0, 1, 0, False),  # of an unusual size beside an ordinary one
-        (1.0, 1, 1, True),  # both unusual
-    ],
-)
+@pytest.mark.parametrize(("objective", "unusual", "leading", "member"), [
+    (1.0, 0, 0, True),  # a fit as good
+    (40.0, 0, 0, False),  # neither odds nor fit
+    (1.0, 1, 0, False),  # of an unusual size beside an ordinary one
+    (1.0, 1, 1, True),  # both unusual
+])  # fmt: skip
 def test_what_does_the_same_and_fits_as_well_is_a_member_whatever_the_odds(
     objective, unusual, leading, member, monkeypatch
 ):
@@ -79,15 +73,12 @@ def test_what_does_the_same_and_fits_as_well_is_a_member_whatever_the_odds(
     assert (compared(1e6, leader, other, monkeypatch) is not None) is member
 
 
-@pytest.mark.parametrize(
-    ("sizes", "member"),
-    [
-        ((2.0, 0.3), True),  # 3 sd of its own above its bound
-        ((2.0, 0.05), False),  # may as well be nothing: then it is the leader by another name
-        ((-2.0, -1.95), False),  # likewise at its other bound
-        ((2.0,), True),  # one size, of which the verdict is
-    ],
-)
+@pytest.mark.parametrize(("sizes", "member"), [
+    ((2.0, 0.3), True),  # 3 sd of its own above its bound
+    ((2.0, 0.05), False),  # may as well be nothing: then it is the leader by another name
+    ((-2.0, -1.95), False),  # likewise at its other bound
+    ((2.0,), True),  # one size, of which the verdict is
+])  # fmt: skip
 def test_an_effect_that_the_data_ask_for_in_part_is_no_member_beside_that_part(sizes, member, monkeypatch):
     """Arms of a rider whose inertia is 0.05 +- 0.1 are a damper; were they likely, their odds would say so."""
     bounds = {"lowest": 0.0} if sizes[0] > 0 else {"highest": -1.9}

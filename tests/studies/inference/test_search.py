@@ -51,6 +51,19 @@ def test_a_fit_that_is_no_number_is_said_and_never_judged():
     assert "broken (no finite number for 30 of 30, the first in " in said
 
 
+def test_what_absorbs_much_is_tried_only_where_nothing_else_explains():
+    slope, gusts = candidate("slope"), replace(candidate("gusts"), absorbs=True)  # of one shape: else a class
+    assert inference.judge(Waves(data(0.8), (gusts,))).verdict.equivalent == ("gusts",)
+    assert inference.judge(Waves(data(0.8), (slope, gusts))).verdict.equivalent == ("slope",)
+
+
+@pytest.mark.parametrize("n", [8_000, 8_001])
+def test_more_than_8_000_numbers_are_much(n):
+    """As docs/measurement_files.md says."""
+    rows = inference.Rows(("x",) * n, np.zeros(n), ("x",) * n, np.zeros(n, int))
+    assert replace(Waves(data(0.8), ()), rows=rows).dear == (n > 8_000)
+
+
 def test_one_condition_is_no_evidence_for_a_name():
     verdict = inference.judge(Waves(data(0.8), (candidate("slope"),), varied=False)).verdict
     assert (verdict.verdict, verdict.effects) == ("unknown", ())
