@@ -28,7 +28,7 @@ from tyre.condition import (
 )
 from tyre.contact_patch import log_curvature
 from tyre.errors import InputError
-from tyre.files import clear_of_killed_runs, read_toml, slugs, write_text
+from tyre.files import clear_of_killed_runs, files_below, read_toml, slugs, write_text
 from tyre.formats import FORMATS
 from tyre.map_files import write_table
 from tyre.preflight import preflight
@@ -275,7 +275,7 @@ def passed_over(folder: Path, *, exclude: Path | None = None) -> list[Path]:
 
 def _files_in(folder: Path, exclude: Path | None) -> list[Path]:
     results = None if exclude is None else exclude.resolve()
-    return [path for path in sorted(folder.rglob("*")) if path.is_file() and results not in path.resolve().parents]
+    return [path for path in files_below(folder) if results not in path.resolve().parents]
 
 
 def _named_by(sidecar: Path) -> Path | None:
@@ -356,11 +356,14 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
     count = jobs if jobs is not None else os.cpu_count() or 1
     if count < 1:
         raise InputError(f"jobs = {count} must be at least 1")
-    if count == 1 or len(tasks) < 8:  # fewer files cost less than a pool of workers
-        yield from map(_task, tasks)
+    remaining, alone = iter(tasks), count == 1 or len(tasks) < 8  # fewer files cost less than a pool of workers
+    for found in map(_task, remaining):
+        yield found
+        if not alone and any(isinstance(one, RecordingSummary) for _, one in found):
+            break  # before the first that can be used, a pool may be of no use either
+    else:
         return
     with worker_pool(count) as pool:
-        remaining = iter(tasks)
         # four a worker at a time, so that memory does not grow with the campaign
         pending = {pool.submit(_task, task) for task in islice(remaining, 4 * count)}
         try:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import fdtrc
 
 from tyre.errors import InputError
 from tyre.plausible import BANDS, doubts, suspicion
@@ -320,7 +320,7 @@ def _mean(
     sd = max(sd, own)  # of a recording noisier than the campaign's others
     if count > 2:
         scatter = float(np.std(values, ddof=1)) / mean
-        if stats.f.sf((scatter / sd) ** 2, count - 1, dof) < 0.01:
+        if fdtrc(count - 1, dof, (scatter / sd) ** 2) < 0.01:
             warnings.append(
                 f"{name}: repeats scatter by {100 * scatter:.2f} %, more than the campaign's {100 * sd:.2f} %; "
                 "their own scatter is used"

@@ -4,7 +4,7 @@ import os
 import re
 import shutil
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
@@ -45,6 +45,28 @@ def replacing(target: str | Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
+@contextmanager
+def held(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
+    """Hold a file or ``folder`` during the block, if the system can; if another holds it, call ``wait``, then wait."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            wait()
+            fcntl.flock(number, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(number)
+
+
 def left_by_a_killed_run(name: str) -> bool:
     """Tell if a file called ``name`` is one that :func:`replacing` gave and never put in its place."""
     return re.fullmatch(r"\..+\.part\d+(\.\w+)?", name) is not None
@@ -67,6 +89,14 @@ def write_bytes(target: str | Path, content: bytes) -> None:
     """Write ``content`` to ``target``, completely or not at all."""
     with replacing(target) as part:
         part.write_bytes(content)
+
+
+def files_below(folder: Path, most: int = 20_000) -> list[Path]:
+    """List the files below a ``folder``, sorted; a whole disk is refused."""
+    found = list(islice(folder.rglob("*"), most + 1))
+    if len(found) > most:
+        raise InputError(f"{folder}: holds more than {most} files and folders; give a folder of what is meant alone")
+    return [path for path in sorted(found) if path.is_file()]
 
 
 def slug(name: str) -> str:

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.optimize import minimize
-from scipy.signal import lfilter
 
 from tyre.arrays import Array
 from tyre.recording import Channel
@@ -24,7 +23,7 @@ def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> t
     n, p = jacobian.shape
     white, correlated, phi = noise_constants(jacobian, residual)
     bread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
-    earlier = lfilter([0.0, phi], [1.0, -phi], jacobian, axis=0)
+    earlier = scipy.signal.lfilter([0.0, phi], [1.0, -phi], jacobian, axis=0)
     overlap = jacobian.T @ earlier
     meat = (white + correlated) * jacobian.T @ jacobian + correlated * (overlap + overlap.T)
     # spectral weight at low frequency, where a fit feels the noise: white, against AR(1) times its correlation length
@@ -56,7 +55,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         ratio = memory * (1.0 - share) / power_0
         theta = 2.0 * ratio / (1.0 + np.sqrt(max(1.0 - 4.0 * ratio**2, 0.0)))
         innovation = power_0 / (1.0 + theta**2)
-        both = lfilter([1.0, -memory], [1.0, -theta], columns, axis=0) / np.sqrt(innovation)
+        both = scipy.signal.lfilter([1.0, -memory], [1.0, -theta], columns, axis=0) / np.sqrt(innovation)
         both[0] *= np.sqrt(innovation)  # nothing predicts the first value: it has the variance of the process
         try:  # the last entry of the triangle is what the fit leaves
             triangle = np.abs(np.diag(np.linalg.cholesky(both.T @ both)))
@@ -67,7 +66,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
         return projected, float(memory), logdet + (count - p) * np.log(projected) + penalty
 
-    search: Any = minimize
+    search: Any = scipy.optimize.minimize
     settings = {"maxiter": 200, "xatol": 0.01, "fatol": 0.002}
     found = search(lambda z: whitened(z)[2], np.array([0.0, 1.0]), method="Nelder-Mead", options=settings)
     projected, memory, _ = whitened(found.x)
@@ -83,7 +82,7 @@ def draw_ar1(n: int, *, memory: float, rng: np.random.Generator) -> Channel:
     """Draw stationary AR(1) noise of unit variance: e_k = memory e_(k-1) + innovation."""
     start = rng.standard_normal()
     innovations = np.sqrt(1.0 - memory**2) * rng.standard_normal(n)
-    noise, _ = lfilter([1.0], [1.0, -memory], innovations, zi=[memory * start])
+    noise, _ = scipy.signal.lfilter([1.0], [1.0, -memory], innovations, zi=[memory * start])
     return np.asarray(noise)
 
 
@@ -119,6 +118,6 @@ def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> 
         log_det = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
         return float(2 * log_det + rest @ rest + 0.02 * ((z - start) ** 2).sum())
 
-    search: Any = minimize
+    search: Any = scipy.optimize.minimize
     found = search(likelihood, start, method="Nelder-Mead", options={"maxiter": 150, "xatol": 0.02, "fatol": 0.01})
     return noise(found.x)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
-from scipy.optimize import least_squares
+from scipy.special import fdtrc
 
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -108,7 +108,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     line, curve = (_fit_loop(deflection, force, clock, turns, curved=curved) for curved in (False, True))
     gained = (line["cost"] - curve["cost"]) / max(curve["cost"] / max(deflection.size - curve["terms"], 1), 1e-300)
     reach = float(np.max(np.abs(deflection)))
-    bent = stats.f.sf(gained, 1, max(deflection.size - curve["terms"], 1)) < 1e-3
+    bent = fdtrc(1, max(deflection.size - curve["terms"], 1), gained) < 1e-3
     chosen = curve if bent and abs(curve["k2"]) * reach > 0.01 else line
     stiffness, k2 = chosen["K"], chosen["k2"]
     departure = k2 * reach
@@ -190,7 +190,7 @@ def _fit_loop(
     trial = np.linspace(low, high, 7)
     costs = [float(np.sum(projected(np.array([z])) ** 2)) for z in trial]
     begin = float(np.clip(trial[int(np.argmin(costs))], low + 1e-3, high - 1e-3))
-    found: Any = least_squares(projected, [begin], bounds=([low], [high]))
+    found: Any = scipy.optimize.least_squares(projected, [begin], bounds=([low], [high]))
     length = float(np.exp(found.x[0]))
     matrix = design(length)
     values = np.linalg.lstsq(matrix, force, rcond=None)[0]

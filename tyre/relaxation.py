@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import stats
 from scipy.linalg import solve_triangular
-from scipy.optimize import least_squares
-from scipy.signal import lfilter
+from scipy.special import chdtrc, ndtri
 
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -23,7 +22,7 @@ def first_order_lag(signal: Array, *, step: float, start: float | None = None) -
     decay = np.exp(-step)
     ramp = (1.0 - decay) / step
     begin = ramp * signal[0] if start is None else start - (1.0 - ramp) * signal[0]
-    lagged, _ = lfilter([1.0 - ramp, ramp - decay], [1.0, -decay], signal, zi=[begin])
+    lagged, _ = scipy.signal.lfilter([1.0 - ramp, ramp - decay], [1.0, -decay], signal, zi=[begin])
     return np.asarray(lagged)
 
 
@@ -105,7 +104,8 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
             lagged = before + jump * first_order_lag(u, step=step / float(np.exp(z[2])))
             return z[0] + steady_curve(lagged, stiffness=z[1], peak=peak) - force
 
-        found: Any = least_squares(residual, start, bounds=limits, x_scale="jac", loss="soft_l1", f_scale=3.0 * scale)
+        robust: dict[str, Any] = {"loss": "soft_l1", "f_scale": 3.0 * scale}
+        found: Any = scipy.optimize.least_squares(residual, start, bounds=limits, x_scale="jac", **robust)
         return found, residual(found.x)
 
     begin = np.array([np.median(force[:head]), change / jump, np.log(0.1)])
@@ -328,9 +328,9 @@ def agreement(routes: Mapping[str, Estimate]) -> Agreement | None:
         return None
     value = np.array([e.value for e in routes.values()])
     # a standard deviation from few repeats is widened to the normal one with the same 95 % interval
-    sd = np.array([(e.ci95[1] - e.value) / stats.norm.ppf(0.975) for e in routes.values()])
+    sd = np.array([(e.ci95[1] - e.value) / ndtri(0.975) for e in routes.values()])
     weight = 1.0 / sd**2
     mean = float(weight @ value / weight.sum())
     chi2 = float(np.sum(((value - mean) / sd) ** 2))
     dof = value.size - 1
-    return Agreement(dict(routes), mean, chi2, dof, float(stats.chi2.sf(chi2, dof)))
+    return Agreement(dict(routes), mean, chi2, dof, float(chdtrc(dof, chi2)))

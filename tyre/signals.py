@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -65,13 +66,17 @@ BUDGET = 100_000_000
 """Numbers that are read of one recording at once: 0.8 GB."""
 
 
-def check_budget(path: Any, samples: Iterable[int], most: int | None = None) -> None:
-    """Refuse a recording whose channels of so many ``samples`` hold more numbers than memory, before they are read."""
+def check_budget(path: Path, samples: Iterable[int], most: int | None = None) -> None:
+    """Refuse a recording whose channels of so many ``samples`` hold more numbers than memory, before they are read.
+
+    No packing makes what was measured so small that a byte holds 20 numbers.
+    """
     sizes = [size if most is None else min(size, most) for size in samples]
-    if sum(sizes) > BUDGET:
+    allowed = min(BUDGET, 1_000_000 + 20 * path.stat().st_size)
+    if sum(sizes) > allowed or len(sizes) > 10_000:
         raise InputError(
             f"{path}: {len(sizes)} channels of up to {max(sizes):,} samples are {sum(sizes):,} numbers, at most "
-            f"{BUDGET:,} are read at once; map fewer channels or cut the file"
+            f"{allowed:,} of 10,000 channels are read at once of a file of this size; map fewer or cut the file"
         )
 
 

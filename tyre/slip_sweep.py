@@ -5,33 +5,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.optimize import least_squares
+from scipy.special import stdtr
 
+from tyre import sweep_curve
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.noise import correlated_covariance
 from tyre.properties import Calibration, Estimate
 from tyre.recording import Channel, RigRun
-from tyre.sweep_curve import (
-    BOUNDS,
-    CURVE,
-    HIGH,
-    LAG_NODES,
-    LAG_WEIGHTS,
-    LOW,
-    NAMES,
-    Blocks,
-    SweepModel,
-    SweepSolution,
-    block_means,
-    lagged_magic_formula,
-    magic_formula,
-    solve_least_squares,
-    solve_sweep,
-    sweep_model,
-)
 
 
 @dataclass(frozen=True)
@@ -47,7 +30,7 @@ class AligningMoment:
 
 
 def fit_aligning_moment(
-    blocks: Blocks, cornering_stiffness: float, parameters: dict[str, float]
+    blocks: sweep_curve.Blocks, cornering_stiffness: float, parameters: dict[str, float]
 ) -> AligningMoment | None:
     """Fit Mz = offset - t F with a trail t = t0 / (1 + (slip / width)^2) that shrinks with slip.
 
@@ -59,8 +42,8 @@ def fit_aligning_moment(
     used = blocks.settled & np.isfinite(blocks.moment)
     moment = blocks.moment[used]
     force = _curve(blocks, blocks.time[used], blocks.rate[used], cornering_stiffness, parameters)
-    past = blocks.time[used][:, None] - parameters["lag"] * LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + parameters["horizontal_shift"]
+    past = blocks.time[used][:, None] - parameters["lag"] * sweep_curve.LAG_NODES
+    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + parameters["horizontal_shift"]
 
     def design(width: float) -> NDArray[np.float64]:
         return np.column_stack([-force / (1.0 + (slip / width) ** 2), np.ones_like(force)])
@@ -69,7 +52,7 @@ def fit_aligning_moment(
         return design(np.exp(z[2])) @ z[:2] - moment
 
     start = np.array([*np.linalg.lstsq(design(0.1), moment, rcond=None)[0], np.log(0.1)])
-    found: Any = least_squares(
+    found: Any = scipy.optimize.least_squares(
         residual, start, bounds=([-1.0, -np.inf, np.log(0.01)], [1.0, np.inf, np.log(10.0)]), x_scale="jac"
     )
     left = residual(found.x)
@@ -92,14 +75,16 @@ def fit_aligning_moment(
 def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
     """Steady side force over recorded slip without its offset, and its derivatives."""
     shape = {name: parameters[name] for name in ("peak", "shape", "curvature")}
-    return magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
+    return sweep_curve.magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
 
 
-def _curve(blocks: Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]) -> Channel:
+def _curve(
+    blocks: sweep_curve.Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]
+) -> Channel:
     """Side force without offset and drift."""
-    return lagged_magic_formula(
+    return sweep_curve.lagged_magic_formula(
         time=time, slip_time=blocks.time, slip=blocks.slip, direction=np.sign(rate), cornering_stiffness=stiffness,
-        **{name: parameters[name] for name in CURVE},
+        **{name: parameters[name] for name in sweep_curve.CURVE},
     )[0]  # fmt: skip
 
 
@@ -128,7 +113,7 @@ class SlipSweepFit:
     aligning_moment: AligningMoment | None
     notes: tuple[str, ...]
     sensor_faults: tuple[str, ...]  # also among the ``notes``
-    blocks: Blocks
+    blocks: sweep_curve.Blocks
     residuals: Channel
 
     def steady_force(self, slip: Channel) -> Channel:
@@ -171,12 +156,12 @@ def fit_slip_sweep(
     """
     where = str(run.source or run.condition.tyre)
     calibration = calibration or Calibration()
-    blocks = block_means(run)
+    blocks = sweep_curve.block_means(run)
     notes = list(run.notes)
-    model = sweep_model(
+    model = sweep_curve.sweep_model(
         blocks, lag_correction=lag_correction, relaxation_length=relaxation_length, notes=notes, where=where
     )
-    solution = solve_sweep(model)
+    solution = sweep_curve.solve_sweep(model)
     faults: list[str] = []
     if lag_correction:  # a lag left in looks like a fault of the sensors
         model, solution, faults = without_faults(model, solution)
@@ -185,7 +170,7 @@ def fit_slip_sweep(
         notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
     parameters, sd = dict(solution.values), dict(solution.sd)
     c, fit_sd = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
-    low, high = BOUNDS["cornering_stiffness"]
+    low, high = sweep_curve.BOUNDS["cornering_stiffness"]
     if c <= 1.01 * low * model.stiffness or c >= 0.99 * high * model.stiffness:
         raise InputError(f"{where}: the fitted cornering stiffness {c:.4g} N/rad is far from the slope near zero slip")
     load = float(np.nanmean(run.vertical_load))
@@ -197,7 +182,7 @@ def fit_slip_sweep(
     zero_sd = solution.sd_of_sum(
         horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
     )
-    lag_fitted = model.free[NAMES.index("lag")] and blocks.speed is not None
+    lag_fitted = model.free[sweep_curve.NAMES.index("lag")] and blocks.speed is not None
     return SlipSweepFit(
         cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip), fit_sd=fit_sd,
         parameters=parameters, parameters_sd=sd,
@@ -213,7 +198,9 @@ def fit_slip_sweep(
     )  # fmt: skip
 
 
-def _goodness(run: RigRun, blocks: Blocks, parameters: dict[str, float], c: float) -> tuple[float, float, int]:
+def _goodness(
+    run: RigRun, blocks: sweep_curve.Blocks, parameters: dict[str, float], c: float
+) -> tuple[float, float, int]:
     """R^2 and standard deviation of the residuals of the samples (not of the block means)."""
     time, near = run.time, np.clip(np.searchsorted(blocks.time, run.time), 0, blocks.time.size - 1)
     use = np.isfinite(run.side_force) & blocks.settled[near]
@@ -226,7 +213,7 @@ def _goodness(run: RigRun, blocks: Blocks, parameters: dict[str, float], c: floa
     return 1.0 - float(residual @ residual) / total, float(np.std(residual)), int(use.sum())
 
 
-def _condition_notes(run: RigRun, blocks: Blocks, load: float, r_squared: float, notes: list[str]) -> None:
+def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squared: float, notes: list[str]) -> None:
     if abs(load / run.condition.load - 1.0) > 0.02:
         notes.append(f"mean measured load {load:.1f} N is {100 * (load / run.condition.load - 1):+.1f} % off nominal")
     if blocks.missing:
@@ -279,14 +266,14 @@ class GainBySign:
     sd: float
 
 
-def find_fault(model: SweepModel, solution: SweepSolution) -> "Flattening | GainBySign | None":
+def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> "Flattening | GainBySign | None":
     """Return the fault of a sensor in a fitted sweep, if any is significant: the one that fits best."""
     # directions in which the fitted force can change, the last towards a brush, and the part of the force left over
-    scaled = np.array([solution.values[name] for name in NAMES]) / model.units
+    scaled = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
     residual, jacobian = model.residuals(scaled)
     brush = _brush_fit(model, solution) - (residual + model.blocks.force[model.blocks.settled])
     columns, left = np.column_stack([jacobian[:, model.free], brush]), -residual
-    steepness = jacobian[:, NAMES.index("horizontal_shift")]
+    steepness = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")]
     before = _added(columns, brush, left)[1]
     found: list[tuple[float, Flattening | GainBySign]] = []
     for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
@@ -302,19 +289,20 @@ def find_fault(model: SweepModel, solution: SweepSolution) -> "Flattening | Gain
         cost, share, onset, significance = min(fits, key=lambda fit: fit[0])
         if channel == "slip_angle" and not _slows(model, onset * largest, share):
             continue
-        if share > LIMITS.least_flat and stats.t.sf(*significance()) < LIMITS.p_flat:
+        deviations, dof = significance() if share > LIMITS.least_flat else (0.0, 1.0)
+        if stdtr(dof, -deviations) < LIMITS.p_flat:
             found.append((cost, Flattening(channel, onset * largest, largest, share)))
     force = model.blocks.force[model.blocks.settled]
     if min(np.count_nonzero(force > 0), np.count_nonzero(force < 0)) >= LIMITS.fewest:
         cost, size, _, significance = _bent_fit(model, solution, brush, "gain", 0.0)
         deviations, dof = significance() if abs(size) > LIMITS.least_sign else (0.0, 1.0)
-        if 2.0 * stats.t.sf(abs(deviations), dof) < LIMITS.p_sign:
+        if 2.0 * stdtr(dof, -abs(deviations)) < LIMITS.p_sign:
             found.append((cost, GainBySign(size, size / deviations)))
     return min(found, key=lambda one: one[0])[1] if found else None
 
 
 def _bent_fit(
-    model: SweepModel, solution: SweepSolution, brush: Array, channel: str, onset: float
+    model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution, brush: Array, channel: str, onset: float
 ) -> tuple[float, float, float, Callable[[], tuple[float, float]]]:
     """Fit a sweep whose channel flattens beyond an onset, or whose force cell has two gains (``gain``).
 
@@ -322,7 +310,7 @@ def _bent_fit(
     is not zero, with their degrees of freedom: most fits need no answer, which takes as long as they do.
     """
     blocks, used = model.blocks, model.blocks.settled
-    start = np.array([solution.values[name] for name in NAMES]) / model.units
+    start = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
     largest = float(np.max(np.abs(getattr(blocks, _READING[channel])[used])))
 
     def parts(z: Array) -> tuple[Array, Array]:
@@ -335,7 +323,7 @@ def _bent_fit(
         columns = np.column_stack([jacobian[:, model.free], brush])
         force = residual + blocks.force[used] + z[-2] * brush
         if channel == "slip_angle":
-            by_share = jacobian[:, NAMES.index("horizontal_shift")] * missing[used]
+            by_share = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")] * missing[used]
         elif channel == "gain":
             by_share = np.abs(force) / 2.0
             columns *= (1.0 + share * np.sign(force) / 2.0)[:, None]
@@ -347,9 +335,12 @@ def _bent_fit(
             force = force + share * by_share
         return force - blocks.force[used], np.column_stack([columns, by_share])
 
-    low, high = np.append(LOW[model.free], [-5.0, -1.0]), np.append(HIGH[model.free], [5.0, 1.0])
+    low, high = (
+        np.append(sweep_curve.LOW[model.free], [-5.0, -1.0]),
+        np.append(sweep_curve.HIGH[model.free], [5.0, 1.0]),
+    )
     begin = np.clip(np.append(start[model.free], [0.0, 0.01]), low + 1e-6, high - 1e-6)
-    fitted = solve_least_squares(parts, begin, bounds=(low, high), tolerance=1e-6)
+    fitted = sweep_curve.solve_least_squares(parts, begin, bounds=(low, high), tolerance=1e-6)
     residual, columns = parts(fitted.x)
     size = float(fitted.x[-1])
 
@@ -367,7 +358,9 @@ def _bent_fit(
     return float(residual @ residual), share, onset, significance
 
 
-def without_faults(model: SweepModel, solution: SweepSolution) -> tuple[SweepModel, SweepSolution, list[str]]:
+def without_faults(
+    model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution
+) -> tuple[sweep_curve.SweepModel, sweep_curve.SweepSolution, list[str]]:
     """Return a fitted sweep without the samples of a faulty sensor, and the notes on it."""
     fault = find_fault(model, solution)
     if fault is None:
@@ -388,13 +381,13 @@ def without_faults(model: SweepModel, solution: SweepSolution) -> tuple[SweepMod
     inner = replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
     if inner.blocks.settled.sum() < 2 * model.free.sum():
         return model, solution, [f"{text}; too little is left without these samples, so they are used: C is in doubt"]
-    better = solve_sweep(inner)
+    better = sweep_curve.solve_sweep(inner)
     change = solution.values["cornering_stiffness"] / better.values["cornering_stiffness"] - 1.0
     than = f"{100 * abs(change):.1f} % {'higher' if change > 0 else 'lower'}"
     return inner, better, [f"{text}; samples beyond are not used, with them C would be {than}"]
 
 
-def _slows(model: SweepModel, onset: float, share: float) -> bool:
+def _slows(model: sweep_curve.SweepModel, onset: float, share: float) -> bool:
     """Tell if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
     blocks = model.blocks
     same = np.diff(blocks.branch) == 0
@@ -410,15 +403,15 @@ def _bend(reading: Array, onset: float) -> Array:
     return np.asarray(np.sign(reading) * (np.clip(np.abs(reading) - onset, 0.0, None) / (1.0 - onset)) ** 2)
 
 
-def _brush_fit(model: SweepModel, solution: SweepSolution) -> Array:
+def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> Array:
     """The force (m,), N, of the brush nearest to the sweep, with the shifts, drift, lag and hysteresis of the fit.
 
     F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
     section 3.2).
     """
     blocks, used, v = model.blocks, model.blocks.settled, solution.values
-    past = blocks.time[used][:, None] - v["lag"] * LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) @ LAG_WEIGHTS + v["horizontal_shift"]
+    past = blocks.time[used][:, None] - v["lag"] * sweep_curve.LAG_NODES
+    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + v["horizontal_shift"]
     slip -= v["hysteresis"] * np.sign(blocks.rate[used])
     measured = blocks.force[used]
     clock = (blocks.time[used] - blocks.time[used].mean()) / np.ptp(blocks.time)
@@ -430,7 +423,7 @@ def _brush_fit(model: SweepModel, solution: SweepSolution) -> Array:
         brush = np.sign(slip) * peak * (1.0 - (1.0 - sliding) ** 3)
         return np.asarray(brush + v["vertical_shift"] + v["drift"] * clock)
 
-    search: Any = least_squares
+    search: Any = scipy.optimize.least_squares
     limits = ([0.3, 0.7], [3.0, 6.0])
     found = search(lambda z: force(z) - measured, [1.0, 1.1], bounds=limits, x_scale=[0.1, 0.1], max_nfev=30)
     return force(found.x)

@@ -7,9 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.signal import find_peaks
 
 from tyre import magic_formula as side_force
 from tyre.errors import InputError
@@ -97,7 +96,7 @@ def slip_reversals(run: RigRun) -> NDArray[np.int64]:
     # light smoothing, so that sensor noise at a turning point does not move it by more than a few samples
     width = max(1, slip.size // 2000) * 2 + 1
     smooth = np.convolve(np.pad(slip, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
-    turns = [find_peaks(sign * smooth, prominence=0.25 * span)[0] for sign in (1.0, -1.0)]
+    turns = [scipy.signal.find_peaks(sign * smooth, prominence=0.25 * span)[0] for sign in (1.0, -1.0)]
     return np.unique(np.concatenate([[0], *turns, [slip.size]]))
 
 
@@ -360,7 +359,7 @@ def solve_least_squares(
             known[key] = parts(values)
         return known[key]
 
-    return least_squares(
+    return scipy.optimize.least_squares(
         lambda z: at(z)[0], start, jac=lambda z: at(z)[1], bounds=bounds, loss=loss, f_scale=margin, x_scale="jac",
         max_nfev=400, ftol=tolerance, xtol=tolerance, gtol=tolerance,
     )  # fmt: skip

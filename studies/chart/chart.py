@@ -7,11 +7,12 @@ it is sqrt(g' S g) / |dRe/du_i|. The numbers of the two axes themselves are wher
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from bicycle.eigen import eigenvalues, frequency_hz
 from bicycle.naming import Rules, name_points
@@ -23,9 +24,6 @@ from studies.chart.search import ASIDE, Check, all_boundaries, completed, counte
 from studies.outputs import ROOTS, Output
 from studies.reporting.markdown_text import render_file
 from tyre.arrays import Array
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FAR = 1e-3  # of the largest root: a named root so far from the crossing one is another
 BAND = 1.96  # standard deviations: 95 %
@@ -83,8 +81,7 @@ def spread(plane: Plane, boundary: Boundary, uncertain: Uncertain) -> Array:
         share = at / value if value else np.ones(len(at))  # of a tyre that is softer here than in the model
         step = 1e-5 * np.maximum(np.abs(at), np.sqrt(variance) * np.abs(share))
         ends = [space.matrices(points, plane.speed, {name: at + sign * step}) for sign in (1, -1)]
-        change = (ends[0] - ends[1]) / (2 * step)[:, None, None]
-        slopes.append(np.einsum("mi,mij,mj->m", u, change, x).real * share)
+        slopes.append(np.einsum("mi,mij,mj->m", u, (ends[0] - ends[1]) / (2 * step)[:, None, None], x).real * share)
     return np.asarray(standard_deviation(np.stack(slopes, -1), uncertain.covariance))
 
 
@@ -101,7 +98,7 @@ def band_of(shares: Array, sd: Array) -> tuple[Array, Array]:
     point = np.arange(len(shares))
     between = np.linspace(0, len(point) - 1, 6 * len(point))
     dense = np.stack([np.interp(between, point, along) for along in shares.T], -1)
-    away, at = KDTree(dense).query(lattice(share, share))
+    away, at = scipy.spatial.KDTree(dense).query(lattice(share, share))
     away = away / np.maximum(BAND * np.interp(between, point, sd)[at], 1e-12)
     return share, away.reshape(CELLS + 1, CELLS + 1)
 
@@ -156,10 +153,8 @@ class StabilityChart:
     uncertain: Uncertain
     marks: tuple[Mark, ...]
 
-    def frame(self) -> "pd.DataFrame":
+    def frame(self) -> pd.DataFrame:
         """A row per point of a boundary; units stand in the names of the columns."""
-        import pandas as pd
-
         axes = [span.axis for span in self.plane.spans]
         tables = []
         for number, one in enumerate(self.boundaries, 1):

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from studies.chart.plane import Look, Plane
 from tyre.arrays import Array, Complex
 
+# ends of a curve: at the edge of the chart, in itself, where the frequency of a pair becomes zero, or unknown
 EDGE, CLOSED, DOUBLE_ZERO, LOST = "edge", "closed", "double zero", "lost"
-"""Ends of a curve: at the edge of the chart, in itself, where the frequency of a pair becomes zero, or unknown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,7 @@ class Boundary:
         near = [k, min(k + 1, len(self) - 1)]
         omega = np.sort(np.abs(self.roots[near].imag))
         room = 0.05 * (omega[1] + abs(root.imag)) + 1e-6 * self.sizes[k] + (omega[1] - omega[0])
-        alike = omega[0] - room <= abs(root.imag) <= omega[1] + room
-        return bool(alike and max(self.normals[near] @ normal) > 0)
+        return bool((omega[0] - room <= abs(root.imag) <= omega[1] + room) and max(self.normals[near] @ normal) > 0)
 
 
 class AxisRoot(NamedTuple):
@@ -192,20 +191,19 @@ class _Walker:
             reach, leaves = _within(u, tangent, h)
             if leaves and reach < SMALLEST:
                 return points, roots, EDGE
-            ahead = u + reach * tangent
-            at = self._look(ahead, root + complex(gradient @ (reach * tangent)))
-            uphill = at.uphill[0]
-            steep = float(np.hypot(*uphill))
-            move = _newton(at)
-            direction = np.array([-uphill[1], uphill[0]]) / max(steep, 1e-300)
-            direction = direction if direction @ tangent > 0 else -direction
-            jump = abs(complex(at.root[0]) - root - complex(gradient @ (reach * tangent)))
-            sure = self.seed.real or jump < 0.5 * float(at.rival[0])
+            ahead, expected = u + reach * tangent, root + complex(gradient @ (reach * tangent))
+            at = self._look(ahead, expected)
+            direction, move = self._direction(at, way, tangent), _newton(at)
+            sure = self.seed.real or abs(complex(at.root[0]) - expected) < 0.5 * float(at.rival[0])
             # the tangent may turn by 0.25 rad; a corrector that moves farther than 0.2 of the step came from too far
             if not (np.hypot(*move) <= 0.2 * reach + 1e-12 and direction @ tangent > np.cos(0.25) and sure):
                 h = min(h, reach) / 2
                 if h < self.step / 16:  # where the curve bends, one step of Newton leaves a point beside it
                     u = np.clip(u + _newton(self._look(u, root)), 0.0, 1.0)
+                    here = self._look(u, root)
+                    turned = self._direction(here, way, tangent)
+                    if turned @ tangent > 0:
+                        tangent, gradient, root = turned, here.gradient[0], complex(here.root[0])
                 continue
             now = ahead + move
             if leaves or ((now < 0) | (now > 1)).any():
@@ -213,9 +211,7 @@ class _Walker:
                 if found is None:
                     h = min(h, reach) / 2
                     continue
-                points.append(found[0])
-                roots.append(found[1])
-                return points, roots, EDGE
+                return [*points, found[0]], [*roots, found[1]], EDGE
             if len(points) >= 3 and self._back(u, now, first, direction, complex(at.root[0])):
                 return points, roots, CLOSED
             tangent, gradient = direction, at.gradient[0]
@@ -224,6 +220,12 @@ class _Walker:
             roots.append(root)
             h = min(self.step, 1.5 * h)
         return points, roots, LOST
+
+    def _direction(self, at: AxisRoot, way: float, before: Array) -> Array:
+        """The tangent (2,) there: of a pair, what leads to the other side of ``before`` is another branch."""
+        uphill = at.uphill[0]
+        found = way * np.array([-uphill[1], uphill[0]]) / max(float(np.hypot(*uphill)), 1e-300)
+        return -found if self.seed.real and found @ before < 0 else found
 
     def _look(self, u: Array, expected: complex) -> AxisRoot:
         return axis_root(self.plane.look(u[None]), np.array([expected]), np.array([self.seed.real]))
@@ -290,11 +292,7 @@ def _walked(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, st
     """Points and roots of the way to both sides, in steps of at most ``step``, and how it ends."""
     seed = walker.seed
     ahead, roots_ahead, end = walker.walk(1.0)
-    behind: list[Array] = []
-    roots_behind: list[complex] = []
-    begin = end
-    if end != CLOSED:
-        behind, roots_behind, begin = walker.walk(-1.0)
+    behind, roots_behind, begin = walker.walk(-1.0) if end != CLOSED else ([], [], end)
     shares = np.array([*behind[::-1], seed.shares, *ahead])
     roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
     return *_filled(shares, roots, step, closed=end == CLOSED), (begin, end)

@@ -4,6 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from bicycle.mode_figure import mode_look, mode_words
 from studies.chart.chart import NamedBoundary, StabilityChart, band_of, contour_values
@@ -35,7 +39,7 @@ def draw_chart(chart: StabilityChart, target: Path, *, title: str, contours: Out
         if contours is not None:
             _contours(axes, chart, contours, target)
         for one in chart.boundaries:
-            if chart.uncertain:
+            if chart.uncertain and one.band_is_told:
                 _band(axes, chart, one)
             _curve(axes, beside, chart, one, below)
         _marks(axes, chart)
@@ -52,8 +56,6 @@ def _along_first(chart: StabilityChart) -> bool:
 
 
 def _regions(axes: Any, chart: StabilityChart) -> None:
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
     edges = np.linspace(0, 1, 700 + 1)  # cells of the shading along each axis
     middle = (edges[1:] + edges[:-1]) / 2
     counts = np.clip(chart.regions(np.r_[0, middle], np.r_[0, middle])[1:, 1:], 0, len(SHADES) - 1)
@@ -78,8 +80,6 @@ def _hatched(axes: Any, chart: StabilityChart) -> None:
 
 
 def _contours(axes: Any, chart: StabilityChart, output: Output, target: Path) -> None:
-    import pandas as pd
-
     share, values = contour_values(chart.plane, output)
     first, second = chart.plane.spans
     table = {first.axis.column: np.repeat(first.at(share), len(share)),
@@ -95,8 +95,6 @@ def _contours(axes: Any, chart: StabilityChart, output: Output, target: Path) ->
 
 def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
     """Shade what is nearer to a boundary than 1.96 standard deviations of its nearest point."""
-    if not one.band_is_told:
-        return
     share, inside = band_of(one.curve.shares, one.spread[:, 2])
     spans, colour = chart.plane.spans, mode_look(one.names[0] or "other").colour
     axes.contourf(
@@ -116,8 +114,8 @@ def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, be
 
 
 def _marks(axes: Any, chart: StabilityChart) -> None:
-    small: dict[str, Any] = {"fontsize": 7.5, "color": "0.25", "zorder": 7}
-    small["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.75}
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.75}
+    small: dict[str, Any] = {"fontsize": 7.5, "color": "0.25", "zorder": 7, "bbox": box}
     for mark in chart.marks:
         own, upright, level = mark.kind == MODEL, np.isnan(mark.y), np.isnan(mark.x)
         style: dict[str, Any] = {"color": "black" if own else GREY, "zorder": 8 if own else 6}
@@ -165,9 +163,6 @@ def _axes(axes: Any, beside: Any, chart: StabilityChart, below: bool) -> None:  
 
 
 def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     handles: list[Any] = list(axes.get_legend_handles_labels()[0])
     for name in dict.fromkeys(name for one in chart.boundaries for name in one.distinct):
         style = mode_look(name or "other")
@@ -181,9 +176,11 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
         handles.append(Line2D([], [], color="0.3", linewidth=1.2, label="thin: unstable on both sides"))
     if chart.uncertain and any(one.band_is_told for one in chart.boundaries):
         handles.append(Patch(facecolor="0.45", alpha=0.3, label="95 % band, first order"))
-    for kind in dict.fromkeys(mark.kind for mark in chart.marks if not np.isnan(mark.x + mark.y)):
-        handles.append(Line2D([], [], color="black" if kind == MODEL else GREY, marker=_marker(kind), linestyle="none",
-                              label="the model" if kind == MODEL else kind))  # fmt: skip
+    handles += [
+        Line2D([], [], color="black" if kind == MODEL else GREY, marker=_marker(kind), linestyle="none",
+               label="the model" if kind == MODEL else kind)
+        for kind in dict.fromkeys(mark.kind for mark in chart.marks if not np.isnan(mark.x + mark.y))
+    ]  # fmt: skip
     if any(mark.kind == MODEL and np.isnan(mark.x + mark.y) for mark in chart.marks):
         handles.append(Line2D([], [], color="black", linestyle=":", linewidth=1.0, label="the model"))
     if not chart.plane.space.inside(chart.plane.x(lattice(*[np.linspace(0, 1, 21)] * 2))).all():

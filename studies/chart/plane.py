@@ -106,7 +106,7 @@ class Plane:
         space.refuse_switches()
         spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, given, strict=True)]
         plane = cls(space, (spans[0], spans[1]), speed)
-        corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+        corners = lattice(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
         speeds = plane.speeds(corners)
         space.linear.check_speeds(speeds)
         space.refuse_impossible(plane.x(lattice(np.linspace(0, 1, 9), np.linspace(0, 1, 9))))
@@ -184,8 +184,7 @@ def usual_range(space: ModelSpace, axis: Axis) -> tuple[float, float]:
 
 
 MODEL, PRESSURE, LOAD, TYRE = "model", "measured pressure", "measured load", "measured tyre"
-OF_A_TYRE = ("cornering_stiffness", "relaxation_length")
-"""Parameters of contact laws that are properties of a tyre."""
+OF_A_TYRE = ("cornering_stiffness", "relaxation_length")  # parameters of contact laws that are properties of a tyre
 
 
 @dataclass(frozen=True)
@@ -204,12 +203,12 @@ def marks(plane: Plane) -> list[Mark]:
     found = [Mark(MODEL, "the model as it stands", *base)]
     for i, axis in enumerate(space.axes):
         sources = [space.tyres.sources[wheel] for wheel in axis.wheels] if space.tyres is not None else []
-        for source in {one.label: one for one in sources}.values():
+        for source in {one.label: one for one in sources if not one.synthetic}.values():
             bars = axis.condition == "pressure_bar"
-            values = source.pressures / PASCAL_PER_BAR if bars else source.loads
-            for value in [] if source.synthetic else values.tolist():
+            kind, values = (PRESSURE, source.pressures / PASCAL_PER_BAR) if bars else (LOAD, source.loads)
+            for value in values.tolist():
                 place = [value if k == i else other for k, other in enumerate(base)]
-                found.append(Mark(PRESSURE if bars else LOAD, f"{source.tyre} {value:g} {axis.unit}", *place))
+                found.append(Mark(kind, f"{source.tyre} {value:g} {axis.unit}", *place))
     found += _tyres(space, base)
     shown = []
     for mark in dict.fromkeys(found):

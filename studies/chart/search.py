@@ -4,10 +4,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
-from studies.chart.curve import SLOW, Boundary, Seed, sharpened, trace
+from studies.chart.curve import SLOW, SMALLEST, Boundary, Seed, sharpened, trace
 from studies.chart.plane import NOISE, Plane, lattice
 from tyre.arrays import Array
 
@@ -17,25 +17,19 @@ INSIDE = 1e-6  # of the axes: a line along the edge of the chart is taken so far
 SAME = 0.1  # of a step: a seed so near to a curve lies on it
 
 
-def seeds(plane: Plane, grid: int = GRID) -> list[Seed]:
-    """Points on boundaries: Newton from every root of a grid that may lie on the axis within the next cell."""
-    return from_points(plane, lattice(*[np.linspace(0, 1, grid)] * 2), REACH / (grid - 1))
-
-
 def from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
     """Points on boundaries to which Newton leads from the roots at some points."""
     look = plane.look(points)
     steep = np.hypot(look.gradients[..., 0].real, look.gradients[..., 1].real)
     size = np.abs(look.values).max(1, keepdims=True)
     away = np.abs(look.values.real) / np.maximum(steep, 1e-300)
-    near = (look.values.imag >= 0) & (away <= reach) & (steep > NOISE * size)
-    k, i = np.nonzero(near)
+    k, i = np.nonzero((look.values.imag >= 0) & (away <= reach) & (steep > NOISE * size))
     if not k.size:
         return []
     order = np.argsort(away[k, i], kind="stable")
     k, i = k[order], i[order]
-    found = sharpened(plane, points[k], look.values[k, i], look.values[k, i].imag == 0, longest=reach)
     real = look.values[k, i].imag == 0
+    found = sharpened(plane, points[k], look.values[k, i], real, longest=reach)
     kept: list[Seed] = []
     seen: set[tuple[object, ...]] = set()
     for m in np.flatnonzero(found.reached):
@@ -44,14 +38,14 @@ def from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
         key = (*cell, round(abs(found.at.root[m].imag), 1), bool(real[m]), *(gradient.real > 0).tolist())
         if key not in seen and np.hypot(*gradient.real) > NOISE * found.at.size[m]:
             seen.add(key)
-            root = 0j if real[m] else complex(found.at.root[m])
-            kept.append(Seed(found.shares[m], root, bool(real[m]), gradient))
+            kept.append(Seed(found.shares[m], 0j if real[m] else complex(found.at.root[m]), bool(real[m]), gradient))
     return kept
 
 
-def all_boundaries(plane: Plane, *, step: float, grid: int = GRID) -> list[Boundary]:
-    """The boundaries through all seeds, each once."""
-    return with_seeds(plane, [], seeds(plane, grid), step=step)
+def all_boundaries(plane: Plane, *, step: float) -> list[Boundary]:
+    """The boundaries to which Newton leads from roots of a grid that may lie on the axis within the next cell."""
+    found = from_points(plane, lattice(*[np.linspace(0, 1, GRID)] * 2), REACH / (GRID - 1))
+    return with_seeds(plane, [], found, step=step)
 
 
 def with_seeds(plane: Plane, known: Sequence[Boundary], found: Iterable[Seed], *, step: float) -> list[Boundary]:
@@ -63,7 +57,8 @@ def with_seeds(plane: Plane, known: Sequence[Boundary], found: Iterable[Seed], *
         alike = (boundary for boundary in boundaries if boundary.real == seed.real)
         if not any(one.passes(seed.shares, seed.root, seed.normal, SAME * step) for one in alike):
             traced = trace(plane, seed, step=step, slow=slow)
-            if len(traced) > 1:
+            way = np.ptp(traced.shares[[0, -1]], axis=0) if len(traced) > 1 else np.zeros(2)
+            if traced.closed or way.max() > SMALLEST:  # what ends where it began at the edge went back
                 boundaries.append(traced)
     return boundaries
 
@@ -134,14 +129,19 @@ def completed(
     points = lattice(grid, grid)
     unstable = plane.unstable(points).reshape(fine, fine)
     for number in range(ROUNDS + 1):
-        apart = _apart(found, points, 1 / (fine - 1)).reshape(fine, fine)
-        told = _told(found, grid, unstable, apart)
+        away = np.full(len(points), np.inf)
+        if found:
+            away = scipy.spatial.KDTree(np.concatenate([boundary.shares for boundary in found])).query(points)[0]
+        apart = (away > 1.5 / (fine - 1)).reshape(fine, fine)
+        told = counted(found, grid, grid, 0)
+        values, often = np.unique((unstable - told)[apart if apart.any() else ...], return_counts=True)
+        told = told + values[often.argmax()]
         missing = apart & (told != unstable)
         if not missing.any() or number == ROUNDS:
             break
-        more = with_seeds(
-            plane, found, from_points(plane, _next_to(unstable, missing, grid), 2 / (fine - 1)), step=step
-        )
+        # where the count changes from a point to one beside it
+        edge = scipy.ndimage.morphological_gradient(unstable, footprint=[[0, 1, 0], [1, 1, 1], [0, 1, 0]]).ravel() > 0
+        more = with_seeds(plane, found, from_points(plane, points[edge], 2 / (fine - 1)), step=step)
         if len(more) == len(found):
             break
         found = more
@@ -149,47 +149,17 @@ def completed(
     return found, Check(unstable, told, apart, sides, compared)
 
 
-def _told(
-    found: Sequence[Boundary], grid: Array, unstable: NDArray[np.intp], apart: NDArray[np.bool_]
-) -> NDArray[np.intp]:
-    told = counted(found, grid, grid, 0)
-    plain = (unstable - told)[apart] if apart.any() else (unstable - told).ravel()
-    values, often = np.unique(plain, return_counts=True)
-    return np.asarray(told + values[often.argmax()])
-
-
-def _apart(found: Sequence[Boundary], points: Array, cell: float) -> NDArray[np.bool_]:
-    if not found:
-        return np.ones(len(points), bool)
-    away, _ = KDTree(np.concatenate([boundary.shares for boundary in found])).query(points)
-    return np.asarray(away > 1.5 * cell)
-
-
-def _next_to(unstable: NDArray[np.intp], missing: NDArray[np.bool_], grid: Array) -> Array:
-    """Points (k, 2) of the grid at which the number of unstable roots changes, next to what is not explained."""
-    edge = np.zeros_like(missing)
-    for axis in (0, 1):
-        change = np.diff(unstable, axis=axis) != 0
-        low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-        high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-        edge[low] |= change
-        edge[high] |= change
-    i, j = np.nonzero(edge)
-    return np.stack([grid[i], grid[j]], -1)
-
-
 def _sides(plane: Plane, found: Sequence[Boundary]) -> tuple[int, int]:
     """Number of points of boundaries with a difference of counts that no curve explains, and of those compared."""
     wrong = compared = 0
     for boundary in found:
         others = [other.shares for other in found if other is not boundary]
-        tree = KDTree(np.concatenate(others)) if others else None
         at = boundary.shares[:: max(1, len(boundary) // 20)]
         normal = boundary.normals[:: max(1, len(boundary) // 20)]
         ends = np.stack([at - ASIDE * normal, at + ASIDE * normal])
         good = ((ends >= 0) & (ends <= 1)).all((0, 2))
-        if tree is not None:
-            good &= tree.query(at)[0] > 0.01
+        if others:
+            good &= scipy.spatial.KDTree(np.concatenate(others)).query(at)[0] > 0.01
         if not good.any():
             continue
         counts = plane.unstable(ends[:, good].reshape(-1, 2)).reshape(2, -1)

@@ -15,13 +15,14 @@ from studies.reporting.command_context import example
 @click.option("--port", default=8050, show_default=True, type=Number(0, 65535, whole=True), help="0 takes a free one.")
 @click.option("--no-browser", is_flag=True, help="Only say the address.")
 def command(model: str | None, port: int, *, no_browser: bool) -> None:
+    from studies.explorer.uploads import start_state
     from tyre.progress import optional_module
 
+    address = start_state(model).address  # refused before what takes a second to import
     try:
         optional_module("dash", extra="explore")
     except ImportError as error:
         raise click.ClickException(str(error)) from error
     from studies.explorer.server import serve
-    from studies.explorer.uploads import start_state
 
-    serve(start_state(model).address, port=port, browser=not no_browser)
+    serve(address, port=port, browser=not no_browser)

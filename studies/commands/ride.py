@@ -26,8 +26,6 @@ def command(
     models: tuple[str, ...], rider_control: str, tyres: tuple[str, ...], pressures: tuple[str, ...],
     surface: str | None, speeds: str | None, out: Path | None, *, extrapolate: bool,
 ) -> None:  # fmt: skip
-    import pandas as pd
-
     from studies.model_argument import choose
     from studies.reporting.manifest import results
     from studies.reporting.output import parse_speeds, print_named_warnings, print_table, write_csv
@@ -41,6 +39,8 @@ def command(
     found = rides(rider, cases, None if speeds is None else parse_speeds(speeds, 10_000))
     rows = table(found)
     if out is not None:
+        import pandas as pd
+
         with results(out):
             write_csv(pd.concat([ride.runs for ride in found]), out / "runs.csv")
             write_ride(found, out)

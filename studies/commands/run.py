@@ -26,7 +26,7 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
     import os
     from pathlib import Path
 
-    from studies.main_study import answer, on_a_terminal, record, run_and_write, settings_of
+    from studies.main_study import settings_of
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, write_json
     from tyre.errors import InputError
@@ -36,6 +36,8 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
         why = "is a file" if out.strip() else "is no folder name"
         raise InputError(f"--out {out!r} {why}; give a folder to write into, for example out")
     settings = settings_of(model_file, **given)
+    from studies.main_study import answer, on_a_terminal, record, run_and_write  # draws: not before it may begin
+
     with results(folder):
         check_targets(json=json_file)
         study, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))

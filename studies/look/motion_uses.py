@@ -4,25 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from shlex import quote
+from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
+from bicycle.identification import recording
 from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
-from bicycle.identification.recording import (
-    CHANNELS,
-    FASTEST,
-    FEWEST,
-    INPUTS,
-    MOTIONS,
-    PLACELESS,
-    QUANTITIES,
-    Run,
-    read_run,
-    run_of,
-)
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
 from studies.look.rig_uses import Event, Use, short
 from tyre.arrays import Array
@@ -40,12 +30,14 @@ MOST_SAMPLES = 100_000  # of a run that is fitted as a whole
 USUAL_SEGMENT, SHORTEST_SEGMENT, SEGMENTS = 10.0, 2.0, 4  # s, s; end to end: overlapping by half they are seven
 
 
-def _response(replay: Use, runs: Sequence[Run], command: str) -> Use:
+def _response(replay: Use, runs: Sequence[recording.Run], command: str) -> Use:
     """Judge gain and phase, which need what replay needs, for so long that five segments are independent."""
     if not replay.usable:
         return Use(RESPONSE, (), replay.reasons, replay.remedies[:1])
     source = next(name for name in TORQUES if f"{name}_N_m" in runs[0].inputs)
-    motions = {name: x for name, x in MOTIONS.items() if x in runs[0].channels and x not in PLACELESS}
+    motions = {
+        name: x for name, x in recording.MOTIONS.items() if x in runs[0].channels and x not in recording.PLACELESS
+    }
     column = next(iter(motions.values()))
     longest = max(float(run.time[-1] - run.time[0]) for run in runs)
     segment = min(USUAL_SEGMENT, int(longest / SEGMENTS * 10) / 10)
@@ -124,10 +116,10 @@ def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[
     """Give the map a window for the longest stretch in which no channel lacks a sample, if any does."""
     if roles.map is not None:
         return channel_map, ()
-    (whole,) = records(roles.opened.signals, channel_map.only(QUANTITIES), QUANTITIES)
+    (whole,) = records(roles.opened.signals, channel_map.only(recording.QUANTITIES), recording.QUANTITIES)
     good = np.all([np.isfinite(x) for x in whole.values.values()], axis=0)
     starts, lengths = stretches_of(good)
-    if good.all() or lengths.max(initial=0) <= FEWEST:
+    if good.all() or lengths.max(initial=0) <= recording.FEWEST:
         return channel_map, ()
     first = starts[lengths.argmax()]
     begin, end = (float(whole.time[place] - whole.time[0]) for place in (first, first + lengths.max() - 1))
@@ -135,24 +127,24 @@ def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[
     return replace(channel_map, windows=part), part
 
 
-def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[Run], Run]:
+def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[recording.Run], recording.Run]:
     """Read the events as the commands do, and the whole recording."""
     path, signals = roles.opened.path, roles.opened.signals
     if _is_native(roles):
-        run = read_run(path, speed)
+        run = recording.read_run(path, speed)
         return [run], run
-    channel_map = channel_map.only(QUANTITIES) if roles.given is None else channel_map
-    found = [run_of(record, path, speed) for record in records(signals, channel_map, QUANTITIES)]
+    channel_map = channel_map.only(recording.QUANTITIES) if roles.given is None else channel_map
+    found = [recording.run_of(record, path, speed) for record in records(signals, channel_map, recording.QUANTITIES)]
     if not channel_map.windows or roles.map is None:
         return found, found[0]
-    whole = records(signals, replace(channel_map, windows=()), QUANTITIES)[0]
-    return found, run_of(whole, path, speed)
+    whole = records(signals, replace(channel_map, windows=()), recording.QUANTITIES)[0]
+    return found, recording.run_of(whole, path, speed)
 
 
 def _is_native(roles: Roles) -> bool:
     """Tell if ``modal`` reads the file as it is, without a map."""
     names = {column.name for column in roles.opened.signals.columns}
-    known = "time_s" in names and names <= {"time_s", *CHANNELS, *INPUTS}
+    known = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS}
     return known and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"
 
 
@@ -163,10 +155,10 @@ def _speed(opened: Opened, roles: Roles) -> float | None:
         return None
     unit = find_unit(guess.unit or guess.column.unit, "speed", where=str(opened.path))
     found = unit.factor * opened.quality[guess.column.name].median
-    return found if 0 < found <= FASTEST else None
+    return found if 0 < found <= recording.FASTEST else None
 
 
-def _event(run: Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
+def _event(run: recording.Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
     keep = (run.time >= run.time[0] + first_s - 1e-9) & (run.time <= run.time[0] + last_s + 1e-9)
     start = float(run.time[keep][0])
     end, used = float(run.time[keep][-1]), int(np.count_nonzero(keep))
@@ -190,30 +182,37 @@ def _said(decay: Decay) -> tuple[str, ...]:
     return (OSCILLATION.format(sign=sign, hertz=hertz, real=root.real, cycles=decay.cycles, r_squared=decay.r_squared),)
 
 
-def _identified(run: Run) -> tuple[Decay | None, str]:
+def _identified(run: recording.Run, **settings: Any) -> tuple[Decay | None, str]:
     if run.time.size > MOST_SAMPLES:
         return None, f"{run.time.size} samples at once are more than a decay has, and are not tried as one"
     try:
-        found = identify(run)
+        found = identify(run, **settings)
     except (InputError, ArithmeticError, ValueError) as error:
         return None, str(error).removeprefix(f"{run.name}: ")
     return found, found.rejected
 
 
-def _decay(roles: Roles, runs: list[Run], whole: Run, speed: float | None) -> tuple[Use, tuple[Window, ...]]:
+def _decay(
+    roles: Roles, runs: list[recording.Run], whole: recording.Run, speed: float | None
+) -> tuple[Use, tuple[Window, ...]]:
     """Judge a free decay; also the windows that were found."""
     says = "" if speed else "the forward speed in m/s, after @"
     command, file = f"velotyre modal {_recording(roles, speed)}", _file_time(roles)
-    events, reasons, fits = _as_they_are(runs, file)
     windows: tuple[Window, ...] = ()
-    poorest = min((fit.r_squared for fit in fits), default=0.0)
-    if poorest < 0.95 and (roles.map is None or not roles.map.windows):
-        within, found, better = _kicks(whole, file)
-        if found and (not fits or max(map(_doubt, better)) < 0.5 * min(map(_doubt, fits))):
-            if events:
-                reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
-            windows, events = within, found
-        reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
+    kicks, searched = None, roles.map is None or not roles.map.windows
+    quick = [{"drift": "parabola", "thorough": False}] if searched else []  # enough if kicks tell much more
+    for settings in (*quick, {}):
+        events, reasons, fits = _as_they_are(runs, file, **settings)
+        poorest = min((fit.r_squared for fit in fits), default=0.0)
+        if poorest < 0.95 and searched:
+            kicks = kicks or _kicks(whole, file)
+            within, found, better = kicks
+            if found and (not fits or max(map(_doubt, better)) < 0.5 * min(map(_doubt, fits))):
+                if events:
+                    reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
+                windows, events = within, found
+                break
+            reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
         how = "record free motion after a kick, hands off, two cycles or more; or look near a frequency of yours: "
         how += f"{command} --from S --to S --start-hz HZ"
@@ -231,11 +230,11 @@ def _doubt(fit: Decay) -> float:
     return max(fit.sd) / abs(fit.eigenvalue)
 
 
-def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], list[Decay]]:
+def _as_they_are(runs: list[recording.Run], file: Array, **settings: Any) -> tuple[list[Event], list[str], list[Decay]]:
     """Fit runs as ``modal`` does: events that it uses, why not the others, and the fits."""
     events, reasons, fits = [], [], []
     for run in runs:
-        found, problem = _identified(run)
+        found, problem = _identified(run, **settings)
         name = run.name.partition("#")[2]
         if found is not None and not problem:
             events.append(_event(run, file, name, 0.0, np.inf, _said(found)))
@@ -245,7 +244,7 @@ def _as_they_are(runs: list[Run], file: Array) -> tuple[list[Event], list[str], 
     return events, reasons, fits
 
 
-def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], list[Decay]]:
+def _kicks(whole: recording.Run, file: Array) -> tuple[tuple[Window, ...], list[Event], list[Decay]]:
     """Find windows after kicks, their events and fits."""
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
@@ -256,13 +255,13 @@ def _kicks(whole: Run, file: Array) -> tuple[tuple[Window, ...], list[Event], li
     return windows, events, [found for _, _, found in kicks]
 
 
-def decays(run: Run) -> list[tuple[float, float, Decay]]:
+def decays(run: recording.Run) -> list[tuple[float, float, Decay]]:
     """Windows of a ``run`` in which one oscillation dies away: start and end, s after its first sample, and its fit."""
     name = next((name for name in ORDER if name in run.channels), next(iter(run.channels)))
     x = np.abs(run.channels[name] - np.median(run.channels[name]))
     distance = max(int(1.5 / run.step), 1)  # s
     height = max(0.35 * float(x.max()), 5 * noise_level(run.channels[name]))
-    peaks = find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
+    peaks = scipy.signal.find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
     peaks = _after_rest(x, peaks, max(int(run.time.size and 1.0 / run.step), 1))
     peaks = np.sort(peaks[np.argsort(-x[peaks])][:12])
     found: list[tuple[float, float, Decay]] = []
@@ -290,7 +289,7 @@ def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.in
     return np.array(kicks, int)
 
 
-def _best(run: Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
+def _best(run: recording.Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
     """The window after a kick that tells most of one decaying oscillation."""
     trials: list[tuple[float, float, Decay]] = []
     for start in STARTS:
@@ -319,13 +318,13 @@ def _recording(roles: Roles, speed: float | None) -> str:
     return at if _is_native(roles) else f"{at} --channels MAP.toml"
 
 
-def _replay(runs: list[Run], roles: Roles, unsure: dict[str, str]) -> Use:
+def _replay(runs: list[recording.Run], roles: Roles, unsure: dict[str, str]) -> Use:
     """Judge a replay of recorded torques."""
     file = _file_time(roles)
     torques = [name for name in TORQUES if f"{name}_N_m" in runs[0].inputs]
     constant = [name for name in torques if all(np.ptp(run.inputs[f"{name}_N_m"]) == 0 for run in runs)]
     reasons, remedies = [], []
-    if not set(runs[0].channels) - PLACELESS:
+    if not set(runs[0].channels) - recording.PLACELESS:
         reasons.append(f"{', '.join(runs[0].channels)} cannot be compared: the place of the sensor is not known")
         remedies.append(roles.lacking("roll_rate"))
     if not torques:

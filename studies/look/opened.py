@@ -10,15 +10,15 @@ import numpy as np
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
 from studies.reporting.markdown_text import one_line, render_file
 from tyre.arrays import Array
-from tyre.channel_map import ChannelMap, Clock, MappedColumn, Reading
+from tyre.channel_map import ChannelMap, Clock, Reading
 from tyre.clock import GAP, check_clock, usual_rate
 from tyre.draft import UNKNOWN, Guess, guesses
 from tyre.errors import InputError
-from tyre.formats import contents, read_signals
+from tyre.formats import contents
 from tyre.quality import Quality, quality
 from tyre.recording_files import QUANTITIES as OF_RIG
 from tyre.recording_files import Sidecar, file_and_sidecar
-from tyre.signals import Column, Signals, listed
+from tyre.signals import Column, Contents, Signals, listed
 from tyre.units import GRAVITY, SI, find_unit, quantity_of
 
 CLOCK_UNITS = (("s", 1.0, 0.0), ("ms", 1e-3, 0.0), ("us", 1e-6, 2e3), ("ns", 1e-9, 1e6))  # with the least usual step
@@ -53,33 +53,32 @@ def open_recording(path: Path, channel_map: ChannelMap | None = None, dbc: Seque
     reading = channel_map.reading if channel_map else Reading()
     if dbc:
         reading = replace(reading, dbc=tuple(dbc))
-    columns = contents(path, reading=reading).columns
-    signals, unread = _load(path, columns, reading)
+    source = contents(path, reading=reading)
+    columns, (signals, unread) = source.columns, _load(path, source)
     there = signals.columns
     clock, time, notes = _time(signals, channel_map)
     found = {column.name: quality(signals.signals[column.name].values) for column in there}
     return Opened(path, signals, unread, columns, found, clock, time, notes, reading)
 
 
-def _load(path: Path, columns: Sequence[Column], reading: Reading) -> tuple[Signals, dict[str, str]]:
+def _load(path: Path, source: Contents) -> tuple[Signals, dict[str, str]]:
     """All columns at once; one by one where one of them cannot be read."""
 
     def load(names: Sequence[str]) -> Signals:
-        return read_signals(path, map=ChannelMap({name: MappedColumn(name) for name in names}, reading=reading))
+        return Signals(str(path), {signal.name: signal for signal in source.load(names, None)}, tuple(source.notes))
 
+    names, unread = [column.name for column in source.columns], dict[str, str]()
     try:
-        return load([column.name for column in columns]), {}
-    except InputError as error:
-        first = error
-    unread: dict[str, str] = {}
-    for column in columns:
+        return load(names), {}
+    except InputError:
+        if len(names) > 1000:  # one by one they would take minutes
+            raise
+    for name in names:
         try:
-            load([column.name])
+            load([name])
         except InputError as error:
-            unread[column.name] = str(error).removeprefix(f"{path}, ").removeprefix(f"{path}: ")
-    if len(unread) == len(columns):
-        raise first
-    return load([column.name for column in columns if column.name not in unread]), unread
+            unread[name] = str(error).removeprefix(f"{path}, ").removeprefix(f"{path}: ")
+    return load([name for name in names if name not in unread] or names), unread
 
 
 def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | None, Array | None, tuple[str, ...]]:

@@ -86,10 +86,7 @@ def test_convert_keeps_every_digit(name, ending, tmp_path, capsys):
     (["benchmark", "--to", "{}/there.toml"], "there.toml exists; give --force to overwrite it or another name"),
     (["benchmrk", "--to", "{}/b.toml"], "unknown bicycle 'benchmrk'; did you mean 'benchmark'"),
 ])  # fmt: skip
-def test_refused_conversions(arguments, words, tmp_path, capsys):
+def test_refused_conversions(arguments, words, tmp_path, refused):
     (tmp_path / "there.toml").write_text("mine")
-    with pytest.raises(SystemExit) as stop:
-        main(["convert", *(a.format(tmp_path) for a in arguments)])
-    assert stop.value.code == 2
-    assert words in capsys.readouterr().err
+    assert words in refused("convert", *(a.format(tmp_path) for a in arguments))
     assert (tmp_path / "there.toml").read_text() == "mine"

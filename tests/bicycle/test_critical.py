@@ -12,6 +12,7 @@ from bicycle.crossing_search import bialternate_sum
 from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
 from bicycle.naming import Rules
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 C_110 = 110 * 180 / np.pi  # N/rad, a tyre of 110 N/deg
@@ -224,10 +225,7 @@ def test_max_speed_must_be_positive(tyred, speed):
 def test_max_speed_must_be_trackable(tyred):
     slipping = tyred(side_slip={"cornering_stiffness": C_110})
     for model in (tyred(), slipping):
-        with pytest.raises(
-            InputError, match=r"max_speed = 1e\+06 m/s is not allowed: modes are tracked .* to 1012 m/s"
-        ):
-            critical_speeds(model, 1e6)
+        refuses(r"max_speed = 1e\+06 m/s is not allowed: modes are tracked .* to 1012 m/s", critical_speeds, model, 1e6)
     with pytest.raises(InputError, match="max_speed = 1e-300 m/s is not allowed; slip without relaxation is singular"):
         critical_speeds(slipping, 1e-300)
     assert [c.mode for c in critical_speeds(tyred(), 1000.0)] == ["weave", "capsize"]
@@ -318,5 +316,4 @@ def test_critical_speeds_of_many_are_those_of_each_and_what_is_refused_says_why(
         np.testing.assert_allclose([c.speed for c in found[one]], [c.speed for c in alone], rtol=1e-9)
     reasons = critical_speeds_of_many(family, {}, 2, 1e6)[1].values()
     assert all("m/s is not allowed: modes are tracked" in why for why in reasons)
-    with pytest.raises(InputError, match="max_speed = -1.0 m/s is not allowed"):
-        critical_speeds_of_many(family, {}, 2, -1.0)
+    refuses("max_speed = -1.0 m/s is not allowed", critical_speeds_of_many, family, {}, 2, -1.0)

@@ -25,18 +25,15 @@ def of(intervals, mode):
     return [(one.low, one.high) for one in intervals if one.mode == mode]
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "inside"),
-    [
-        ([-1, -1, 1, 1], [1, 1, 3, 3], [(-INF, 1.5)]),
-        ([-3, -3, -1, -1], [-1, -1, 1, 1], [(1.5, INF)]),
-        ([-1, -1, -1, -1], [1, 1, 1, 1], [(-INF, INF)]),
-        ([1, 1, 1, 1], [2, 2, 2, 2], []),
-        ([-4, -4, 2, 2], [-2, -2, 4, 4], [(1 + 1 / 3, 1 + 2 / 3)]),  # between two places
-        ([1, -1, -1, 1], [2, 2, 2, 2], [(0.5, 2.5)]),
-        ([-1, 1, 1, -1], [2, 2, 2, 2], [(-INF, 0.5), (2.5, INF)]),
-    ],
-)
+@pytest.mark.parametrize(("lower", "upper", "inside"), [
+    ([-1, -1, 1, 1], [1, 1, 3, 3], [(-INF, 1.5)]),
+    ([-3, -3, -1, -1], [-1, -1, 1, 1], [(1.5, INF)]),
+    ([-1, -1, -1, -1], [1, 1, 1, 1], [(-INF, INF)]),
+    ([1, 1, 1, 1], [2, 2, 2, 2], []),
+    ([-4, -4, 2, 2], [-2, -2, 4, 4], [(1 + 1 / 3, 1 + 2 / 3)]),  # between two places
+    ([1, -1, -1, 1], [2, 2, 2, 2], [(0.5, 2.5)]),
+    ([-1, 1, 1, -1], [2, 2, 2, 2], [(-INF, 0.5), (2.5, INF)]),
+])  # fmt: skip
 def test_zero_between_two_lines(lower, upper, inside):
     at = np.arange(4.0)
     assert zero_within(at, np.array(lower, float), np.array(upper, float)) == [pytest.approx(ends) for ends in inside]

@@ -11,6 +11,7 @@ from bicycle.critical import critical_speeds
 from bicycle.cycle_variants import amplitude_band, cycles_over, onset_band
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.nonlinear import CurveTyre, MagicTyre
+from tests.shared.refusals import refuses
 from tests.shared.shooting import FRONT, build, compare_with_own_equations
 from tyre import read_tyre
 from tyre.errors import InputError
@@ -94,8 +95,7 @@ def test_a_weave_that_is_beyond_linear_geometry_at_both_ends():
 
 
 def test_values_fall():
-    with pytest.raises(InputError, match="values 2 to 0: give the least and then the largest"):
-        cycles_over(damped, (2.0, 0.0), speed=10.0)
+    refuses("values 2 to 0: give the least and then the largest", cycles_over, damped, (2.0, 0.0), speed=10.0)
 
 
 def test_how_motions_begin_over_the_band_of_the_curve(faq):
@@ -171,8 +171,7 @@ def test_a_front_whose_weave_has_no_motion_within_linear_geometry(faq):
 
 def test_bands_that_are_not_determined(faq):
     rubbing = find_limit_cycles(faq.model, dry_friction=0.1, max_speed=5.0)
-    with pytest.raises(InputError, match="dry_friction: with it amplitudes are not proportional to D"):
-        amplitude_band(rubbing, [4.0])
+    refuses("dry_friction: with it amplitudes are not proportional to D", amplitude_band, rubbing, [4.0])
     file = Path(__file__).parents[1] / "field_cases" / "inputs" / "b600.tir"
     for front in (MagicTyre(friction=0.7), CurveTyre(read_tyre(file), 5.5e5)):
         with pytest.raises(InputError, match="peak: the band over D needs Magic Formula tyres of one D"):

@@ -86,19 +86,16 @@ def test_every_effect_has_deviations_with_an_origin(identifier):
     assert all(math.isfinite(d.sd) and d.sd >= 0 and (d.origin == "exact") == (d.sd == 0) for d in found.values())
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"mb": 1.0}, "standard deviation: unknown parameter 'mb'; did you mean 'mB'"),
-        ({"IByy": 1.0}, "unknown parameter 'IByy'"),
-        ({"mB": -1.0}, r"the standard deviation of mB is -1.0; it must be finite and >= 0 \(SI units\)"),
-        ({"mB": math.inf}, "the standard deviation of mB is inf; it must be finite"),
-        ({"c": 1e9}, r"the standard deviation of c = 1e\+09 is more than 0.5 m; is it in mm\?"),
-        ({"lam": 2.0}, "the standard deviation of lam = 2 is more than 0.3 rad; is it in degrees"),
-        ({"g": 100.0}, "the standard deviation of g = 100 is more than 1 m/s.2; is it in mm/s.2"),
-        ({"steer_damper.damping": 60.0}, "steer_damper.damping is 60 N m s/rad, more than the value and more than its"),
-    ],
-)
+@pytest.mark.parametrize(("given", "words"), [
+    ({"mb": 1.0}, "standard deviation: unknown parameter 'mb'; did you mean 'mB'"),
+    ({"IByy": 1.0}, "unknown parameter 'IByy'"),
+    ({"mB": -1.0}, r"the standard deviation of mB is -1.0; it must be finite and >= 0 \(SI units\)"),
+    ({"mB": math.inf}, "the standard deviation of mB is inf; it must be finite"),
+    ({"c": 1e9}, r"the standard deviation of c = 1e\+09 is more than 0.5 m; is it in mm\?"),
+    ({"lam": 2.0}, "the standard deviation of lam = 2 is more than 0.3 rad; is it in degrees"),
+    ({"g": 100.0}, "the standard deviation of g = 100 is more than 1 m/s.2; is it in mm/s.2"),
+    ({"steer_damper.damping": 60.0}, "steer_damper.damping is 60 N m s/rad, more than the value and more than its"),
+])  # fmt: skip
 def test_given_deviations_are_checked(given, words):
     model = Model(load_bicycle("benchmark"), effect_class("steer_damper")(damping=50.0))
     with pytest.raises(InputError, match=words):

@@ -23,6 +23,7 @@ from bicycle.eigen import (
 )
 from bicycle.model_family import ModelFamily
 from bicycle.speed_polynomial import SpeedPolynomial
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 
@@ -65,10 +66,8 @@ def test_sorted_conjugate_and_independent_of_batches_and_threads():
 
 
 def test_messages():
-    with pytest.raises(InputError, match=r"matrices have shape \(2, 3\); give square ones"):
-        eigenvalues(np.zeros((2, 3)))
-    with pytest.raises(InputError, match="threads = 0; give at least 1"):
-        eigenvalues(np.eye(2), threads=0)
+    refuses(r"matrices have shape \(2, 3\); give square ones", eigenvalues, np.zeros((2, 3)))
+    refuses("threads = 0; give at least 1", eigenvalues, np.eye(2), threads=0)
     with pytest.raises(InputError, match=r"entry \[1, 0, 1\] of the matrices is nan; eigenvalues need finite entries"):
         eigenvalues(np.array([np.eye(2), [[1, np.nan], [0, 1]]]))
 

@@ -21,7 +21,8 @@ def swings_after(model, kick, kind, *, friction=0.0):
 
     def rate(t, flat):
         x = flat.reshape(len(names), 2)
-        return (own(t, x) - torque[:, None] * friction * np.tanh(x[turns] / 0.05)).ravel()
+        rubbing = torque[:, None] * friction * np.tanh(x[turns] / 0.05) if friction else 0.0
+        return (own(t, x) - rubbing).ravel()
 
     begin = np.outer(kick.least * start, (0.9, 1.1)).ravel()
     motion = solve_ivp(rate, (0, 12), begin, "LSODA", rtol=1e-7, atol=1e-10, max_step=0.02)

@@ -5,6 +5,7 @@ import pytest
 from bicycle import load_bicycle
 from bicycle.model_file import build_model, read_model
 from studies.cli import main
+from tests.shared.refusals import refuses
 from tyre import TyreMap
 from tyre.errors import InputError, extrapolated
 
@@ -78,8 +79,7 @@ def test_tables_of_the_user_that_cannot_be_used(own, tyre, surface, words):
     (own / "fit" / "bad.toml").write_text((own / "fit" / "three.toml").read_text())
     file = own / "models" / "model.toml"
     file.write_text(effect_of(tyre, surface))
-    with pytest.raises(InputError, match=words):
-        read_model(file)
+    refuses(words, read_model, file)
 
 
 def test_extrapolation_is_said():
@@ -124,16 +124,13 @@ def slip(table):
     (slip(TYRE | {"surface": "gravel"}), "gravel"),
 ])  # fmt: skip
 def test_refused_models(content, words):
-    with pytest.raises(InputError, match=words):
-        build_model(content)
+    refuses(words, build_model, content)
 
 
 def test_unreadable_model_files(tmp_path):
-    with pytest.raises(InputError, match="no such model file"):
-        read_model(tmp_path / "absent.toml")
+    refuses("no such model file", read_model, tmp_path / "absent.toml")
     (tmp_path / "bad.toml").write_text("bicycle = ")
-    with pytest.raises(InputError, match="not a TOML file"):
-        read_model(tmp_path / "bad.toml")
+    refuses("not a TOML file", read_model, tmp_path / "bad.toml")
     (tmp_path / "worse.toml").write_text('bicycle = "benchmark"\n[effects.steer_damper]\ndamping = -1.0\n')
     with pytest.raises(InputError, match="worse.toml: effect 'steer_damper': damping = -1 N m s/rad is outside 0 .. "):
         read_model(tmp_path / "worse.toml")
@@ -167,10 +164,8 @@ def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, c
 
 
 def test_a_model_out_of_reach_needs_the_key_and_says_so():
-    with pytest.raises(InputError, match=r"rear wheel: 42.39 N is farther .* extrapolate = true .*--extrapolate"):
-        relaxed(TYRE, "pista")
-    with pytest.raises(InputError, match="extrapolate = 'yes' must be true or false"):
-        relaxed(TYRE | {"extrapolate": "yes"}, "pista")
+    refuses(r"rear wheel: 42.39 N is farther .* extrapolate = true .*--extrapolate", relaxed, TYRE, "pista")
+    refuses("extrapolate = 'yes' must be true or false", relaxed, TYRE | {"extrapolate": "yes"}, "pista")
     notes = relaxed(TYRE | {"extrapolate": True}, "pista").notes
     assert extrapolated(notes)
     told = "rear 42 N, 5.5 bar, extrapolated; front 53 N, 5.5 bar, extrapolated"
@@ -184,5 +179,4 @@ def test_a_parameter_called_self_is_unknown_like_any_other():
 
 @pytest.mark.parametrize("tyre", ["a\0b.csv", {"rear": "Tyre1", "front": "a\0b.tir"}])
 def test_a_tyre_file_with_a_nul_in_its_name(tyre):
-    with pytest.raises(InputError, match="is no file name; it holds a NUL character"):
-        relaxed({"tyre": tyre, "pressure_bar": 5.0})
+    refuses("is no file name; it holds a NUL character", relaxed, {"tyre": tyre, "pressure_bar": 5.0})

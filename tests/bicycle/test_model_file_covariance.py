@@ -62,22 +62,19 @@ def test_it_survives_a_file(tmp_path):
     assert read_model(tmp_path / "model.toml").sd == {"c": pytest.approx(2e-3)}
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (stated(names=["c", "cc"]), "\\[covariance\\]: unknown parameter 'cc'"),
-        (stated(names=["c", "IByy"]), "\\[covariance\\]: unknown parameter 'IByy'"),
-        (stated(names=["c", "c"]), "\\[covariance\\]: c is given twice; keep one"),
-        (stated(names=[]), "parameters"),
-        (stated(matrix=[[1.0]]), "matrix.* must be 2 rows of as many numbers"),
-        (stated(matrix=[[1.0, 0.0], [0.0, "x"]]), "matrix.* must be 2"),
-        (stated(matrix=[[1.0, 2.0], [2.0, 1.0]]), "must be symmetric without negative eigenvalues"),
-        (stated(matrix=[[5e-324, 1.0], [1.0, 5e-324]]), "must be symmetric without negative eigenvalues"),
-        (DAMPED | {"covariance": {"parameters": ["c"]}}, "give one of matrix and factor"),
-        (DAMPED | {"covariance": {"parameters": ["c"], "matrix": [[1.0]], "colour": 1}}, "colour"),
-        (DAMPED | {"covariance": 3.0}, "covariance"),
-    ],
-)
+@pytest.mark.parametrize(("content", "words"), [
+    (stated(names=["c", "cc"]), "\\[covariance\\]: unknown parameter 'cc'"),
+    (stated(names=["c", "IByy"]), "\\[covariance\\]: unknown parameter 'IByy'"),
+    (stated(names=["c", "c"]), "\\[covariance\\]: c is given twice; keep one"),
+    (stated(names=[]), "parameters"),
+    (stated(matrix=[[1.0]]), "matrix.* must be 2 rows of as many numbers"),
+    (stated(matrix=[[1.0, 0.0], [0.0, "x"]]), "matrix.* must be 2"),
+    (stated(matrix=[[1.0, 2.0], [2.0, 1.0]]), "must be symmetric without negative eigenvalues"),
+    (stated(matrix=[[5e-324, 1.0], [1.0, 5e-324]]), "must be symmetric without negative eigenvalues"),
+    (DAMPED | {"covariance": {"parameters": ["c"]}}, "give one of matrix and factor"),
+    (DAMPED | {"covariance": {"parameters": ["c"], "matrix": [[1.0]], "colour": 1}}, "colour"),
+    (DAMPED | {"covariance": 3.0}, "covariance"),
+])  # fmt: skip
 def test_what_is_no_covariance_is_refused(content, words):
     with pytest.raises(InputError, match=words):
         build_model(content)

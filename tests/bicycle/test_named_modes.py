@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from bicycle import Bicycle, available_bicycles, load_bicycle
 from bicycle.critical import critical_speeds
 from bicycle.model_file import build_model
-from bicycle.named_modes import modes
+from bicycle.named_modes import mode_events, modes
 from bicycle.parameters import UNITS
 from tyre.errors import InputError
 
@@ -252,6 +252,7 @@ def test_two_pairs_swap_their_names_where_they_exchange_character(tyred):
     assert "exchange character" in str(exchange)
     at = exchange.speed
     found = modes(model, [at - 0.01, at + 0.01])
+    assert [event.modes for event in found.events if event.kind == "exchange"] == [exchange.modes]
     branches = [(name.split("+")[0], rows) for name, rows in found.branches.items()]
     best = [{name: rows[k, 0] for name, rows in branches if rows[k, 0].imag > 0} for k in (0, 1)]
     for one, other in (("wobble", "rear_tyre"), ("rear_tyre", "wobble")):
@@ -307,6 +308,14 @@ def test_a_model_too_stiff_to_be_computed_is_refused(tyred, law, stiffness):
         modes(model, [5.0])
     with pytest.raises(InputError, match=words):
         critical_speeds(model)
+
+
+def test_extreme_numbers_overflow_without_a_warning(tyred):
+    stiff = tyred(residual_torque={"steer_from_steer_curve": -1e308, "middle_speed": 0.0})
+    with pytest.raises(InputError, match=r"fastest root is inf 1/s .*[.]steer_from_steer_curve = -1e\+308: give"):
+        modes(stiff, [5.0])
+    slack = tyred(relaxation_length={"cornering_stiffness": 0.0, "relaxation_length": 0.15})
+    assert mode_events(slack, 0.0, 21.01164)[0].kind == "merge"  # eigenvectors there are parallel but for rounding
 
 
 POWERS = {  # of length, mass and time

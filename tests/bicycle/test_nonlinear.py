@@ -10,6 +10,7 @@ from bicycle.inputs import InputHistory, pulse, step
 from bicycle.model_file import build_model
 from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
 from bicycle.responses import respond
+from tests.shared.refusals import refuses
 from tyre import read_tyre
 from tyre.errors import InputError
 
@@ -159,10 +160,8 @@ def test_refused_models_and_motions():
         system.simulate(time=[0, 1], initial={"rear_side_force": 1.0})
     with pytest.raises(InputError, match="unknown input 'steer'"):
         system.simulate(time=[0, 1], inputs={"steer": step(1.0)})
-    with pytest.raises(InputError, match="unknown input 'steer'"):
-        system.trim({"steer": 1.0})
-    with pytest.raises(InputError, match="no steady motion found at 1 m/s; take smaller offsets or inputs"):
-        system.trim({"lateral_force": 5000.0})
+    refuses("unknown input 'steer'", system.trim, {"steer": 1.0})
+    refuses("no steady motion found at 1 m/s; take smaller offsets or inputs", system.trim, {"lateral_force": 5000.0})
     for lean in (1e250, 1e290):  # which a few seconds, or the first step, carry out of what numbers hold
         with pytest.raises(InputError, match="simulation at 1 m/s stops at .* s: .*probably fallen; take less time"):
             system.simulate(time=[0.0, 400.0], initial={"lean": lean}, tolerance=1e-4)
@@ -176,8 +175,7 @@ def test_refused_models_and_motions():
     ({"offset": -2.0}, "offset = -2 is outside -1 .. 1$"),
 ])  # fmt: skip
 def test_refused_tyres(given, words):
-    with pytest.raises(InputError, match=words):
-        MagicTyre(**given)
+    refuses(words, MagicTyre, **given)
 
 
 CURVED = """[MODEL]

@@ -68,19 +68,16 @@ def test_a_name_without_wheel_is_both_wheels():
     np.testing.assert_allclose(apart, both, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("names", "covariance", "words"),
-    [
-        (["c", "c"], np.eye(2), "c is given twice; keep one"),
-        (["c", "w"], np.eye(3), "covariance of c, w must be 2 x 2 finite numbers"),
-        (["c"], [[np.nan]], "covariance of c must be 1 x 1 finite numbers"),
-        (["c", "w"], [[1.0, 2.0], [2.0, 1.0]], "symmetric without negative eigenvalues"),
-        (["c", "w"], [[1.0, 0.5], [0.1, 1.0]], "symmetric without negative eigenvalues"),
-        (["c", "w"], [[0.0, 1e-3], [1e-3, 1.0]], "symmetric without negative eigenvalues"),
-        (["c", "mB"], [[1e-12, 2e-3], [2e-3, 1e6]], "symmetric without negative eigenvalues"),
-        ([], np.empty((0, 0)), "no parameter is uncertain"),
-    ],
-)
+@pytest.mark.parametrize(("names", "covariance", "words"), [
+    (["c", "c"], np.eye(2), "c is given twice; keep one"),
+    (["c", "w"], np.eye(3), "covariance of c, w must be 2 x 2 finite numbers"),
+    (["c"], [[np.nan]], "covariance of c must be 1 x 1 finite numbers"),
+    (["c", "w"], [[1.0, 2.0], [2.0, 1.0]], "symmetric without negative eigenvalues"),
+    (["c", "w"], [[1.0, 0.5], [0.1, 1.0]], "symmetric without negative eigenvalues"),
+    (["c", "w"], [[0.0, 1e-3], [1e-3, 1.0]], "symmetric without negative eigenvalues"),
+    (["c", "mB"], [[1e-12, 2e-3], [2e-3, 1e6]], "symmetric without negative eigenvalues"),
+    ([], np.empty((0, 0)), "no parameter is uncertain"),
+])  # fmt: skip
 def test_what_is_no_covariance_is_refused(names, covariance, words):
     with pytest.raises(InputError, match=words):
         checked_covariance(names, covariance)

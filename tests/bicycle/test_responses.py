@@ -157,6 +157,8 @@ def test_large_motion_and_fall_are_reported(tyred):
     assert ended.fall == fallen.fall
     calm = respond(tyred, speed=6.0, time=[0.0, 0.1], initial={"lean": 0.1})
     assert calm.warnings == ()
+    leant = respond(tyred, speed=6.0, time=[0.0, 0.1], initial={"lean": 0.4})  # tan(0.4) = 1.06 * 0.4
+    assert [text.rpartition(" up to ")[2] for text in leant.warnings] == ["about 0.35 rad"]
     assert calm.fall is None
     assert len(calm.until_fall().time) == 2
 

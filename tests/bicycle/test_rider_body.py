@@ -55,10 +55,17 @@ def test_mass_centre_and_inertia_are_those_of_thin_slices():
     about = second - mass * np.outer(centre, centre)
     inertia = np.trace(about) * np.eye(3) - about
     factor = rider.mass / mass
-    found = join([part.body for part in human.segments(rider, angles, np.zeros(2))])
+    bodies = human.segments(rider, angles, np.zeros(2))
+    found = join([part.body for part in bodies])
     axes = np.array([[0, -1, 0], [-1, 0, 0], [0, 0, -1]])  # x back, y left, z up are minus x, y, z of the bicycle
     np.testing.assert_allclose(found.centre, axes @ centre, atol=1e-5)
     np.testing.assert_allclose(found.inertia, factor * axes @ inertia @ axes.T, atol=2e-4)
+    for part, segment in zip(bodies, person.segments, strict=True):  # the long side of a stadium lies across, or along
+        solids = [solid for solid in segment.solids if hasattr(solid, "stads")]
+        long = np.array([[s.radius + s.thickness, s.radius] for solid in solids for s in solid.stads])
+        along = np.repeat([solid.alignment == "AP" for solid in solids], 2)
+        half = np.stack([np.linalg.norm(part.wide, axis=1), np.linalg.norm(part.deep, axis=1)], 1)[: len(long)]
+        np.testing.assert_allclose(half, np.where(along[:, None], long[:, ::-1], long))
 
 
 def test_a_seated_body_is_symmetric_and_keeps_its_mass():

@@ -138,30 +138,27 @@ def test_a_tyre_without_a_relaxation_length_takes_one_beside_it():
 LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
 
 
-@pytest.mark.parametrize(
-    ("tables", "message"),
-    [
-        ({"relaxation_length": LAW, "camber_thrust": {"camber_stiffness": "tyre"}},
-         r"'camber_thrust': Tyre1 on flat holds no camber stiffness; give camber_stiffness a number \(N/rad, typical"),
-        ({"camber_thrust": {"camber_stiffness": "tyre"}},
-         r'camber_stiffness = "tyre" needs a tyre: give \[effects.relaxation_length\] or \[effects.side_slip\] a tyre'),
-        ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 5}, "camber_thrust": {}},
-         r"camber_stiffness is missing; give a number \(N/rad\), or \"tyre\" for what the tyre holds"),
-        ({"relaxation_length": LAW, "steer_damper": {"damping": "tyre"}},
-         r'damping = "tyre", but a tyre does not hold it; give a number \(N m s/rad\)'),
-        ({"side_slip": {"tyre": "my.tir", "pressure_bar": 5}, "twisting_torque": {"twisting_stiffness": "tyre"}},
-         r"beside that of pneumatic_trail; add \[effects.pneumatic_trail\] or give a number"),
-        ({"relaxation_length": LAW, "side_slip": LAW},
-         "effects 'relaxation_length' and 'side_slip' exclude each other: both are the contact law"),
-        ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 12}},
-         r"wheel: 12 bar is farther outside the 3-7 bar for which Made-up 28 on flat \(my.tir\) holds than that range "
-         "is wide; take .* extrapolate = true"),
-        ({"relaxation_length": {"tyre": "my89.toml", "pressure_bar": 7.5}},
-         "7.5 bar is farther outside the 3-5 bar for which Made-up 89 on flat holds"),
-        ({"relaxation_length": {"tyre": "none.tir", "pressure_bar": 7.5}}, r"none\.tir: cannot be read"),
-        ({"relaxation_length": LAW | {"surface": "road"}}, "Tyre1 was not measured on surface 'road'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("tables", "message"), [
+    ({"relaxation_length": LAW, "camber_thrust": {"camber_stiffness": "tyre"}},
+     r"'camber_thrust': Tyre1 on flat holds no camber stiffness; give camber_stiffness a number \(N/rad, typical"),
+    ({"camber_thrust": {"camber_stiffness": "tyre"}},
+     r'camber_stiffness = "tyre" needs a tyre: give \[effects.relaxation_length\] or \[effects.side_slip\] a tyre'),
+    ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 5}, "camber_thrust": {}},
+     r"camber_stiffness is missing; give a number \(N/rad\), or \"tyre\" for what the tyre holds"),
+    ({"relaxation_length": LAW, "steer_damper": {"damping": "tyre"}},
+     r'damping = "tyre", but a tyre does not hold it; give a number \(N m s/rad\)'),
+    ({"side_slip": {"tyre": "my.tir", "pressure_bar": 5}, "twisting_torque": {"twisting_stiffness": "tyre"}},
+     r"beside that of pneumatic_trail; add \[effects.pneumatic_trail\] or give a number"),
+    ({"relaxation_length": LAW, "side_slip": LAW},
+     "effects 'relaxation_length' and 'side_slip' exclude each other: both are the contact law"),
+    ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 12}},
+     r"wheel: 12 bar is farther outside the 3-7 bar for which Made-up 28 on flat \(my.tir\) holds than that range "
+     "is wide; take .* extrapolate = true"),
+    ({"relaxation_length": {"tyre": "my89.toml", "pressure_bar": 7.5}},
+     "7.5 bar is farther outside the 3-5 bar for which Made-up 89 on flat holds"),
+    ({"relaxation_length": {"tyre": "none.tir", "pressure_bar": 7.5}}, r"none\.tir: cannot be read"),
+    ({"relaxation_length": LAW | {"surface": "road"}}, "Tyre1 was not measured on surface 'road'"),
+])  # fmt: skip
 def test_what_cannot_be_is_refused(folder, tables, message):
     with pytest.raises(InputError, match=message):
         build_model({"bicycle": "benchmark", "effects": tables}, folder=folder)

@@ -14,7 +14,16 @@ from hypothesis import strategies as st
 
 from tests.shared.refusals import refuses
 from tyre.errors import InputError
-from tyre.files import left_by_a_killed_run, named_folder, own_ends, read_toml, slugs, write_bytes, write_text
+from tyre.files import (
+    files_below,
+    left_by_a_killed_run,
+    named_folder,
+    own_ends,
+    read_toml,
+    slugs,
+    write_bytes,
+    write_text,
+)
 
 OLD, NEW = "the old one\n", "a new one\n" * 1000
 
@@ -207,3 +216,11 @@ def test_files_that_no_one_writes_are_refused(text, words, tmp_path):
         read_toml(tmp_path / "m.toml", "model file")
         return
     refuses(words, read_toml, tmp_path / "m.toml", "model file")
+
+
+def test_a_folder_of_too_many_files_is_refused(tmp_path):
+    for name in "cab":
+        (tmp_path / name).touch()
+    assert [path.name for path in files_below(tmp_path, most=3)] == ["a", "b", "c"]
+    with pytest.raises(InputError, match="holds more than 2 files and folders; give a folder of what is meant alone"):
+        files_below(tmp_path, most=2)

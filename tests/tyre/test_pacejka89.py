@@ -260,7 +260,7 @@ def test_a_matlab_file_is_read_apart_and_a_bomb_refused_by_its_size(tmp_path, mo
     savemat(path, {"Fy": FY, "tyre": "x"})
     assert read_tyre(path).tyre == "x"
     path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 1, 14), struct.pack("<ii", 1, 110_000_000)))
-    refuses("110,000,00. numbers, at most 100,000,000 are read at once", read_tyre, path)
+    refuses("110,000,00. numbers, at most [0-9,]* of 10,000 channels are read at once", read_tyre, path)
 
 
 def test_a_lateral_stiffness_beside_gives_a_relaxation_length(tmp_path):

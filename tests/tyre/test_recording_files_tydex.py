@@ -198,6 +198,7 @@ def test_kind_and_pull_round_trip(tmp_path, run):
     (lambda s: s.replace("**COMMENTS", "**HEADER"), r"keyword \*\*HEADER stands 2 times"),
     (lambda s: s.replace("**MEASURDATA", "**MEASURDATA 5"), "announces 5 rows and holds 3"),
     (lambda s: s.replace("   1.5   9.0\n", "\n"), "has 5 values for 7 channels; was the file cut off"),
+    (lambda s: s.replace("9.0\n 2 ", "9.0 2\n"), "row '1   0 .* 2' .* has 8 values for 7 channels"),
     (lambda s: s.replace("1.5", "1,5"), "not made of numbers with decimal points"),
     (lambda s: s.replace("LONGVEL  ", "RUNTIME  "), "channel RUNTIME is listed twice"),
     (lambda s: s.replace("INFLPRES", "IDENTITY"), "IDENTITY is listed twice"),

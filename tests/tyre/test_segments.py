@@ -26,7 +26,7 @@ from tyre.campaign import fit_campaign, measured_tables
 from tyre.preflight import preflight
 from tyre.recording import Condition, RigRun
 from tyre.recording_files import read_events
-from tyre.segments import split
+from tyre.segments import split, stretches
 from tyre.table import write_csv
 
 OPEN = Condition("T", math.nan, math.nan, "flat", camber=math.nan)  # what the channels must say
@@ -112,6 +112,14 @@ def run(slip=SWEEPS, *, load=400.0, pressure=5.0, camber=0.0, condition=OPEN, se
         noisy(load, 2.0), inclination=np.radians(noisy(camber, 0.01)), pressure=1e5 * noisy(pressure, 0.005),
         speed=noisy(3.0, 0.01),
     )  # fmt: skip
+
+
+def test_noise_of_the_slip_angle_at_rest_is_no_motion():
+    """Noise of 0.1 deg; sweeps of 600 samples between rests of 100."""
+    noise = np.random.default_rng(1).normal(0, 0.1, SWEEPS.size)
+    cuts = stretches(run(SWEEPS + noise, load=np.repeat([300.0, 400.0, 500.0] * 2, 800)))
+    assert [cut.first for cut in cuts] == pytest.approx(np.arange(100, 4800, 800), abs=20)
+    assert [cut.last for cut in cuts] == pytest.approx(np.arange(700, 4800, 800), abs=20)
 
 
 def levels(events):

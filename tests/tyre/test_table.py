@@ -55,7 +55,8 @@ def test_a_last_row_without_a_line_end_may_be_a_cut_number(file):
             read_columns(file(text), numbers=("a", "b"), needed=())
     for text in ("a,b\n1,12.3\n", "a,b\n1,12.3\n  ", "a,b\n1,12.3 # whole", "a,b\n1,12.3\n# whole"):
         assert read_columns(file(text), numbers=("a", "b"), needed=()).numbers["b"] == [12.3]
-    for text, words in (("a,b\n1", "1 cell where the header has 2 columns; was the file cut off"), ("a,b", "no rows")):
+    cut = "1 cell where the header has 2 columns; was the file cut off"
+    for text, words in (("a,b\n1", cut), ("a,b", "no rows"), ("a,b\n1,inf\n", "b = 'inf' is not a finite number")):
         refuses(words, read_columns, file(text), numbers=("a", "b"), needed=())
     with pytest.raises(InputError, match="no line end, so the file may be cut off inside a number; complete the row"):
         read_cells(file("a;b\n1;2,5\n2;2,"), kind="recording", example="a", logged=True)

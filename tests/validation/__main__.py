@@ -7,6 +7,7 @@ import importlib
 import inspect
 import json
 import pkgutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ import click
 import tests.validation
 from tyre.errors import InputError, unknown
 from tyre.files import write_text
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))  # as pytest has it
 
 TOOLS = ("cases", "decay_generator", "kane_bicycle", "random_models", "recording_writers")
 NEVER_NONE = ("models", "campaigns", "draws", "workers", "jobs")

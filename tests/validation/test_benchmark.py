@@ -71,14 +71,11 @@ def test_answers_of_others_are_scored(tmp_path):
     assert "| mine | 0/1, 0-79 %" in " ".join(table({"mine": found}).split())
 
 
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        ("[1]", "must be an object"), ("{", "no answers as JSON"),
-        ('{"modal-one_2": {"verdict": "none"}}', "unknown case 'modal-one_2'; did you mean 'modal-one_1'"),
-        ('{"modal-one_1": "none"}', "must be an object with a verdict"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "error"), [
+    ("[1]", "must be an object"), ("{", "no answers as JSON"),
+    ('{"modal-one_2": {"verdict": "none"}}', "unknown case 'modal-one_2'; did you mean 'modal-one_1'"),
+    ('{"modal-one_1": "none"}', "must be an object with a verdict"),
+])  # fmt: skip
 def test_answers_that_cannot_be_scored_are_refused(tmp_path, text, error):
     file = tmp_path / "mine.json"
     file.write_text(text)

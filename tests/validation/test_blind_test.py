@@ -9,6 +9,7 @@ import pytest
 import tests.validation.blind.generator as generator
 import tests.validation.blind.histories as histories
 from bicycle import load_bicycle
+from tests.shared.refusals import refuses
 from tests.validation.blind import baseline as rival
 from tests.validation.blind import run as running
 from tests.validation.blind.report import write_report
@@ -29,27 +30,24 @@ def verdict(kind, names, effects=()):
 TRUTH = {"effects": {"steer_spring": {"stiffness": 2.0}}, "noise": 1.0}
 
 
-@pytest.mark.parametrize(
-    ("found", "expected"),
-    [
-        (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.1, "sd": 0.1}})]),
-         {"says": True, "right": True, "some_false": False, "misnamed": False, "covered": 1, "judged": 1}),
-        (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.5, "sd": 0.1}})]),
-         {"covered": 0}),
-        (verdict("class", ["pneumatic_trail", "steer_spring"]), {"right": True, "misnamed": False}),
-        (verdict("class", [*"abc", "steer_spring"]), {"right": False}),
-        (verdict("named", ["pneumatic_trail"]), {"right": False, "some_false": False, "misnamed": True}),
-        (verdict("partial", ["pneumatic_trail"]), {"right": False, "misnamed": False}),
-        (verdict("named", ["steer_damper+steer_spring"], [("steer_damper", {}), ("steer_spring", {})]),
-         {"right": False, "some_false": True}),
-        (verdict("unknown", []), {"detected": True, "says": False}),
-        (verdict("none", []), {"detected": False, "says": False, "any_name": False}),
-        (verdict("tentative", ["steer_spring"]),
-         {"says": False, "right": False, "tentative": True, "tentative_right": True, "any_name": True}),
-        (verdict("tentative", ["steer_damper"]), {"tentative_right": False, "misnamed": False, "some_false": False}),
-        (verdict("class", ["steer_damper", "steer_spring"]), {"class_right": True}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("found", "expected"), [
+    (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.1, "sd": 0.1}})]),
+     {"says": True, "right": True, "some_false": False, "misnamed": False, "covered": 1, "judged": 1}),
+    (verdict("named", ["steer_spring"], [("steer_spring", {"stiffness": {"value": 2.5, "sd": 0.1}})]),
+     {"covered": 0}),
+    (verdict("class", ["pneumatic_trail", "steer_spring"]), {"right": True, "misnamed": False}),
+    (verdict("class", [*"abc", "steer_spring"]), {"right": False}),
+    (verdict("named", ["pneumatic_trail"]), {"right": False, "some_false": False, "misnamed": True}),
+    (verdict("partial", ["pneumatic_trail"]), {"right": False, "misnamed": False}),
+    (verdict("named", ["steer_damper+steer_spring"], [("steer_damper", {}), ("steer_spring", {})]),
+     {"right": False, "some_false": True}),
+    (verdict("unknown", []), {"detected": True, "says": False}),
+    (verdict("none", []), {"detected": False, "says": False, "any_name": False}),
+    (verdict("tentative", ["steer_spring"]),
+     {"says": False, "right": False, "tentative": True, "tentative_right": True, "any_name": True}),
+    (verdict("tentative", ["steer_damper"]), {"tentative_right": False, "misnamed": False, "some_false": False}),
+    (verdict("class", ["steer_damper", "steer_spring"]), {"class_right": True}),
+])  # fmt: skip
 def test_judging(found, expected):
     got = judge(found, TRUTH)
     assert {key: got[key] for key in expected} == expected
@@ -91,8 +89,7 @@ def test_resuming_and_summary(tmp_path, monkeypatch):
     assert file.read_text() == first  # nothing is done twice
     assert found["cells"]["modal-none"]["cases"] == 1
     assert found["cells"]["modal-none"]["crashed"] == [0, 1]
-    with pytest.raises(InputError, match="did you mean 'modal-none'"):
-        blind_study(out=tmp_path, seed=3, cases=1, cells="modal-nine", workers=1)
+    refuses("did you mean 'modal-none'", blind_study, out=tmp_path, seed=3, cases=1, cells="modal-nine", workers=1)
 
 
 def test_a_run_that_is_killed_over_its_first_case_leaves_no_empty_file(tmp_path):
@@ -124,8 +121,7 @@ def test_a_file_that_holds_something_else_is_left_alone(tmp_path, content):
 
 def test_a_generator_that_finds_no_bicycle_says_so():
     bicycle, rng = load_bicycle("benchmark"), np.random.default_rng(1)
-    with pytest.raises(InputError, match="no physical bicycle near 'benchmark'"):
-        generator.perturbed(bicycle, {"IBxz": 1e9}, rng)
+    refuses("no physical bicycle near 'benchmark'", generator.perturbed, bicycle, {"IBxz": 1e9}, rng)
     with pytest.raises(InputError, match="'benchmark' cannot hold rider_lean"):
         generator.hide(("rider_lean",), bicycle, load_bicycle("browser"), {}, rng)
 

@@ -22,15 +22,12 @@ def test_hostile_values_are_refused_or_computed(kind, tmp_path, monkeypatch):
 
 
 @pytest.mark.filterwarnings("default")
-@pytest.mark.parametrize(
-    ("action", "words"),
-    [
-        (lambda: 1 / 0, "ZeroDivisionError: division by zero"),
-        (lambda: warnings.warn("odd", RuntimeWarning, stacklevel=1), "warning: odd"),
-        (lambda: click.echo("speed nan"), "NaN in what is shown"),
-        (lambda: click.get_current_context().exit(), "RuntimeError"),
-    ],
-)
+@pytest.mark.parametrize(("action", "words"), [
+    (lambda: 1 / 0, "ZeroDivisionError: division by zero"),
+    (lambda: warnings.warn("odd", RuntimeWarning, stacklevel=1), "warning: odd"),
+    (lambda: click.echo("speed nan"), "NaN in what is shown"),
+    (lambda: click.get_current_context().exit(), "RuntimeError"),
+])  # fmt: skip
 def test_what_is_wrong_is_a_failure(action, words):
     end, said = outcome(action)
     assert end == "failed"

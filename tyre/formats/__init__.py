@@ -40,6 +40,8 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
     found: Contents = _guarded(path, lambda: getattr(module, f"{form}_contents")(path, reading or Reading()))
     if not found.columns:
         raise InputError(f"{path}: holds no channels")
+    if (count := len(found.columns)) > 10_000:
+        raise InputError(f"{path}: holds {count:,} channels, at most 10,000 are read; take out what is not measured")
     return replace(found, load=lambda names, most: _guarded(path, lambda: list(found.load(names, most))))
 
 

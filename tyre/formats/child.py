@@ -27,8 +27,14 @@ from tyre.channel_map import Reading
 from tyre.errors import InputError
 from tyre.signals import BUDGET, Column, Contents, Signal
 
-LIMITS = {"memory": 6_000_000_000, "temporary": 4_000_000_000, "processor": 60, "clock": 600, "line": 1 << 28}
-"""Bytes of address space and of a temporary file; s of processor and clock a request; bytes of a line of an answer."""
+LIMITS: dict[str, Any] = {
+    "memory": 6_000_000_000, "temporary": 4_000_000_000, "processor": 60, "clock": 600, "line": 1 << 28,
+    "least memory": 600_000_000, "memory a byte": 150, "least processor": 3, "processor a byte": 1e-5,
+}  # fmt: skip
+"""Bytes of address space and of a temporary file; s of processor and clock a request; bytes of a line of an answer.
+
+The least of both, for a file of a few kB, and how much more each of its bytes may take.
+"""
 
 _BEGIN = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
@@ -142,16 +148,23 @@ def _ask(temporary: bool, request: dict[str, Any], path: Path, receive: Callable
         try:
             found = child.answer(request, receive)
         except (EOFError, OSError, ValueError, TypeError, KeyError) as error:
-            cause = _cause(child.process.returncode)
+            cause = _cause(child.process.returncode, _allowed("processor", request))
             raise InputError(f"{path}: cannot be read: {cause}; is it damaged? cut it, or export it as CSV") from error
     if isinstance(found, dict) and "refused" in found:
         raise InputError(found["refused"])
     return found
 
 
-def _cause(code: int) -> str:
+def _allowed(kind: str, request: dict[str, Any]) -> int:
+    """Memory or processor that a request may take, by the size of its files: a small one that takes much is no data."""
+    files = [request.get("path", ""), *request.get("reading", {}).get("dbc", ())]
+    size = sum(os.path.getsize(file) for file in files if os.path.isfile(file))
+    return int(min(LIMITS[kind], LIMITS[f"least {kind}"] + size * LIMITS[f"{kind} a byte"]))
+
+
+def _cause(code: int, seconds: int) -> str:
     if code in (-signal.SIGXCPU, -signal.SIGKILL):
-        return f"it takes more than {LIMITS['processor']} s, or more memory than there is"
+        return f"it takes more than {seconds} s, or more memory than there is"
     name = signal.Signals(-code).name if code < 0 else f"code {code}"
     return f"its library failed ({name})"
 
@@ -166,19 +179,26 @@ def _end_children() -> None:
 
 def serve(contents: Callable[..., Contents], table_rows: Callable[[Path, str], Any]) -> None:
     """Answer requests by these two readers, one a line of standard input, until it ends: the work of the child."""
+    import resource
+
     _begun.append("child")
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries may print
     kept = confine(temporary=sys.argv[2] == "temporary")
     Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(ImportError):  # told when it is needed; what it takes counts to no file
+        if sys.argv[2]:
+            import asammdf  # noqa: F401
     state: tuple[Any, Contents] | None = None
     for line in sys.stdin.buffer:
         request = json.loads(line)
         if request["call"] == "hello":
             _send(out, {"kept": kept})
             continue
-        _limit("CPU", int(process_time()) + 1 + LIMITS["processor"], hard=False)
         os.chdir(request["folder"])
+        _limit("CPU", int(process_time()) + 1 + _allowed("processor", request), hard=False)
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()  # libraries, files before
+        _limit("AS", min(LIMITS["memory"], taken + _allowed("memory", request)), hard=False)
         try:
             if request["call"] == "rows":
                 _send(out, {"rows": table_rows(Path(request["path"]), request["kind"])})

@@ -1,5 +1,6 @@
 """HDF5 files: every dataset of numbers, with the unit in its attributes."""
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from pathlib import Path
@@ -51,6 +52,8 @@ def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
             raise InputError(f"{path}: groups lie in groups, more than {DEEPEST} deep; copy what is measured higher")
         if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
             raise InputError(f"{path}: {name} has its values in other files, which are not read; copy them into one")
+        if isinstance(item, h5py.Dataset):
+            check_budget(path, [math.prod(item.chunks or ())])  # a chunk is unpacked whole
 
     above = accumulate(root.strip("/").split("/"), "{}/{}".format)  # the group and all above it
     if root and any(isinstance(file.get(part, getlink=True), h5py.ExternalLink) for part in above):

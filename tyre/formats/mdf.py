@@ -110,7 +110,9 @@ def _signal(path: Path, mdf: Any, name: str, group: int, index: int, unit: str, 
     if len(formula) > 500 or _POWERS.search(formula) or formula.count("**") + formula.count("^") > 4:
         raise InputError(f"{path}: {name} is converted by the formula {formula[:60]!r}, which is not evaluated")
     found = mdf.get(group=group, index=index, record_count=most)
-    values = found.samples
+    values, there = found.samples, int(mdf.groups[group].channel_group.cycles_nr)
+    if len(values) != (there if most is None else min(most, there)):
+        raise InputError(f"{path}: {name} announces {there} samples and holds {len(values)}; is the file damaged?")
     if values.ndim != 1 or values.dtype.kind not in "fiub":
         raise InputError(f"{path}: {name} holds no plain numbers; map another channel")
     samples = values.astype(float)

@@ -9,6 +9,8 @@ import numpy as np
 
 from tyre.arrays import Array
 from tyre.channel_map import Reading
+from tyre.errors import InputError
+from tyre.files import LARGEST
 from tyre.formats.csv import names_and_units
 from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal, check_budget
@@ -38,7 +40,8 @@ def parquet_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
     """Names of the columns and then all rows, each with its place; empty text for what is missing."""
     parquet = optional_module("pyarrow.parquet", extra="formats")
     metadata = parquet.read_metadata(path)
-    check_budget(path, [metadata.num_rows] * metadata.num_columns)
+    if (cells := metadata.num_rows * metadata.num_columns) > LARGEST:
+        raise InputError(f"{path}: holds {cells:,} cells, at most {LARGEST:,} are read of a table")
     frame = parquet.read_table(path).to_pandas()
     if frame.index.name is not None:
         frame = frame.reset_index()

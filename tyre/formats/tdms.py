@@ -28,7 +28,10 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
             for group in file.groups() if reading.table in ("", group.name)
             for channel in group.channels() if channel.dtype.kind in "fiubmM" and len(channel)
         ]  # fmt: skip
-        cut = getattr(getattr(file, "file_status", None), "incomplete_final_segment", False)
+        cut = getattr(status := getattr(file, "file_status", None), "incomplete_final_segment", False)
+        ends = (getattr(status, "channel_statuses", None) or {}).values()
+        if not cut and any(one.read_length < one.expected_length for one in ends):
+            raise InputError(f"{path}: its channels announce more samples than it holds; is it damaged?")
         notes = ["the last segment is incomplete: the recording was cut off"] if cut else []
     homes = {name: (group, channel, unit) for name, group, channel, unit, _ in listed}
 

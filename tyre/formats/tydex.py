@@ -245,7 +245,7 @@ def _numbers(body: str, width: int, announced: int | None, source: str) -> Array
             flat = np.fromstring(clean, sep=" ", dtype=np.float64)
         except (ValueError, DeprecationWarning):
             flat = np.empty(0)
-    if flat.size != rows * width:
+    if flat.size != rows * width or any(len(line.split()) not in (0, width) for line in clean.split("\n")):
         flat = np.array([_row(line, width, source) for line in clean.split("\n") if line.strip()])
     if flat.size == 0:
         raise InputError(f"{source}: **MEASURDATA holds no rows; was the file cut off?")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from scipy.signal import lsim
+import scipy
 
 from tyre.errors import InputError, refuse_unknown
 from tyre.files import write_text
@@ -101,7 +101,7 @@ def _roll(
     lagged = slip
     if tyre.relaxation:  # length d(lagged)/d(distance) = slip - lagged, with slip linear between the samples
         rate = speed / tyre.relaxation_length
-        _, lagged, _ = lsim(([[-rate]], [[rate]], [[1.0]], [[0.0]]), slip, time - time[0], slip[0])
+        _, lagged, _ = scipy.signal.lsim(([[-rate]], [[rate]], [[1.0]], [[0.0]]), slip, time - time[0], slip[0])
     force = tyre.steady_force(lagged)
     trail = tyre.pneumatic_trail / (1.0 + ((lagged + tyre.offset_slip) / tyre.trail_slip) ** 2)
     full = np.full_like(time, 1.0)

@@ -48,7 +48,6 @@ def command(
     """
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from studies.rig_campaign import write_campaign
     from tyre.campaign import fit_campaign, passed_over
     from tyre.condition import FitSettings
     from tyre.properties import Calibration
@@ -68,6 +67,8 @@ def command(
         folder, settings=settings, cache_folder=out / ".cache", exclude=out, skip_bad=skip_bad, jobs=jobs,
         wheel_radius=wheel_radius, channel_map=chosen_map(channels_file, channel_texts),
     )  # fmt: skip
+    from studies.rig_campaign import write_campaign  # once there is something to draw
+
     for name, reason in campaign.skipped.items():
         click.echo(f"skipped {name}: {reason}", err=True)
     with results(out):

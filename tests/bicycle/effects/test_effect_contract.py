@@ -17,6 +17,7 @@ from bicycle import Effect, Model, load_bicycle, registry
 from bicycle.effect import effect_of
 from bicycle.evaluation import derive
 from bicycle.parameters import UNITS, Bicycle
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 EFFECTS = registry()
@@ -143,16 +144,13 @@ def test_at_rest_without_dampers_eigenvalues_come_in_pairs(effect):
 def test_a_missing_or_impossible_value_fails_by_name(effect):
     for parameter in effect.parameters:
         where = rf"effect '{effect.identifier}': {parameter.name}"
-        with pytest.raises(InputError, match=where + r"(\.rear)? = nan must be a number"):
-            draw(effect, **{parameter.name: math.nan})
+        refuses(where + r"(\.rear)? = nan must be a number", draw, effect, **{parameter.name: math.nan})
         low = parameter.bounds[0]
         if math.isfinite(low):
-            with pytest.raises(InputError, match=where + r"(\.rear)? = .* is outside"):
-                draw(effect, **{parameter.name: low - 1})
+            refuses(where + r"(\.rear)? = .* is outside", draw, effect, **{parameter.name: low - 1})
     for name in [p.name for p in effect.parameters if p.default is None]:
         rest = {p.name: p.typical[1] for p in effect.parameters if p.name != name}
-        with pytest.raises(InputError, match=f"effect '{effect.identifier}': missing parameter '{name}'"):
-            effect(**rest)
+        refuses(f"effect '{effect.identifier}': missing parameter '{name}'", effect, **rest)
 
 
 def test_every_pair_is_a_model_or_is_refused_with_a_reason():

@@ -91,6 +91,18 @@ def test_ratios_of_channels():
     assert not found.rejected
 
 
+def test_the_sd_of_a_ratio_is_that_of_the_noisier_channel_however_small_the_other_mode_is():
+    """By hand: noise of roll, over the root of half the sum of squares of the envelope, relative to 0.5, times 1.5."""
+    rng, t = np.random.default_rng(1), np.arange(0, 4.0, 0.01)
+    roll, steer = 0.5 * np.exp(ROOT * t).real, (0.5 * (1.2 - 0.9j) * np.exp(ROOT * t)).real + 3 * (t - 2)
+    roll, steer = roll + rng.normal(0, 0.1, t.size), steer + rng.normal(0, 0.005, t.size)
+    found = identify(seen(rng, t, 0.0, roll_rate_rad_s=roll, steer_rate_rad_s=steer), thorough=False)
+    value, sd = found.ratios["steer_over_lean"]
+    assert abs(value - (1.2 - 0.9j)) < 4 * sd
+    expected = 1.5 * 0.1 / 0.5 / np.sqrt(np.exp(2 * ROOT.real * t).sum() / 2)
+    assert sd == pytest.approx(expected, rel=0.4)  # size and colour of the noise are estimated, too
+
+
 def test_windows_that_tell_too_little_are_rejected():
     rng = np.random.default_rng(3)
     short = identify(decay(rng, sd=0.1), last_s=0.4)
@@ -247,6 +259,8 @@ def test_two_modes_in_one_window():
     alone = identify(run)  # the second is found by itself
     assert abs(alone.eigenvalue - ROOT) < 4 * max(alone.sd)
     assert alone.beside[0] == pytest.approx(other, abs=0.5)
+    louder = seen(rng, t, 0.02, steer_rate_rad_s=0.1 * np.exp(ROOT * t).real + np.exp(other * t).imag)
+    assert identify(louder).eigenvalue == pytest.approx(other, abs=0.5)  # the larger one is told
 
 
 def test_a_motion_that_is_no_sum_of_exponentials_is_not_parted_into_two_oscillations():

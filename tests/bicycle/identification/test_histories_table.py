@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bicycle.identification import read_runs
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 
@@ -74,16 +75,13 @@ def test_a_speed_may_be_in_km_h(folder):
 
     assert read_in(speed_km_h=18) == pytest.approx(5.0)
     for wrong in (0, 217, "18"):
-        with pytest.raises(InputError, match=r"other.csv: speed_km_h = .* is outside 0 \.\. 216 km/h"):
-            read_in(speed_km_h=wrong)
-    with pytest.raises(InputError, match="no speed_m_s; give the forward speed in m/s, or speed_km_h"):
-        read_in()
+        refuses(r"other.csv: speed_km_h = .* is outside 0 \.\. 216 km/h", read_in, speed_km_h=wrong)
+    refuses("no speed_m_s; give the forward speed in m/s, or speed_km_h", read_in)
 
 
 def test_a_recording_that_two_entries_name_is_told_with_both(folder):
     words = r"kick_2.csv: the same recording twice, by files = 'kick_\*.csv' and by file = 'kick_2.csv'; keep one"
-    with pytest.raises(InputError, match=words):
-        runs(folder, {"files": "kick_*.csv"}, {"file": "kick_2.csv"})
+    refuses(words, runs, folder, {"files": "kick_*.csv"}, {"file": "kick_2.csv"})
 
 
 def test_channels_may_be_chosen_and_the_torque_stays(folder):
@@ -145,5 +143,4 @@ def test_under_a_prescribed_steer_angle_the_torque_is_measured(folder):
     ({"file": "other.csv"}, {"channels": ["stear_rad"]}, "unknown channel 'stear_rad'; did you mean 'steer_rad'"),
 ])  # fmt: skip
 def test_what_is_refused(folder, entry, table, words):
-    with pytest.raises(InputError, match=words):
-        runs(folder, entry, **table)
+    refuses(words, runs, folder, entry, **table)

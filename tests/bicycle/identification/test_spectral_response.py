@@ -87,6 +87,14 @@ def test_the_sd_of_a_line_is_that_of_white_noise_widened_as_students_t_is():
     assert np.std(variance) / np.mean(variance) == pytest.approx(np.sqrt(2 / 16), rel=0.15)
 
 
+@pytest.mark.parametrize(("sd", "known"), [(0.05, True), (0.2, False)])
+def test_a_line_of_the_input_is_used_if_its_own_sd_is_below_a_tenth(sd, known):
+    sine, rng = np.sin(2 * np.pi * np.arange(6000) * 0.01), np.random.default_rng(1)
+    for _ in range(4):
+        given = sine + sd / np.sqrt(2 * 1.5 / 6000) * rng.standard_normal(6000)
+        assert line_response(np.array([1.0]), given, sine, 0.01).moved.tolist() == [known]
+
+
 def test_recordings_of_lines_and_of_noise_are_not_mixed():
     t, noise = np.arange(0, 60, 0.01), np.random.default_rng(4).standard_normal((2, 6000))
     sine, rest = np.sin(2 * np.pi * t), 0.01 * noise[0]

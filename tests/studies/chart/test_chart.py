@@ -168,24 +168,21 @@ def test_usual_ranges():
     assert room.split_range("c=0.1:1:log") == ("c", (0.1, 1.0), True)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "speed", "message"),
-    [
-        ("speed=1:10", "speed=2:3", None, "both axes are speed; give two different ones"),
-        ("speed=1:10", "c", 5.0, "--speed 5 is given, but the speed is an axis; leave --speed out"),
-        ("w", "c", None, "no axis is the speed: give the --speed (m/s) of the chart, or --x speed"),
-        ("speed=1-10", "c", None, "axis 'speed=1-10': give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log"),
-        ("speed=10:1", "c", None, "the range must be finite and rise"),
-        ("speed=-1:10", "c", None, "speed -1 m/s is not allowed; give speeds >= 0 m/s"),
-        ("speed=0:0.0001", "c", None, "nothing moves below"),
-        ("c=-0.1:0.1:log", "w", 5.0, "equal ratios need a range above 0"),
-        ("=1:2", "w", 5.0, "axis '=1:2': give NAME"),
-        ("speed", "w=-1:2", None, "w = -1 m is not possible; give values from 0 to inf"),
-        ("speed", "xB=-3:0.5", None, "the front wheel bears no load"),
-        ("speed=1:5000", "c", None, "5000 m/s is not allowed"),
-        ("w", "c", -3.0, "speed -3 m/s is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("x", "y", "speed", "message"), [
+    ("speed=1:10", "speed=2:3", None, "both axes are speed; give two different ones"),
+    ("speed=1:10", "c", 5.0, "--speed 5 is given, but the speed is an axis; leave --speed out"),
+    ("w", "c", None, "no axis is the speed: give the --speed (m/s) of the chart, or --x speed"),
+    ("speed=1-10", "c", None, "axis 'speed=1-10': give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log"),
+    ("speed=10:1", "c", None, "the range must be finite and rise"),
+    ("speed=-1:10", "c", None, "speed -1 m/s is not allowed; give speeds >= 0 m/s"),
+    ("speed=0:0.0001", "c", None, "nothing moves below"),
+    ("c=-0.1:0.1:log", "w", 5.0, "equal ratios need a range above 0"),
+    ("=1:2", "w", 5.0, "axis '=1:2': give NAME"),
+    ("speed", "w=-1:2", None, "w = -1 m is not possible; give values from 0 to inf"),
+    ("speed", "xB=-3:0.5", None, "the front wheel bears no load"),
+    ("speed=1:5000", "c", None, "5000 m/s is not allowed"),
+    ("w", "c", -3.0, "speed -3 m/s is not allowed"),
+])  # fmt: skip
 def test_what_is_no_chart(x, y, speed, message):
     with pytest.raises(InputError) as error:
         Plane.of(WHIPPLE, x, y, speed=speed)

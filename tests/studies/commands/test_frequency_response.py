@@ -64,38 +64,35 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
     assert "0.25 to 2" in said.out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["run4.csv"], "'run4.csv': give a file and its speed in m/s"),
-        (["run4.csv@90"], "give a file and its speed in m/s .up to 60."),
-        (["run4.csv@4", "run4.csv@4"], "'run4.csv@4' is given twice"),
-        (["run4.csv@4", "--input", "steer_tork"], "--input: unknown input 'steer_tork'; did you mean 'steer_torque'"),
-        (["run4.csv@4", "--output", "roll"], "--output: unknown output 'roll'"),
-        (["run4.csv@4", "--output", ","], "name each output once"),
-        (["run4.csv@4", "--output", "steer,steer"], "name each output once"),
-        (
-            ["run4.csv@4", "--output", "yaw_rate"],
-            "--output yaw_rate: yaw_rate_rad_s was not recorded; it holds roll_rate_rad_s",
-        ),
-        (["run4.csv@4", "--input", "lateral_force"], "--input lateral_force: lateral_force_N was not recorded"),
-        (["run4.csv@4", "--segment", "0"], "--segment = 0 must be positive"),
-        (["run4.csv@4", "--to-hz", "-1"], "--to-hz = -1 must be positive"),
-        (["run4.csv@4", "--segment", "60"], "run4.csv: .* hold .* independent segments of 60 s"),
-        (["run4.csv@4", "--segment", "0.01"], "segments of 0.01 s hold . samples .* take segments of .* s or more"),
-        (["run4.csv@4", "--to-hz", "60"], "60 Hz is above 50 Hz, half the sample rate"),
-        (["run4.csv@4", "copy.csv@4"], "copy.csv: the same recording as run4.csv; keep one, or it counts twice"),
-        (["run4.csv@4", "run4.csv@5"], "run4.csv is given at 4 and at 5 m/s; a recording has one speed: keep one"),
-        (
-            ["run4.csv@4", "--input", "steer_torque", "--instrument", "steer_torque"],
-            "--instrument steer_torque: this is the input itself, no reference from outside; leave --instrument out",
-        ),
-        (
-            ["run4.csv@4", "--instrument", "nope"],
-            "nope: there is no such column; it has time_s, .*push_N_m; .velotyre look",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    (["run4.csv"], "'run4.csv': give a file and its speed in m/s"),
+    (["run4.csv@90"], "give a file and its speed in m/s .up to 60."),
+    (["run4.csv@4", "run4.csv@4"], "'run4.csv@4' is given twice"),
+    (["run4.csv@4", "--input", "steer_tork"], "--input: unknown input 'steer_tork'; did you mean 'steer_torque'"),
+    (["run4.csv@4", "--output", "roll"], "--output: unknown output 'roll'"),
+    (["run4.csv@4", "--output", ","], "name each output once"),
+    (["run4.csv@4", "--output", "steer,steer"], "name each output once"),
+    (
+        ["run4.csv@4", "--output", "yaw_rate"],
+        "--output yaw_rate: yaw_rate_rad_s was not recorded; it holds roll_rate_rad_s",
+    ),
+    (["run4.csv@4", "--input", "lateral_force"], "--input lateral_force: lateral_force_N was not recorded"),
+    (["run4.csv@4", "--segment", "0"], "--segment = 0 must be positive"),
+    (["run4.csv@4", "--to-hz", "-1"], "--to-hz = -1 must be positive"),
+    (["run4.csv@4", "--segment", "60"], "run4.csv: .* hold .* independent segments of 60 s"),
+    (["run4.csv@4", "--segment", "0.01"], "segments of 0.01 s hold . samples .* take segments of .* s or more"),
+    (["run4.csv@4", "--to-hz", "60"], "60 Hz is above 50 Hz, half the sample rate"),
+    (["run4.csv@4", "copy.csv@4"], "copy.csv: the same recording as run4.csv; keep one, or it counts twice"),
+    (["run4.csv@4", "run4.csv@5"], "run4.csv is given at 4 and at 5 m/s; a recording has one speed: keep one"),
+    (
+        ["run4.csv@4", "--input", "steer_torque", "--instrument", "steer_torque"],
+        "--instrument steer_torque: this is the input itself, no reference from outside; leave --instrument out",
+    ),
+    (
+        ["run4.csv@4", "--instrument", "nope"],
+        "nope: there is no such column; it has time_s, .*push_N_m; .velotyre look",
+    ),
+])  # fmt: skip
 def test_what_cannot_be_done(folder, tmp_path, monkeypatch, options, words, refused):
     monkeypatch.chdir(tmp_path)
     for name in ("run4.csv", "copy.csv"):

@@ -124,16 +124,13 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
     assert "castering" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
-        (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
-        (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
-        (["--csv", "none/modes.csv"], "--csv none/modes.csv: no such folder; make it first"),
-        (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
+    (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
+    (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
+    (["--csv", "none/modes.csv"], "--csv none/modes.csv: no such folder; make it first"),
+    (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
+])  # fmt: skip
 def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     assert words in refused("modes", "benchmark", "--speeds", "5", *options)
@@ -147,10 +144,9 @@ def test_no_critical_speed_is_said_in_words(capsys):
     )
 
 
-def test_a_model_without_critical_speed_that_is_singular_at_rest(tmp_path, capsys):
+def test_a_model_without_critical_speed_that_is_singular_at_rest(tmp_path, printed):
     (tmp_path / "m.toml").write_text('bicycle = "benchmark"\n[effects.side_slip]\ncornering_stiffness = 0\n')
-    main(["critical", str(tmp_path / "m.toml")])
-    assert capsys.readouterr().out.startswith("no critical speed up to 60 m/s")
+    assert printed("critical", str(tmp_path / "m.toml")).startswith("no critical speed up to 60 m/s")
 
 
 def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):

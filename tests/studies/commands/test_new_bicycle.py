@@ -80,22 +80,19 @@ def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
         load_bicycle(tmp_path / "bag.toml")
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (EIGHT[2:], "a bicycle of yours needs --wheelbase"),
-        ([*EIGHT, "--trail", "60"], "--trail: c = 60 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
-        ([*EIGHT, "--head-angle", "17.5"], "--head-angle 17.5: give degrees from the horizontal, 56 to 90"),
-        ([*EIGHT, "--wheel", "28 inch"], "--wheel '28 inch': write rim and tyre in mm as on its side, such as 622x28"),
-        ([*EIGHT, "--mass", "90"], "--mass 90 is the bicycle's without rider, 4 to 60 kg"),
-        ([*EIGHT, "--rider-height", "1.8"], "--rider-height and --rider-mass go together"),
-        ([*EIGHT, "--front-wheel-mass", "1500"], "--front-wheel-mass 1500 kg is no such part of a bicycle of 9 kg"),
-        ([*EIGHT, "--front-wheel-inertia", "0.1"], "--front-wheel-inertia goes with --front-wheel-mass"),
-        ([*EIGHT, "--front-wheel-mass", "1.5", "--front-wheel-inertia", "0.9"], "is 5.3 of m r^2; a wheel has 0.3 to"),
-        ([*EIGHT, "--kind", "sensors"], "--kind does not go with a bicycle of yours"),
-        (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --trail, --head-angle, --wheel, --mass"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("options", "words"), [
+    (EIGHT[2:], "a bicycle of yours needs --wheelbase"),
+    ([*EIGHT, "--trail", "60"], "--trail: c = 60 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
+    ([*EIGHT, "--head-angle", "17.5"], "--head-angle 17.5: give degrees from the horizontal, 56 to 90"),
+    ([*EIGHT, "--wheel", "28 inch"], "--wheel '28 inch': write rim and tyre in mm as on its side, such as 622x28"),
+    ([*EIGHT, "--mass", "90"], "--mass 90 is the bicycle's without rider, 4 to 60 kg"),
+    ([*EIGHT, "--rider-height", "1.8"], "--rider-height and --rider-mass go together"),
+    ([*EIGHT, "--front-wheel-mass", "1500"], "--front-wheel-mass 1500 kg is no such part of a bicycle of 9 kg"),
+    ([*EIGHT, "--front-wheel-inertia", "0.1"], "--front-wheel-inertia goes with --front-wheel-mass"),
+    ([*EIGHT, "--front-wheel-mass", "1.5", "--front-wheel-inertia", "0.9"], "is 5.3 of m r^2; a wheel has 0.3 to"),
+    ([*EIGHT, "--kind", "sensors"], "--kind does not go with a bicycle of yours"),
+    (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --trail, --head-angle, --wheel, --mass"),
+])  # fmt: skip
 def test_what_makes_no_bicycle_is_refused(tmp_path, options, words, refused):
     assert words in refused("new", tmp_path / "mine.toml", *options)
     assert not (tmp_path / "mine.toml").exists()

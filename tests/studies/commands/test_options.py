@@ -112,3 +112,21 @@ def test_ctrl_c_while_the_command_line_is_imported_is_one_line():
 def test_a_search_that_finds_no_critical_speed_is_no_error(capsys):
     main(["sensitivity", "benchmark", "--mode", "weave", "--speed", "5", "--max-speed", "2"])
     assert "parameters together" in capsys.readouterr().out
+
+
+REFUSED = (
+    "diagnose no.toml", "explore no", "look no.csv", "tyre fit no --out fit", "modal no.csv@5", "sweep no.toml --out g",
+    "frequency-response no.csv@6", "run no.toml", "ride benchmark --rider-control no", "chart no --x c=1:2 --y w=1:2",
+)  # fmt: skip
+
+
+def test_a_refusal_loads_nothing_that_only_a_result_needs(tmp_path):
+    code = f"""import sys\nfrom studies.cli import main
+for line in {REFUSED}:
+    try: main(line.split())
+    except SystemExit as end: print(end.code)
+print([name for name in ('scipy.stats', 'scipy.signal', 'matplotlib', 'pandas', 'xarray', 'control', 'dash')
+       if name in sys.modules])"""
+    told = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert told.stdout.split("\n") == ["2"] * len(REFUSED) + ["[]", ""]
+    assert len(told.stderr.splitlines()) == len(REFUSED)

@@ -25,8 +25,7 @@ def test_simulate_writes_recordings_and_truth(folder):
     assert "synthetic = true" in next(folder.glob("*.toml")).read_text()
 
 
-def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, unseen, printed):
-    unseen()
+def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, no_pictures, printed):
     out = tmp_path / "a"
     fit = ["tyre", "fit", str(folder), "--out", str(out), "--jobs", "1", "--json"]
     main([*fit, str(tmp_path / "c.json"), "--every-residual"])
@@ -41,8 +40,7 @@ def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, unseen, pr
         assert low < truth[name] < high
 
 
-def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen, refused):
-    unseen()
+def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, no_pictures, refused):
     main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "8", *SMALL])
     bad = tmp_path / "rig" / "bad.tdx"
     bad.write_text("no TYDEX here\n")
@@ -59,22 +57,19 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, unseen, ref
     assert report.endswith(made_by())
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--loads", "340;400"], "must be numbers separated by commas"),
-        (["--rates", "0"], "rates must be positive and finite, got 0"),
-        (["--loads", "340,inf"], "loads = '340,inf' must be numbers separated by commas"),
-        (["--loads", "300,300"], "loads = 300,300 names one twice, whose files would take each other's place"),
-        (["--surfaces", "flat,flat"], "surfaces = flat,flat names one twice"),
-        (["--seed", "-1"], "-1: give a whole number from 0"),
-        (["--axes", "iso"], "is not one of ISO, SAE, adapted SAE"),
-        (["--effect", "nois:white=2"], "did you mean 'noise'"),
-        (["--effect", "noise:white=loud"], "must be numbers separated by commas"),
-        (["--without", "rig_fricton"], "did you mean 'rig_friction'"),
-        (["--sweeps", "0", "--pulls", "0"], "one must be positive"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["--loads", "340;400"], "must be numbers separated by commas"),
+    (["--rates", "0"], "rates must be positive and finite, got 0"),
+    (["--loads", "340,inf"], "loads = '340,inf' must be numbers separated by commas"),
+    (["--loads", "300,300"], "loads = 300,300 names one twice, whose files would take each other's place"),
+    (["--surfaces", "flat,flat"], "surfaces = flat,flat names one twice"),
+    (["--seed", "-1"], "-1: give a whole number from 0"),
+    (["--axes", "iso"], "is not one of ISO, SAE, adapted SAE"),
+    (["--effect", "nois:white=2"], "did you mean 'noise'"),
+    (["--effect", "noise:white=loud"], "must be numbers separated by commas"),
+    (["--without", "rig_fricton"], "did you mean 'rig_friction'"),
+    (["--sweeps", "0", "--pulls", "0"], "one must be positive"),
+])  # fmt: skip
 def test_simulate_refuses_nonsense(tmp_path, arguments, words, refused):
     assert words in refused("tyre", "simulate", str(tmp_path / "x"), "--seed", "1", *arguments)
 

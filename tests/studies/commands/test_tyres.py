@@ -42,7 +42,7 @@ def test_curves_are_drawn_where_there_are_any(tmp_path, capsys, refused):
         assert message in refused("tyres", *words)
 
 
-def test_simulate_takes_the_curves_of_the_file_unless_others_are_given(tmp_path, capsys):
+def test_simulate_takes_the_curves_of_the_file_unless_others_are_given(no_pictures, tmp_path, capsys):
     """A peak of 0.05 of the load: the side forces of the file stay below it, those of a friction of 0.8 do not."""
     (tmp_path / "icy.tir").write_text(OLD + "PCY1=1.3\nPDY1=0.05\n")
     largest = []

@@ -24,13 +24,6 @@ def said(capsys, *arguments):
     return capsys.readouterr().out
 
 
-def refused(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(["look", *map(str, arguments)])
-    assert stop.value.code == 2
-    return capsys.readouterr().err
-
-
 def motion(tmp_path):
     return table(tmp_path / "a.csv", "Time [s],gyro_x [deg/s]", [(k / 100, k % 9) for k in range(40)])
 
@@ -80,8 +73,7 @@ def test_nothing_to_fit_never_stands_alone(tmp_path):
         assert use.remedies
 
 
-def test_columns_without_units_are_asked_for(tmp_path, capsys, unseen):
-    unseen()
+def test_columns_without_units_are_asked_for(tmp_path, capsys, no_pictures):
     path = table(tmp_path / "a.csv", "time,roll rate,steer torque", [(k / 100, k % 9, k % 7) for k in range(100)])
     shown = said(capsys, path, "--out", tmp_path / "d")
     assert "time: the file says no unit of time; taken as s: 100 Hz" in shown
@@ -110,8 +102,7 @@ def test_oddities_of_channels(tmp_path, capsys):
     assert "az: shows gravity: its axis points up" in shown
 
 
-def test_drafts_are_not_overwritten(tmp_path, capsys, unseen):
-    unseen()
+def test_drafts_are_not_overwritten(tmp_path, capsys, no_pictures):
     path = table(tmp_path / "a.csv", "t [s],U1 [V]", [(k, k % 7) for k in range(50)])
     said(capsys, path, "--out", tmp_path / "d")
     mine = tmp_path / "d" / "a.channels.toml"
@@ -126,17 +117,17 @@ def test_drafts_are_not_overwritten(tmp_path, capsys, unseen):
     assert mine.read_text(encoding="utf-8") == made[0].text
 
 
-def test_files_that_cannot_be_read(tmp_path, capsys):
-    assert "no such recording" in refused(capsys, tmp_path / "none.csv")
+def test_files_that_cannot_be_read(tmp_path, refused):
+    assert "no such recording" in refused("look", tmp_path / "none.csv")
     (tmp_path / "a.xyz").write_text("1")
-    assert "recordings end in .csv" in refused(capsys, tmp_path / "a.xyz")
+    assert "recordings end in .csv" in refused("look", tmp_path / "a.xyz")
     (tmp_path / "words.csv").write_text("a,b\nno,yes\n" * 9)
-    assert "words.csv" in refused(capsys, tmp_path / "words.csv")
+    assert "words.csv" in refused("look", tmp_path / "words.csv")
     path = motion(tmp_path)
     path.with_suffix(".toml").write_text("tyre = ", encoding="utf-8")
-    assert "the sidecar is no TOML" in refused(capsys, path)
+    assert "the sidecar is no TOML" in refused("look", path)
     (tmp_path / "out").write_text("")
-    assert "is a file; give a folder" in refused(capsys, path, "--out", tmp_path / "out")
+    assert "is a file; give a folder" in refused("look", path, "--out", tmp_path / "out")
 
 
 def test_one_bad_file_does_not_hide_the_others(tmp_path, capsys):
@@ -213,14 +204,13 @@ def test_a_forced_run_that_is_long_enough_gives_a_frequency_response(tmp_path, c
         assert word in shown
 
 
-def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys, unseen):
+def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys, no_pictures):
     """As `velotyre simulate` writes them, one folder a ride; and two formats of one log."""
     rows = "".join(f"{0.01 * k:.2f},{np.exp(-0.02 * k) * np.sin(0.05 * k):.6f}\n" for k in range(300))
     files = [tmp_path / name for name in ("a/recording.csv", "b/recording.csv", "b/log.csv", "b/log.txt")]
     for file in files:
         file.parent.mkdir(exist_ok=True)
         file.write_text("time_s,roll_rate_rad_s\n" + rows)
-    unseen()
     main(["look", *map(str, files), "--out", str(tmp_path / "drafts")])
     assert "already" not in capsys.readouterr().err
     written = {path.name for path in (tmp_path / "drafts").glob("*.channels.toml")}

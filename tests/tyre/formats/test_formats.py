@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.refusals import refuses
-from tests.validation.recording_writers import quiet_matio
+from tests.validation.recording_writers import WRITERS, quiet_matio
 from tyre.channel_map import ChannelMap, Reading
 from tyre.channels import read_records
 from tyre.errors import InputError
@@ -167,6 +167,18 @@ def test_a_formula_without_end_is_not_evaluated(tmp_path, formula, allowed):
         assert read_signals(tmp_path / "a.mf4")["x"].values.size == 100
         return
     refuses(r"x is converted by the formula .* which is not evaluated", read_signals, tmp_path / "a.mf4")
+
+
+@pytest.mark.parametrize(("ending", "found", "other", "words"), [
+    (".mf4", b"##DT", b"##DX", "x announces 100 samples and holds 0; is the file damaged"),
+    (".tdms", struct.pack("<IQ", 1, 100), struct.pack("<IQ", 1, 101), "its channels announce more samples than"),
+])  # fmt: skip
+def test_fewer_samples_than_are_announced_are_refused(tmp_path, ending, found, other, words):
+    writer = dict(WRITERS.values())[ending]
+    writer(path := tmp_path / f"a{ending}", {"time": (TIME, "s"), "x": (WAVE, "N")})
+    assert len(read_signals(path)[{".mf4": "x", ".tdms": "run/x"}[ending]].values) == 100
+    path.write_bytes(path.read_bytes().replace(found, other, 1))
+    refuses(words, read_signals, path)
 
 
 # TDMS
@@ -354,6 +366,25 @@ def many_samples_of_hdf5(path):
         file.create_dataset("x", (300_000_000,), "f8", chunks=(1_000_000,), compression="gzip")
 
 
+def one_chunk_of_hdf5(path):
+    import h5py
+
+    with h5py.File(path, "w") as file:  # which is unpacked whole for its ten numbers
+        file.create_dataset("x", (10,), "f8", maxshape=(None,), chunks=(200_000_000,), compression="gzip")
+
+
+def many_fields_of_matlab(path):
+    from scipy.io import savemat
+
+    savemat(path, {"s": {f"f{number}": [1.0, 2.0] for number in range(10_001)}}, do_compression=True)
+
+
+def many_variables_of_matlab(path):
+    from scipy.io import savemat
+
+    savemat(path, {f"v{number}": [1.0, 2.0] for number in range(10_001)}, do_compression=True)
+
+
 def many_samples_of_parquet(path):
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -375,6 +406,9 @@ def many_rows_of_a_spreadsheet(path):
 
 @pytest.mark.parametrize(("name", "write", "words"), [
     ("a.h5", many_samples_of_hdf5, "1 channels of up to 300,000,000 samples are 300,000,000 numbers, at most"),
+    ("a.h5", one_chunk_of_hdf5, "1 channels of up to 200,000,000 samples are 200,000,000 numbers, at most"),
+    ("a.mat", many_fields_of_matlab, "holds 10,001 channels, at most 10,000 are read; take out what is not measured"),
+    ("a.mat", many_variables_of_matlab, "10001 channels of up to 2 samples are 20,002 numbers, at most"),
     ("a.parquet", many_samples_of_parquet, "1 channels of up to 125,000,000 samples are 125,000,000 numbers"),
     ("a.xlsx", many_rows_of_a_spreadsheet, "holds 312 MB once unpacked, at most 250 MB are read of a spreadsheet"),
 ])  # fmt: skip

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from tyre.rig.effect import Channels, RigEffect, RigParameter, Term, declared, needs_pull, needs_sweep
 
@@ -122,7 +122,7 @@ class Noise(RigEffect):
         memory, before = float(np.exp(-step / self.correlation_time)), rng.standard_normal()
         drawn = np.sqrt(1.0 - memory**2) * rng.standard_normal(n)
         drawn[0] += memory * before  # stationary from the first sample
-        correlated = lfilter([1.0], [1.0, -memory], drawn)
+        correlated = scipy.signal.lfilter([1.0], [1.0, -memory], drawn)
         channels["side_force"] += self.white * rng.standard_normal(n) + self.correlated * correlated
         channels["slip_angle"] += self.slip * rng.standard_normal(n)
         channels["vertical_load"] += self.load * rng.standard_normal(n)
