@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from bicycle.critical import CriticalSpeed
 from bicycle.slip_system import Complex, Cycle, SlipSystem
@@ -232,7 +232,7 @@ def follow(
                 points.append(rest._replace(tangent=0 * rest.tangent))
             break
         if point.tangent[-1] * last.tangent[-1] < 0 and len(points) > 1:
-            fold = ahead(brentq(turning, 0.0, step, xtol=1e-6))
+            fold = ahead(scipy.optimize.brentq(turning, 0.0, step, xtol=1e-6))
             if fold is not None:
                 points.append(fold)
                 folds.append(fold.cycle)

@@ -157,7 +157,7 @@ def participation(matrices: Array, weights: Array, ratio: Array) -> Participatio
 
 def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> Participation:
     values, right = np.linalg.eig(matrices)
-    x, u = right.real**2, _real_left(values, right) ** 2
+    x, u = right.real**2, np.clip(_real_left(values, right), -1e150, 1e150) ** 2  # a float holds the square of these
     if np.iscomplexobj(values):
         x += right.imag**2
         k, i = np.nonzero(values.imag > 0)

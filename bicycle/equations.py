@@ -7,20 +7,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from bicycle import rigid_bodies
 from bicycle.declarations import Builder, ContactLaw, Coordinate, Declarations, Expression, Mode, Motor, State, Wheel
 from bicycle.parameters import UNITS, bodies, static_loads
-from bicycle.rigid_bodies import (
-    Body,
-    Joint,
-    Row,
-    displacement_row,
-    forward_hessian,
-    height_hessian,
-    inertia_terms,
-    lean_row,
-    with_guests,
-    yaw_row,
-)
 from bicycle.symbolic_polynomial import SymbolicPolynomial
 from tyre.errors import InputError, unknown
 
@@ -191,19 +180,19 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
 
 
 def _meaning(
-    model: Builder, joints: list[Joint], velocities: list[Expression], angles: list[Expression]
+    model: Builder, joints: list[rigid_bodies.Joint], velocities: list[Expression], angles: list[Expression]
 ) -> dict[Expression, Expression]:
     """Slip velocity, yaw rate and camber of each wheel, and the commands of motor and rider, in terms of the motion."""
     meaning = {}
     for wheel in model.wheels:
-        yaw = yaw_row(joints, wheel.body)
+        yaw = rigid_bodies.yaw_row(joints, wheel.body)
         heading = _dot(yaw[2:], angles)
         if f"{wheel.name}_slip" in model.input_names():
             heading += sp.Symbol(f"{wheel.name}_slip")
-        lateral = _dot(displacement_row(joints, wheel.body, wheel.x, 0), velocities)
+        lateral = _dot(rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), velocities)
         meaning[wheel.slip_velocity] = lateral - model.speed * heading
         meaning[wheel.yaw_rate] = _dot(yaw, velocities)
-        meaning[wheel.camber] = _dot(lean_row(joints, wheel.body)[2:], angles)
+        meaning[wheel.camber] = _dot(rigid_bodies.lean_row(joints, wheel.body)[2:], angles)
     meaning |= {source.command: source.told for source in (model.motor, model.rider)}
     return meaning
 
@@ -212,9 +201,9 @@ def _dot(row: Any, of: list[Expression]) -> Expression:
     return sp.Add(*(number * symbol for number, symbol in zip(row, of, strict=True)))
 
 
-def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
+def _mass(model: Builder, joints: list[rigid_bodies.Joint]) -> SymbolicPolynomial:
     """The kinetic-energy form M in the rates of [V, r, joints], with inertias that move with one joint only."""
-    terms = [(inertia * one, other) for inertia, one, other in inertia_terms(model.bodies, joints)]
+    terms = [(inertia * one, other) for inertia, one, other in rigid_bodies.inertia_terms(model.bodies, joints)]
     for coordinate, inertia in model.extra_inertia:
         alone = _alone(model, coordinate)
         terms.append((inertia * alone, alone))
@@ -222,69 +211,74 @@ def _mass(model: Builder, joints: list[Joint]) -> SymbolicPolynomial:
     return _matrix(moved).T @ SymbolicPolynomial.of_matrix(_matrix(moving))
 
 
-def _generalised_forces(model: Builder, joints: list[Joint], rows: Rows) -> SymbolicPolynomial:
+def _generalised_forces(model: Builder, joints: list[rigid_bodies.Joint], rows: Rows) -> SymbolicPolynomial:
     """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
     frame, work = model.bodies[0], []
     for wheel in model.wheels:
-        work.append((displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
-        work.append((yaw_row(joints, wheel.body), wheel.moment))
-    work += [(yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
-    work += [(lean_row(joints, body), moment) for body, moment in model.roll_moments]
+        work.append((rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
+        work.append((rigid_bodies.yaw_row(joints, wheel.body), wheel.moment))
+    work += [(rigid_bodies.yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
+    work += [(rigid_bodies.lean_row(joints, body), moment) for body, moment in model.roll_moments]
     torques = [*model.coordinate_forces, (model.steer, model.motor.torque), (model.steer, model.rider.torque)]
     torques += [(coordinate, sp.Symbol(name)) for name, coordinate in model.torques.items()]
     work += [(_alone(model, coordinate), torque) for coordinate, torque in torques]
     pushed = [*model.lateral_forces, (frame.name, frame.x, frame.z, sp.Symbol("lateral_force"))]
-    work += [(displacement_row(joints, body, x, z), force) for body, x, z, force in pushed]
+    work += [(rigid_bodies.displacement_row(joints, body, x, z), force) for body, x, z, force in pushed]
     displaced, forces = zip(*work, strict=True)
     return _matrix(displaced).T @ rows.of(forces)
 
 
-def _gyroscopic(model: Builder, joints: list[Joint]) -> Any:
+def _gyroscopic(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     """H of H [V, r, rates of the joints]: rate of change of spin momenta -h about +y."""
     total = sp.zeros(2 + len(joints))
     for body, momentum in model.spins:
-        tx, tz = (_matrix([row(joints, body)]).T for row in (lean_row, yaw_row))
+        tx, tz = (_matrix([row(joints, body)]).T for row in (rigid_bodies.lean_row, rigid_bodies.yaw_row))
         total -= momentum * (tz * tx.T - tx * tz.T)
     return total
 
 
-def _stiffness(model: Builder, joints: list[Joint]) -> Any:
+def _stiffness(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     """Hessian of V2 = -g sum m z + sum N z_lowest (physics: weight against the static contact loads)."""
     n = len(joints)
     total = sp.zeros(n, n)
     for body in model.bodies:
-        total -= model.gravity * body.mass * _matrix(height_hessian(joints, body.name, body.x, body.z))
+        total -= model.gravity * body.mass * _matrix(rigid_bodies.height_hessian(joints, body.name, body.x, body.z))
     for wheel, sign in zip(model.wheels, (1, -1), strict=True):
         load = wheel.static_load + sign * model.load_transfer
-        camber = _matrix([lean_row(joints, wheel.body)[2:]])
-        lowest = _matrix(height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
+        camber = _matrix([rigid_bodies.lean_row(joints, wheel.body)[2:]])
+        lowest = _matrix(rigid_bodies.height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
         lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
         total += load * lowest
     return sp.Matrix.vstack(sp.zeros(2, n), total)  # lateral motion and yaw do not change V2
 
 
-def _forward_stiffness(model: Builder, joints: list[Joint]) -> Any:
+def _forward_stiffness(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     """Turning of what acts along the road: forces of the contacts, what resists them, and spins that change."""
     total = sp.zeros(2 + len(joints), len(joints))
     for body in model.bodies if model.traction != 0 else ():
-        total += model.specific_force * body.mass * _matrix(forward_hessian(joints, body.name, body.x, body.z))
+        total += (
+            model.specific_force * body.mass * _matrix(rigid_bodies.forward_hessian(joints, body.name, body.x, body.z))
+        )
     for wheel in model.wheels:
         if wheel.forward_force != 0:
-            place, turn = displacement_row(joints, wheel.body, wheel.x, 0), yaw_row(joints, wheel.body)
-            work = _matrix(forward_hessian(joints, wheel.body, wheel.x, 0))
+            place, turn = (
+                rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0),
+                rigid_bodies.yaw_row(joints, wheel.body),
+            )
+            work = _matrix(rigid_bodies.forward_hessian(joints, wheel.body, wheel.x, 0))
             work += _matrix([place]).T * _matrix([turn[2:]])  # the force turns with its wheel
             # A toroidal tyre leaning by gamma touches the ground rho gamma beside its mid-plane.
-            work -= wheel.crown_radius * _matrix([turn]).T * _matrix([lean_row(joints, wheel.body)[2:]])
+            work -= wheel.crown_radius * _matrix([turn]).T * _matrix([rigid_bodies.lean_row(joints, wheel.body)[2:]])
             total -= wheel.forward_force * work
     for body, momentum in model.spins if model.acceleration != 0 else ():
         # torque dh/dt along the axle, on each axis by what the joints outside it turn of the axle
-        tx, tz = lean_row(joints, body), yaw_row(joints, body)
+        tx, tz = rigid_bodies.lean_row(joints, body), rigid_bodies.yaw_row(joints, body)
         slope = sp.diff(momentum, model.speed) * model.acceleration
         total -= slope * _matrix(np.triu(np.outer(tz, tx[2:]) - np.outer(tx, tz[2:]), -1))
     return total
 
 
-def _alone(model: Builder, coordinate: Coordinate) -> Row:
+def _alone(model: Builder, coordinate: Coordinate) -> rigid_bodies.Row:
     """Unit row of one coordinate among [V, r, joints]."""
     return np.array([0, 0, *(int(other == coordinate) for other in model.coordinates())])
 
@@ -302,7 +296,7 @@ class ModelBuilder:
     def __init__(self) -> None:
         self.speed = SPEED
         self.bicycle = p = {key: sp.Symbol(key, real=True) for key in UNITS}
-        self.bodies: list[Body] = list(bodies(p))
+        self.bodies: list[rigid_bodies.Body] = list(bodies(p))
         self.lean = Coordinate("lean", sp.Symbol("lean"), sp.Symbol("lean_rate"))
         self.steer = Coordinate("steer", sp.Symbol("steer"), sp.Symbol("steer_rate"))
         self.lateral_velocity, self.yaw_rate = sp.symbols("rear_lateral_velocity yaw_rate")
@@ -311,8 +305,8 @@ class ModelBuilder:
         self.contact_law: ContactLaw | None = None
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: list[tuple[Coordinate, Expression]] = []
-        self._frame_joints: list[tuple[Joint, Coordinate]] = []
-        self._fork_joints: list[tuple[Joint, Coordinate]] = []
+        self._frame_joints: list[tuple[rigid_bodies.Joint, Coordinate]] = []
+        self._fork_joints: list[tuple[rigid_bodies.Joint, Coordinate]] = []
         self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
         self.yaw_moments: list[tuple[str, Expression]] = []
         self.roll_moments: list[tuple[str, Expression]] = []
@@ -331,7 +325,7 @@ class ModelBuilder:
         for coordinate in (self.lean, self.steer):
             self._declare_angle(coordinate.name, coordinate.name, joint=False)
 
-    def add_body(self, body: Body) -> None:
+    def add_body(self, body: rigid_bodies.Body) -> None:
         """Add a rigid body to the rear frame, or to what it is ``fixed_to`` (a joint may carry it); it has weight."""
         names = [other.name for other in self.bodies]
         if body.fixed_to and body.fixed_to not in names:
@@ -352,7 +346,7 @@ class ModelBuilder:
         self._declare_angle(name, role or name, joint=True)
         coordinate = Coordinate(name, sp.Symbol(name), sp.Symbol(f"{name}_rate"))
         joints = self._fork_joints if of_fork else self._frame_joints
-        joints.append((Joint(name, *axis, *point, frozenset(carries)), coordinate))
+        joints.append((rigid_bodies.Joint(name, *axis, *point, frozenset(carries)), coordinate))
         return coordinate
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
@@ -429,12 +423,12 @@ class ModelBuilder:
 
     def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
         """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
-        return _dot(displacement_row(self.joints(), body, x, z)[2:], [c.angle for c in self.coordinates()])
+        return _dot(rigid_bodies.displacement_row(self.joints(), body, x, z)[2:], [c.angle for c in self.coordinates()])
 
     def lateral_speed(self, body: str, x: Expression, z: Expression) -> Expression:
         """Velocity (m/s) to the right of a point of a body, across the heading of the rear frame."""
         motion = [self.lateral_velocity, self.yaw_rate, *(c.rate for c in self.coordinates())]
-        return _dot(displacement_row(self.joints(), body, x, z), motion)
+        return _dot(rigid_bodies.displacement_row(self.joints(), body, x, z), motion)
 
     def add_state(self, name: str, *, unit: str, role: str = "") -> Expression:
         """Add a first-order state; :meth:`set_rate` says how it changes."""
@@ -480,14 +474,14 @@ class ModelBuilder:
         slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
         return (*self.torques, "lateral_force", *slips, *self.inputs)
 
-    def joints(self) -> list[Joint]:
+    def joints(self) -> list[rigid_bodies.Joint]:
         """Lean, the joints of the effects and steer, from the ground outward."""
         p = self.bicycle
-        lean = Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
+        lean = rigid_bodies.Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
         carried = frozenset(("front frame", "front wheel"))
-        steer = Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, carried)
+        steer = rigid_bodies.Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, carried)
         chain = (*(j for j, _ in self._frame_joints), steer, *(j for j, _ in self._fork_joints))
-        return [lean, *(with_guests(joint, self.bodies) for joint in chain)]
+        return [lean, *(rigid_bodies.with_guests(joint, self.bodies) for joint in chain)]
 
     def coordinates(self) -> list[Coordinate]:
         """Angle and rate of each of :meth:`joints`."""

@@ -259,7 +259,8 @@ class Evaluator:
         shape = np.broadcast_shapes(*{a.shape for a in arguments})
         if all(a.size == 1 for a in arguments):
             arguments = [a[(0,) * a.ndim] for a in arguments]  # arithmetic of single numbers costs a fifth
-        numbers = iter(function(*arguments))
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused where it is used
+            numbers = iter(function(*arguments))
         found: dict[str, dict[int, Array]] = {kind: {} for kind in ("mass", "static_loads", *POLYNOMIALS)}
         for kind, power, (rows, columns), places in self._blocks:
             found[kind][power] = matrix = np.zeros((*shape, rows, columns))

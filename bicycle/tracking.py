@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq, linear_sum_assignment
 
 from bicycle.eigen import eigensystem_with_slopes
 from tyre.arrays import Array, Complex
@@ -101,7 +101,7 @@ def assign(cost: Array) -> NDArray[np.intp]:
     """Cheapest one-to-one match, ``cost`` of shape (k, n, n) -> column of each row (k, n)."""
     match = cost.argmin(2)
     for row in np.flatnonzero((np.sort(match) != np.arange(match.shape[1])).any(1)):
-        match[row] = linear_sum_assignment(cost[row])[1]
+        match[row] = scipy.optimize.linear_sum_assignment(cost[row])[1]
     return match
 
 
@@ -190,6 +190,6 @@ def branch_crossings(matrices: Callable[[Array], Array], values: Array, eigenval
         sides = [near(value).real > 0 for value in values[[k, k + 1]]]
         if sides[0] == sides[1]:  # rounding moved a root that lies on the axis
             continue
-        value = float(brentq(lambda x, near=near: near(x).real, values[k], values[k + 1], xtol=1e-14, rtol=1e-13))
+        value = scipy.optimize.brentq(lambda x, near=near: near(x).real, *values[k : k + 2], xtol=1e-14, rtol=1e-13)
         crossings.append(BranchCrossing(int(i), value, near(value), bool(ends[1].real > ends[0].real)))
     return sorted(crossings, key=lambda crossing: (crossing.value, abs(crossing.root.imag)))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from bicycle.effect_registry import effect_class
 from bicycle.eigen import eigensystem, frequency_hz
@@ -197,7 +197,7 @@ class Ride:
     def held(self) -> tuple[tuple[float, float], ...]:
         """Ranges of speed (m/s) that he holds."""
         signs = np.flatnonzero(np.diff(self.curve < 0))
-        inner = [brentq(self.growth, *self.speeds[k : k + 2], xtol=1e-4) for k in signs]
+        inner = [scipy.optimize.brentq(self.growth, *self.speeds[k : k + 2], xtol=1e-4) for k in signs]
         ends = [float(speed) for speed in (self.speeds[0], *inner, self.speeds[-1])]
         ends = ends[int(self.curve[0] >= 0) : len(ends) - int(self.curve[-1] >= 0)]
         return tuple(zip(ends[::2], ends[1::2], strict=True))

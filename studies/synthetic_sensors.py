@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from bicycle.identification.recording import CHANNELS, FEWEST, INPUTS, LONGEST_STEP, PLACELESS
 from bicycle.responses import Response
@@ -51,7 +51,7 @@ def lagged(signal: Array, step: float, constant: float) -> Array:
     decay = math.exp(-step / constant)
     newer = 1 - (1 - decay) * constant / step  # weight of the newer sample, exact for a straight line
     older = 1 - decay - newer
-    found, _ = lfilter([newer, older], [1.0, -decay], signal, zi=[(decay + older) * signal[0]])
+    found, _ = scipy.signal.lfilter([newer, older], [1.0, -decay], signal, zi=[(decay + older) * signal[0]])
     return np.asarray(found)
 
 

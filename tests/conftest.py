@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -87,3 +88,31 @@ def rig_campaign(rig_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
     cache = tmp_path_factory.mktemp("fits") / "cache"
     return fit_campaign(rig_folder, cache_folder=cache, jobs=1, progress=False), cache
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Give the command line these arguments, which it must refuse with exit code 2; what it says of them."""
+
+    def ask(*arguments: object) -> str:
+        from studies.cli import main
+
+        with pytest.raises(SystemExit) as stop:
+            main([str(one) for one in arguments])
+        assert stop.value.code == 2
+        return capsys.readouterr().err
+
+    return ask
+
+
+@pytest.fixture
+def printed(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Give the command line these arguments; what is printed by it, and since the last look."""
+
+    def ask(*arguments: object) -> str:
+        from studies.cli import main
+
+        main([str(one) for one in arguments])
+        return capsys.readouterr().out
+
+    return ask

@@ -5,7 +5,7 @@ Every name is imported when it is first used: a recording is read without what f
 
 from tyre.door import room
 
-HOME = {
+HOME = {  # module -> the names that it gives to other rooms
     "canonical": ("Canonical",),
     "decay_noise": ("AMPLITUDE", "DRIFTS", "KINDS", "REAL", "Evidence", "basis", "noise_floor", "window"),
     "decay_posterior": ("POINTS", "WIDER", "interval", "log_odds_of_any", "log_odds_of_each", "proposal"),
@@ -19,6 +19,5 @@ HOME = {
     ),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
 }  # fmt: skip
-"""Module -> the names that it gives to other rooms."""
 
 __getattr__, __dir__ = room(__name__, HOME)

@@ -69,10 +69,8 @@ class Estimate:
     @property
     def drifts(self) -> dict[str, float]:
         """Kind of drift -> probability, the most probable first."""
-        found: dict[str, float] = {}
-        for kind, weight in self.kinds.items():
-            name = kind.partition("/")[0]
-            found[name] = found.get(name, 0.0) + weight
+        kinds = [(kind.partition("/")[0], weight) for kind, weight in self.kinds.items()]
+        found = {name: sum(weight for own, weight in kinds if own == name) for name, _ in kinds}
         return dict(sorted(found.items(), key=lambda item: -item[1]))
 
     def curves(self) -> tuple[Array, Array]:
@@ -174,10 +172,8 @@ def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) ->
     modes = np.concatenate([p.modes for p in found])
     weights = np.concatenate([weight * p.weights for p, weight in zip(found, kinds, strict=True)])
     mean = np.tensordot(weights, modes, 1)
-    sd = np.empty_like(mean)
-    for place in np.ndindex(*mean.shape):
-        low, high = interval(modes[:, *place], weights)
-        sd[place] = max((high - low) / (2 * 1.959964), 1e-9 * float(np.hypot(*mean[place[0]])))  # rounding
+    ends = np.array([interval(modes[:, *place], weights) for place in np.ndindex(*mean.shape)]).reshape(*mean.shape, 2)
+    sd = np.maximum((ends[..., 1] - ends[..., 0]) / (2 * 1.959964), 1e-9 * np.hypot(*mean.T)[:, None])  # rounding
     ratios = tuple(_ratios(found, weights, number) for number in range(len(mean)))
     return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
 
@@ -271,8 +267,7 @@ def prepared(w: noise.Window, modes: Array) -> tuple[noise.Evidence, Array]:
 def interval(x: Array, weights: Array) -> tuple[float, float]:
     """Ends of the central 95 % of weighted points."""
     order = np.argsort(x)
-    share = np.cumsum(weights[order]) - 0.5 * weights[order]
-    low, high = np.interp((0.025, 0.975), share, x[order])
+    low, high = np.interp((0.025, 0.975), np.cumsum(weights[order]) - 0.5 * weights[order], x[order])
     return float(low), float(high)
 
 

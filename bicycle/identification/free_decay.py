@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.stats import chi2, norm
+import scipy
+from scipy.special import chdtrc, ndtr, ndtri
 
 from bicycle.eigen import angular_frequency, frequency_hz
 from bicycle.identification import decay_posterior as posterior
@@ -24,7 +24,7 @@ from bicycle.identification.decay_noise import DRIFTS, FASTEST, KINDS, SLOWEST, 
 from bicycle.identification.decay_posterior import Estimate
 from bicycle.identification.recording import Run
 from tyre.arrays import Array
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, refuse_unknown
 
 CERTAIN = 3.4  # the same, for a refusal: with twelve comparisons one sound window of a hundred
 TOO_FAR = 3.0  # sd beyond which a window is refused if a part of it settles
@@ -64,8 +64,7 @@ def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: b
     """Fit a window again from three later starts; None if no later window is long enough."""
     fits = [(found, number)]
     cycle = 2 * math.pi / float(found.mean[number, 1])
-    steps = dict.fromkeys(max(round(REACH * cycle * k / 3 / run.step), 1) * run.step for k in (1, 2, 3))
-    for step in steps:
+    for step in dict.fromkeys(max(round(REACH * cycle * k / 3 / run.step), 1) * run.step for k in (1, 2, 3)):
         later = _again(run, fits[0], found.window.start + step, last_s, beside=beside)
         if later is None:
             break
@@ -87,7 +86,7 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     large[w.time < REACH * 2 * math.pi / float(found.mean[number, 1])] = 0.0  # there the start of the window is scanned
     place, channel = np.unravel_index(int(large.argmax()), large.shape)
     size = float(large[place, channel])
-    if -math.expm1(large.size * math.log1p(-2 * norm.sf(size))) > 1e-4:
+    if -math.expm1(large.size * math.log1p(-2 * ndtr(-size))) > 1e-4:
         return None
     end, at = (float(w.start + w.time[k]) for k in (place - 1, place))
     earlier = _again(run, (found, number), w.start, end, beside=False)
@@ -118,29 +117,26 @@ def _again(
     if part is None:
         return None
     distance = np.hypot(*(known[:, None, :] - part.mean[None, :, :]).transpose(2, 0, 1))
-    return part, int(linear_sum_assignment(distance)[1][number])  # near modes may change places
+    return part, int(scipy.optimize.linear_sum_assignment(distance)[1][number])  # near modes may change places
 
 
 def numbers_of(found: Estimate, number: int) -> Numbers:
     """Parts of the eigenvalue and ratios of a mode, each with its sd."""
-    numbers = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
-    for name, (value, sd) in found.ratios[number].items():
-        numbers[name] = (np.array([value.real, value.imag]), sd)
-    return numbers
+    parts = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
+    ratios = found.ratios[number].items()
+    return parts | {name: (np.array([value.real, value.imag]), sd) for name, (value, sd) in ratios}
 
 
 def moved(
     table: Sequence[Numbers], energy: Sequence[float], place: int, chances: float = 2.5
 ) -> tuple[dict[str, float], float, str]:
-    """Compare the numbers of the window at ``place`` with those of the parts of it that follow, as :class:`Shift`
-    says."""
+    """Compare the numbers of the window at ``place`` with those of its parts that follow, as :class:`Shift` says."""
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
     for later, left in zip(table[place + 1 :], energy[place + 1 :], strict=True):
         more = max(energy[place] / max(left, 1e-300) - 1, 0.0)  # of the variance; less is rounding
         for name, (value, sd) in table[place].items():
             shift = float(np.abs(later[name][0] - value).max())
-            chance = math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2))
-            if shift > sd and shift > chances * chance:
+            if shift > sd and shift > chances * math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2)):
                 shifts[name] = max(shifts[name], shift)
                 if shift / sd > farthest:
                     farthest, what = shift / sd, name
@@ -152,9 +148,10 @@ def unforeseen(found: Estimate, ordinary: float = 0.95) -> Array:
     left = found.window.signals - found.curves()[0]
     left = np.vstack([left[:1], found.whitened(left)])
     usual = np.sort(np.abs(left), axis=0)[: math.ceil(ordinary * len(left))]
-    edge = norm.isf((1 - ordinary) / 2)
-    part = math.sqrt(1 - 2 * edge * norm.pdf(edge) / ordinary)  # rms of a normal distribution without its tails
-    median = np.median(np.abs(left), axis=0) / norm.isf(0.25)
+    edge = -ndtri((1 - ordinary) / 2)
+    density = math.exp(-(edge**2) / 2) / math.sqrt(2 * math.pi)
+    part = math.sqrt(1 - 2 * edge * density / ordinary)  # rms of a normal distribution without its tails
+    median = np.median(np.abs(left), axis=0) / ndtri(0.75)
     return np.asarray(left / np.maximum(median, np.sqrt((usual**2).mean(0)) / part))
 
 
@@ -168,15 +165,14 @@ def probability_of_noise(found: Estimate) -> float:
     lags = np.arange(1, max(min(n // 5, 20), 3) + 1)
     left = left - left.mean(0)
     correlations = np.array([(left[lag:] * left[:-lag]).sum(0) for lag in lags]) / (left**2).sum(0)
-    total = n * (n + 2) * (correlations**2 / (n - lags)[:, None]).sum()
-    return float(chi2.sf(total, lags.size * channels))
+    return float(chdtrc(lags.size * channels, n * (n + 2) * (correlations**2 / (n - lags)[:, None]).sum()))
 
 
 POOREST = 0.8  # R^2 of a decay that is taken as it is
 MOST_DOUBT = 0.3  # sd of a part of the eigenvalue over its size
 MOST_MODES = 3
 FEWEST_CYCLES = 0.25  # of a mode in the window
-REASONS = {
+REASONS = {  # why a run tells too little, or nothing
     "nothing": "no decaying oscillation was found",
     "fewer": "{there} of {count} modes are there (odds of {odds:.2g} : 1 for one more, at least {least:g}), and names "
     "go by frequency: ask for {there}",
@@ -194,7 +190,6 @@ REASONS = {
     "broken": "{what} moves by {farthest:.3g} sd (at most {most:g}) when the window ends at {until_s:.4g} s, before "
     "{channel} jumps: end it there",
 }
-"""Why a run tells too little, or nothing."""
 
 
 @dataclass(frozen=True)
@@ -265,8 +260,7 @@ def identify_modes(
     if start_hz is not None and not SLOWEST < angular_frequency(start_hz) < FASTEST:
         low, high = (float(frequency_hz(1j * omega)) for omega in (SLOWEST, FASTEST))
         raise InputError(f"start_hz = {start_hz:g} is outside {low:.2g} .. {high:.2g} Hz")
-    if drift is not None and drift not in DRIFTS:
-        raise InputError(unknown("drift", drift, DRIFTS))
+    refuse_unknown("drift", [] if drift is None else [drift], DRIFTS)
     if not 1 <= count <= MOST_MODES:
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(kind for kind in KINDS if drift in (None, kind.partition("/")[0]))
@@ -280,8 +274,7 @@ def identify_modes(
     if len(found.mean) > count:  # one of two: that near the start frequency, else the larger one that oscillates
         near = np.abs(found.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
         turns = frequency_hz(1j * found.mean[:, 1]) * found.window.length >= FEWEST_CYCLES
-        size = np.where(turns, 1 + found.energies(), 0.0)
-        number = int(np.argmax(size) if start_hz is None else np.argmin(near))
+        number = int(np.argmax(np.where(turns, 1 + found.energies(), 0.0)) if start_hz is None else np.argmin(near))
         numbers = range(number, number + 1)
     decays = tuple(_decay(run, found, number, asked=len(found.mean) == count) for number in numbers)
     if thorough:

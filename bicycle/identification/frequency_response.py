@@ -18,8 +18,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import detrend, get_window
-from scipy.signal.windows import hann
 
 from tyre.arrays import Array, Complex
 from tyre.errors import InputError
@@ -34,7 +32,7 @@ UNSMOOTHED = np.array([-1.0, 8.0, -1.0]) / 6  # second difference: takes away wh
 
 def lines_of(signal: Array, step: float) -> Array:
     """Frequencies of the lines of a signal (m,), Hz; none if more than a twentieth of the power is outside of lines."""
-    x = np.asarray(detrend(np.asarray(signal, float)))
+    x = _off_a_line(np.asarray(signal, float))
     duration = len(x) * step
     total = float(weights(len(x)) @ x**2)
     found, rest, share = np.empty(0), x, 1.0
@@ -59,7 +57,13 @@ def lines_of(signal: Array, step: float) -> Array:
 
 def weights(size: int) -> Array:
     """Hann window of ``size`` samples, shape (size,), symmetric and above zero."""
-    return np.asarray(hann(size + 2))[1:-1]
+    return np.hanning(size + 2)[1:-1]
+
+
+def _off_a_line(x: Array) -> Array:
+    """Numbers (..., samples) less their own straight lines of least squares."""
+    basis = np.linalg.qr(np.column_stack([np.ones(x.shape[-1]), np.linspace(-1.0, 1.0, x.shape[-1])]))[0]
+    return np.asarray(x - x @ basis @ basis.T)
 
 
 def _line_basis(hertz: Array, size: int, step: float) -> Iterator[tuple[slice, Array, Array]]:
@@ -290,7 +294,7 @@ def _averaged(
     samples of the output, so its variance is that of white noise of this power times sum |h|^2: overlap, neighbouring
     bins and segments in which the input hardly moves are all in h. It is widened as the variance of Student's t.
     """
-    hop, window = size // 2, get_window("hann", size)
+    hop, window = size // 2, np.hanning(size + 1)[:-1]
     segments = [_segments(parts, size, hop) for parts in signals]
     counts = [len(part) for part in segments[0]]
     averages = _averages(counts, size)
@@ -315,21 +319,18 @@ def _averaged(
 
 def _averages(counts: Sequence[int], size: int) -> float:
     """Independent segments among ``counts`` that overlap by half."""
-    window = get_window("hann", size)
+    window = np.hanning(size + 1)[:-1]
     shared = float(window[size // 2 :] @ window[: size - size // 2] / (window @ window))
     return sum(k / (1 + 2 * shared**2 * (k - 1) / k) for k in counts if k)
 
 
 def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], window: Array) -> Array:
-    """Sum of |h|^2 over the samples of all recordings (bins,), for weights (bins, 3, segments) of the transforms.
-
-    h is the sum of the segments' parts, so it takes the products of each part with itself and with the next one, which
-    it overlaps by half.
-    """
+    """Sum of |h|^2 over the samples of all recordings (bins,), for weights (bins, 3, segments) of the transforms."""
+    # h is the sum of the segments' parts: products of each with itself and with the next one, which it overlaps by half
     size, hop, places = len(window), len(window) // 2, np.array([-1, 0, 1])
     turn = np.exp(-2j * np.pi * (places[:, None] - places)[..., None] * np.arange(size) / size)
     own, shared = turn @ window**2, turn[..., : size - hop] @ (window[hop:] * window[: size - hop])
-    followed = np.delete(np.arange(sum(counts)), np.cumsum([k for k in counts if k]) - 1)
+    followed = np.delete(np.arange(sum(counts)), np.cumsum(counts) - 1)
     late = weights[..., followed] * np.exp(-2j * np.pi * around.T * hop / size)[..., None]
     total = np.einsum("bik,ij,bjk->b", weights, own, weights.conj()).real
     return np.asarray(total + 2 * np.einsum("bik,ij,bjk->b", late, shared, weights[..., followed + 1].conj()).real)
@@ -337,14 +338,8 @@ def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], w
 
 def _segments(signals: Sequence[Array], size: int, hop: int) -> list[Complex]:
     """Transforms (segments, bins) of each recording."""
-    found = []
-    for x in signals:
-        if len(x) < size or hop < 1:
-            found.append(np.empty((0, size // 2 + 1), complex))
-            continue
-        cut = np.lib.stride_tricks.sliding_window_view(np.asarray(x, float), size)[::hop]
-        found.append(np.asarray(np.fft.rfft(detrend(cut, axis=1) * get_window("hann", size), axis=1)))
-    return found
+    cuts = (np.lib.stride_tricks.sliding_window_view(np.asarray(x, float), size)[::hop] for x in signals)
+    return [np.asarray(np.fft.rfft(_off_a_line(cut) * np.hanning(size + 1)[:-1], axis=1)) for cut in cuts]
 
 
 def _coherence(a: Complex, b: Complex) -> Array:

@@ -51,41 +51,39 @@ def refuse_copies(runs: Sequence[Run]) -> None:
             raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
 
 
-CHANNELS = {
+CHANNELS = {  # columns that are measured, and the output of the model they show
     "roll_rate_rad_s": "lean_rate", "lean_rad": "lean", "steer_rad": "steer", "steer_rate_rad_s": "steer_rate",
     "yaw_rate_rad_s": "yaw_rate", "lateral_acceleration_m_s2": "lateral_acceleration",
 }  # fmt: skip
-"""Columns that are measured, and the output of the model they show."""
 
 STEER, STEER_TORQUE = "steer_rad", "steer_torque_N_m"
+# key of a table of recordings: true if the recorded steer torque holds that of a motor of the bicycle
 MOTOR_IN_TORQUE = "motor_in_torque"
-"""Key of a table of recordings: true if the recorded steer torque holds that of a motor of the bicycle."""
+# another: how the recorded torques go from one sample to the next, and its words
 BETWEEN, AS_HELD, AS_LINEAR = "torque_between_samples", "held", "linear"
-"""Another: how the recorded torques go from one sample to the next, and its words."""
+# columns by another name: that of the model's state, which velotyre simulate writes
 SAME = {"lean_rate_rad_s": "roll_rate_rad_s"}
-"""Columns by another name: that of the model's state, which ``velotyre simulate`` writes."""
 INPUTS = {STEER_TORQUE: "steer_torque", "lean_torque_N_m": "lean_torque"}
+# channels of a channel map beside time, and what each measures; the columns above begin with these names
 QUANTITIES = {
     "roll_rate": "angular rate", "lean": "angle", "steer": "angle", "steer_rate": "angular rate",
     "yaw_rate": "angular rate", "lateral_acceleration": "acceleration", "steer_torque": "moment",
     "lean_torque": "moment",
 }  # fmt: skip
-"""Channels of a channel map beside ``time``, and what each measures; the columns above begin with these names."""
 
 LATERAL_FORCE = "lateral_force_N"
+# inputs and motions of a frequency response, and their columns
 FORCED_INPUTS: Mapping[str, str] = {**{name: column for column, name in INPUTS.items()}, "lateral_force": LATERAL_FORCE}
 MOTIONS: Mapping[str, str] = {re.sub(r"_(rad|rad_s|m_s2)$", "", column): column for column in CHANNELS}
-"""Inputs and motions of a frequency response, and their columns."""
 
 _ENDS = {"angle": "rad", "angular rate": "rad_s", "acceleration": "m_s2", "moment": "N_m"}
 
 FASTEST = 60.0  # m/s
-LARGEST = {
+LARGEST = {  # beyond these a column is surely in another unit
     "lean_rad": (1.6, "degrees"), "steer_rad": (1.6, "degrees"), "roll_rate_rad_s": (20.0, "degrees"),
     "steer_rate_rad_s": (50.0, "degrees"), "yaw_rate_rad_s": (20.0, "degrees"),
     "steer_torque_N_m": (1e3, "N mm"), "lean_torque_N_m": (1e4, "N mm"),
 }  # fmt: skip
-"""Beyond these a column is surely in another unit."""
 
 LONGEST_STEP = 0.4  # s; beyond it no mode is seen, or time is in ms
 PLACELESS = {"lateral_acceleration_m_s2"}
@@ -205,8 +203,7 @@ def read_forced(
                     '{column = "...", unit = "N m"}'
                 )
             known[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
-        records = read_records(path, channel_map, known)
-        return tuple(_run(record, path, speed, reference) for record in records)
+        return tuple(_run(record, path, speed, reference) for record in read_records(path, channel_map, known))
     column = SAME.get(reference, reference)
     more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_FORCE) else [column]
     try:
@@ -223,8 +220,7 @@ def read_forced(
 
 def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
     further = {k: x for k, x in record.values.items() if k not in QUANTITIES}
-    own = replace(record, values={k: x for k, x in record.values.items() if k in QUANTITIES})
-    run = run_of(own, path, speed)
+    run = run_of(replace(record, values={k: x for k, x in record.values.items() if k in QUANTITIES}), path, speed)
     inputs = {FORCED_INPUTS.get(name, name): x for name, x in further.items()}
     column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
     if reference and column not in inputs:
@@ -283,8 +279,7 @@ NOISE_SD = number(above=0, says="must be positive; leave it out to estimate it")
 def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...], dict[str, float], tuple[str, ...]]:
     """Read the runs of the table ``[histories]``."""
     histories = read(TABLE, content, section="histories")
-    if "folder" in histories:
-        folder = named_folder(histories["folder"], folder)
+    folder = named_folder(histories["folder"], folder) if "folder" in histories else folder
     common = {key: histories[key] for key in (*TABLES, "first_s", "last_s") if key in histories}
     if "drop_first_s" in histories:
         if "first_s" in histories:
@@ -351,8 +346,7 @@ def _driven(run: Run, drive: str) -> Run:
     if drive != STEER:
         return run
     channels = {name: x for name, x in run.channels.items() if not name.startswith("steer")}
-    if STEER_TORQUE in run.inputs:
-        channels[STEER_TORQUE] = run.inputs[STEER_TORQUE]
+    channels |= {STEER_TORQUE: run.inputs[STEER_TORQUE]} if STEER_TORQUE in run.inputs else {}
     if not channels:
         raise InputError(f"{run.name}: input = {drive!r}, and nothing else was recorded that it could explain")
     others = {name: x for name, x in run.inputs.items() if name != STEER_TORQUE}
@@ -393,13 +387,13 @@ def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> 
         settings.pop(START, None)
     tables = {key: settings[key] for key in TABLES if key in settings}
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
-    found = []
+    found = list[Run]()
     for named in _files(given, folder, where):
         with looking(folder / named):
             events = read_events(folder / named, given["speed_m_s"], given["group"], channel_map=channel_map)
-        for run in events:
-            name = named.as_posix() + run.name.removeprefix(named.name)
-            found.append(_window(replace(run, name=name, held_out=given["held_out"]), settings))
+        names = [named.as_posix() + run.name.removeprefix(named.name) for run in events]
+        own = (replace(run, name=name, held_out=given["held_out"]) for run, name in zip(events, names, strict=True))
+        found += [_window(run, settings) for run in own]
     return found
 
 
@@ -421,8 +415,7 @@ def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
         return [Path(given["file"])]
     pattern = Path(given["files"])
     root = Path(pattern.anchor) if pattern.is_absolute() else folder
-    names = pattern.relative_to(pattern.anchor).as_posix()
-    found = sorted(path for path in root.glob(names) if path.is_file())
+    found = sorted(path for path in root.glob(pattern.relative_to(pattern.anchor).as_posix()) if path.is_file())
     if not found:
         held = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir()) if folder.is_dir() else []
         held = [name for name in held if pattern.suffix and name.endswith(pattern.suffix)] or held

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, f, t
+from scipy.special import chdtrc, fdtr, fdtrc, stdtr, stdtrit
 
 from tyre.arrays import Array
 
@@ -79,27 +79,26 @@ def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
     squares = [group.square() for group in groups]
     total, freedom = (sum(each) for each in zip(*squares, strict=True))
     scatter, sd = np.full(len(y), np.nan), own.copy()
-    shown = not own.all() or chi2.sf(*_surprise(groups, own)) < REFUTED
+    shown = not own.all() or chdtrc(*_surprise(groups, own)[::-1]) < REFUTED
     for places, (square, nu) in zip(map(list, members), squares, strict=True):
         if not freedom:
             break
         others = freedom - nu
         prior, pooled = min(4.0, others), (total - square) / others if others else 0.0
         ratio = square / nu / pooled if nu and pooled else 1.0
-        if nu and pooled and 2 * min(f.sf(ratio, nu, others), f.cdf(ratio, nu, others)) < REFUTED:
+        if nu and pooled and 2 * min(fdtrc(nu, others, ratio), fdtr(nu, others, ratio)) < REFUTED:
             prior = 0.0
         variance = (prior * pooled + square) / (prior + nu)
         scatter[places] = math.sqrt(variance)
         if not nu and not shown:  # of a speed without repeats nothing is known but what the others show
             continue
         own_variance = float(np.mean(own[places] ** 2))
-        if chi2.sf((prior + nu) * variance / max(own_variance, 1e-300), prior + nu) < REFUTED:
-            few = float(t.ppf(0.975, freedom if prior else nu)) / 1.959964  # such an sd is itself uncertain
+        if chdtrc(prior + nu, (prior + nu) * variance / max(own_variance, 1e-300)) < REFUTED:
+            few = float(stdtrit(freedom if prior else nu, 0.975)) / 1.959964  # such an sd is itself uncertain
             sd[places] = np.sqrt(own[places] ** 2 + max(few**2 * variance - own_variance, 0.0))
     for place in aside:
         group = next(group for one, group in zip(members, groups, strict=True) if place in one)
-        away = abs(y[place] - group.slope * v[place] - np.mean(group.level))
-        sd[place] = math.hypot(sd[place], float(away))
+        sd[place] = math.hypot(sd[place], float(abs(y[place] - group.slope * v[place] - np.mean(group.level))))
     return Repeats(members, scatter, freedom, tuple(aside), sd)
 
 
@@ -110,13 +109,9 @@ def surprise(speeds: Numbers, values: Numbers, stated: Numbers, same: float) -> 
 
 
 def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
-    total, freedom = 0.0, 0
-    for group in groups:
-        scaled, level = group.law / own[group.kept][:, None], group.level / own[group.kept]
-        left = level - scaled @ np.linalg.lstsq(scaled, level, rcond=None)[0]
-        total += float(left @ left)
-        freedom += max(len(group.kept) - group.law.shape[1], 0)
-    return total, freedom
+    scaled = [(group.law / own[group.kept][:, None], group.level / own[group.kept]) for group in groups]
+    left = [level - law @ np.linalg.lstsq(law, level, rcond=None)[0] for law, level in scaled]
+    return float(sum(one @ one for one in left)), sum(max(len(law) - law.shape[1], 0) for law, _ in scaled)
 
 
 def _grouped(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
@@ -151,4 +146,4 @@ def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
         score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
             largest, worst = float(score.max()), group.kept[int(np.argmax(score))]
-    return worst if worst is not None and (count - aside) * 2 * t.sf(largest, nu - 1) < 0.02 else None
+    return worst if worst is not None and (count - aside) * 2 * stdtr(nu - 1, -largest) < 0.02 else None

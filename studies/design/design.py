@@ -80,8 +80,7 @@ def certainty(
             own = (named.first == place) | (named.second == place)
             missed = _top(speeds, np.where(own, demand.excess(named.values), -np.inf).max(2))
             excess[demand][rows] = np.where(refused, np.nan, missed)
-    unknown = int(np.isnan(np.stack(list(excess.values()))).any(0).sum())
-    return Certainty(excess, unknown, sum(left_out.values()))
+    return Certainty(excess, int(np.isnan(np.stack(list(excess.values()))).any(0).sum()), sum(left_out.values()))
 
 
 def _top(speeds: Array, excess: Array) -> Array:
@@ -128,13 +127,12 @@ class Design:
     @property
     def at_limit(self) -> list[tuple[str, float, str]]:
         """Keys whose number stands at a limit, the limit in its unit, and what sets it."""
-        limits, x, found = self.problem.limits, self.after.x, []
-        for i, axis in enumerate(self.problem.space.axes):
-            width = limits.high[i] - limits.low[i]
-            for end in (limits.low[i], limits.high[i]):
-                if abs(x[i] - end) <= AT_LIMIT * width and abs(x[i] - self.problem.start[i]) > AT_LIMIT * width:
-                    found.append((axis.key, float(end), limits.why[i]))
-        return found
+        limits, numbers = self.problem.limits, zip(self.problem.start, self.after.x, strict=True)
+        rows = zip(self.problem.space.axes, limits.low, limits.high, limits.why, numbers, strict=True)
+        return [
+            (axis.key, float(end), why) for axis, low, high, why, (start, x) in rows for end in (low, high)
+            if abs(x - end) <= AT_LIMIT * (high - low) < abs(x - start)
+        ]  # fmt: skip
 
     @property
     def content(self) -> dict[str, Any]:
@@ -281,8 +279,7 @@ def _certainty(
     if uncertain is None:
         return None
     # speeds at which drawn bicycles are looked at, beside the worst ones of the design
-    even = np.linspace(problem.speeds[0], problem.speeds[-1], 41)
-    speeds = np.union1d(even, [peak.speed for peak in answer.peaks])
+    speeds = np.union1d(np.linspace(problem.speeds[0], problem.speeds[-1], 41), [peak.speed for peak in answer.peaks])
     return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed, matched=matched)
 
 

@@ -20,7 +20,7 @@ from bicycle.parameters import POSITIVE, UNITS, of_kind
 from studies.axes import SPEED, typical_range
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
-from tyre.errors import InputError, read_number, unknown
+from tyre.errors import InputError, read_number, refuse_unknown
 from tyre.units import PASCAL_PER_BAR
 
 STABLE, EVERY = "stable", "all"
@@ -61,8 +61,7 @@ class Demand:
 
 
 def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tuple[Demand, ...]:
-    """Demands as they are written: mode, and ``stable``, a least damping ratio or a largest amplitude such as
-    ``2deg``; ``ratio`` is that of ``stable`` ones."""
+    """Demands as written: mode, and ``stable`` (of ``ratio``), a damping ratio, or an amplitude such as ``2deg``."""
     found: dict[str, Demand] = {}
     most = math.degrees(LIMITS["steer"])
     for mode, word in keep:
@@ -210,9 +209,7 @@ def base_of(space: ModelSpace) -> Array:
 def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Limits:
     """Limits of each number: as given, else what is measured of a tyre, else what is typical and possible."""
     keys = [axis.key for axis in space.axes]
-    for key in given:
-        if key not in keys:
-            raise InputError(f"--limits: {unknown('varied parameter', key, keys)}")
+    refuse_unknown("varied parameter", given, keys, where="--limits")
     low, high, why = [], [], []
     for axis, base in zip(space.axes, space.base, strict=True):
         if axis.key in given:
@@ -234,8 +231,7 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
         else:
             typical, reason = of_kind(space.model.bicycle.kind)[0], "typical"
             ends = typical[axis.key] if axis.key in UNITS else typical_range(space.model, axis)
-        if axis.key not in given and not ends[0] <= base <= ends[1]:
-            reason += ", and the model's value"
+        reason += ", and the model's value" * (axis.key not in given and not ends[0] <= base <= ends[1])
         if axis.key in POSITIVE:
             ends = (max(ends[0], 1e-6 * base), ends[1])  # of a value that must be positive: its lowest
         low.append(max(min(ends[0], base), axis.bounds[0]))
@@ -247,9 +243,7 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
 def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, float], *, assume: bool = False) -> Cost:
     """Cost of a change: stated costs, else standard deviations where all are known, else shares of the value."""
     keys = [axis.key for axis in space.axes]
-    for key in costs:
-        if key not in keys:
-            raise InputError(f"--cost: {unknown('varied parameter', key, keys)}")
+    refuse_unknown("varied parameter", costs, keys, where="--cost")
     missing = [key for key in keys if key not in costs]
     if costs:
         if missing:
@@ -438,8 +432,7 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     wide = (np.r_[ends[0], -np.inf], np.r_[ends[1], np.inf])
     z0 = np.r_[(x - start) / scale, t0]
     y = _solved(lambda z: float(z[-1]), z0, lambda z: down, wide, constraint, {"maxiter": 30, "ftol": 1e-10})[:-1]
-    better = np.isfinite(y).all() and -kept(y).min() < t0 + 1e-6
-    return np.asarray(start + scale * y) if better else x
+    return np.asarray(start + scale * y) if (np.isfinite(y).all() and -kept(y).min() < t0 + 1e-6) else x
 
 
 def _solved(cost: Any, start: Array, slope: Any, ends: tuple[Array, Array], constraint: Any, options: Any) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 from bicycle.eigen import damping_ratio, frequency_hz
 from bicycle.model_file import build_model
 from studies.design.design import Design
-from studies.design.problem import Demand
 from studies.model_space import near_to
 from studies.reporting.markdown_text import render_file
 
@@ -35,9 +34,7 @@ def rows(design: Design) -> list[list[Any]]:
 def lines(design: Design) -> list[str]:
     """Lines on what the design does, what binds and how sure it is."""
     by_demand = {demand: [p for p in design.after.peaks if p.demand == demand] for demand in design.problem.demands}
-    before: dict[Demand, float] = {}
-    for p in design.before.peaks:
-        before[p.demand] = max(p.root.real, before.get(p.demand, -np.inf))
+    before = {p.demand: p.root.real for p in sorted(design.before.peaks, key=lambda p: p.root.real)}  # the last stays
     reached = {demand: max(own, key=lambda p: p.excess) for demand, own in by_demand.items() if own}
     return _rendered("lines", design, reached=reached, before=dict.fromkeys(by_demand, np.nan) | before)
 

@@ -2,7 +2,7 @@
 
 from tyre.door import room
 
-HOME = {
+HOME = {  # module -> the names that it gives to other rooms; each is imported when it is first used
     "chart": ("BAND_NAME", "bands", "hidden"),
     "exports": ("as_command", "as_python", "eigenvalues_csv", "model_toml", "saved_page"),
     "figures": (
@@ -20,6 +20,5 @@ HOME = {
     "tyre_files": ("MOST_TYRES", "TYRES", "kept_here", "shown_name"),
     "uploads": ("start_state", "with_file", "with_files"),
 }  # fmt: skip
-"""Module -> the names that it gives to other rooms; each is imported when it is first used."""
 
 __getattr__, __dir__ = room(__name__, HOME)

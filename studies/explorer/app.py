@@ -81,6 +81,7 @@ def _words_or(name: str, made: Callable[[Shown, figures.Palette], figures.Figure
     return lambda state, palette: {"figure": figures.figure_or_words(name, lambda: made(state, palette), palette)}
 
 
+# store of the answer, read by the function of assets/explorer.js of that name -> store of the question, answer
 ANSWERS: dict[str, tuple[str, Callable[[Shown, figures.Palette], dict[str, Any]]]] = {
     "damping": ("ask-at", _damping),
     "sensitivity": ("ask-at", _words_or("sensitivity", lambda s, p: figures.sensitivity_figure(ranking(s), p))),
@@ -88,11 +89,11 @@ ANSWERS: dict[str, tuple[str, Callable[[Shown, figures.Palette], dict[str, Any]]
     "motion": ("ask-motion", lambda state, _: mode_motion(state, at_speed(state))),
     "chart": ("ask-chart", _chart),
 }
-"""Store of the answer, read by the function of ``assets/explorer.js`` of that name -> store of the question, answer."""
 
+# stores that stay empty: the page asks these questions itself (assets/server.js), as Dash would
 DIRECT = ("ask-along", "along", "ask-form", "form")
-"""Stores that stay empty: the page asks these questions itself (``assets/server.js``), as Dash would."""
 
+# what can be taken away -> end of its file name, content
 FILES: dict[Any, tuple[str, Callable[[Shown, figures.Palette], str]]] = {
     "model": (".toml", lambda state, _: exports.model_toml(state)),
     "csv": ("_eigenvalues.csv", lambda state, _: exports.eigenvalues_csv(state)),
@@ -100,7 +101,6 @@ FILES: dict[Any, tuple[str, Callable[[Shown, figures.Palette], str]]] = {
     "page": (".html", exports.saved_page),
     "page with chart": (".html", lambda state, palette: exports.saved_page(state, palette, chart=True)),
 }
-"""What can be taken away -> end of its file name, content."""
 
 
 @cache
@@ -188,8 +188,7 @@ def _form_and_files(app: Dash) -> None:
             except binascii.Error as error:
                 raise InputError(f"{names[0][:80]}: the browser did not send it whole; drop it again") from error
             state, remarks = with_files(start, list(zip(names, contents, strict=True)))
-            shown = ", ".join(one[:80] for one in names)
-            return {"address": state.address, "remarks": list(remarks), "name": shown}
+            return {"address": state.address, "remarks": list(remarks), "name": ", ".join(one[:80] for one in names)}
 
         return _or_message(load)
 

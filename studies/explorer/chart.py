@@ -12,8 +12,8 @@ import numpy as np
 from bicycle.mode_figure import mode_look, mode_words
 from studies.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
 from studies.chart.chart import BAND, NamedBoundary, StabilityChart, checked, stability_chart, title
-from studies.chart.plane import Plane, Span, split_range
-from studies.explorer.figures import HEIGHTS, Figure, Palette, colour_on, layout, plain, series
+from studies.chart.plane import Plane, Span, lattice, split_range
+from studies.explorer.figures import Figure, Palette, colour_on, figure, plain, series
 from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
 from studies.explorer.tyre_files import TYRES
@@ -61,8 +61,7 @@ def chart_axes(state: State) -> list[dict[str, Any]]:
 
 BAND_NAME = "95 % band, first order (dotted edge)"
 FAINT = 0.25  # of the colour of the mode
-HAIR = 1.5e-3
-"""Of the axes: a band whose half width is nowhere more is hidden by the line of its boundary."""
+HAIR = 1.5e-3  # of the axes: a band whose half width is nowhere more is hidden by the line of its boundary
 
 
 def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
@@ -100,10 +99,8 @@ def _widest(one: NamedBoundary) -> float:
 def _ribbon(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
     """Rims (k, 2) of a band: its boundary moved by the half width to both sides, in the units of the axes."""
     half = BAND * one.spread[:, 2:] * one.curve.normals
-    ahead, behind = one.curve.shares + half, one.curve.shares - half
-    if one.curve.closed:
-        return [chart.plane.x(np.clip(side, 0, 1)) for side in (ahead, behind[::-1])]
-    return [chart.plane.x(np.clip(np.vstack([ahead, behind[::-1]]), 0, 1))]
+    sides = [one.curve.shares + half, (one.curve.shares - half)[::-1]]
+    return [chart.plane.x(np.clip(rim, 0, 1)) for rim in (sides if one.curve.closed else [np.vstack(sides)])]
 
 
 FINE = 260  # cells of the shading along each axis
@@ -129,24 +126,21 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
     for number, one in enumerate(chart.boundaries, 1):
         for name, limit, points, hertz in one.pieces(chart.plane):
             words = mode_words(name) if name else "mode unknown"
-            style = series(name or "other", palette)
             data.append({
                 "type": "scatter", "mode": "lines", "name": escape(words), "legendgroup": words,
                 "showlegend": words not in named, "x": points[:, 0].tolist(), "y": points[:, 1].tolist(),
                 "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz.tolist()],
-                "line": style["line"] | {"width": 2.4 if limit else 1.0},
+                "line": series(name or "other", palette)["line"] | {"width": 2.4 if limit else 1.0},
                 "hovertemplate": f"<b>{escape(words)}</b>, boundary {number}<br>{escape(first.axis.key)} %{{x:.4g}}, "
                                  f"{escape(second.axis.key)} %{{y:.4g}}<br>frequency %{{customdata[0]:.4g}} Hz "
                                  "(%{customdata[1]})<extra></extra>",
             })  # fmt: skip
             named.add(words)
-    return {
-        "data": [*bands(chart, palette), *data, *_marks(chart, palette)],
-        "layout": layout(
-            palette, title=escape(title(chart)), height=HEIGHTS["chart"], hovermode="closest",
-            xaxis=_axis(first), yaxis=_axis(second), images=[_shading(chart, palette)], meta=chart_table(chart),
-        ),
-    }  # fmt: skip
+    return figure(
+        "chart", [*bands(chart, palette), *data, *_marks(chart, palette)], palette, title=escape(title(chart)),
+        hovermode="closest", xaxis=_axis(first), yaxis=_axis(second), images=[_shading(chart, palette)],
+        meta=chart_table(chart),
+    )  # fmt: skip
 
 
 def chart_table(chart: StabilityChart) -> dict[str, Any]:
@@ -211,13 +205,11 @@ def _shading(chart: StabilityChart, palette: Palette) -> dict[str, Any]:
     """Draw behind the curves: coloured where something is unstable, hatched where the tyre is extrapolated."""
     from matplotlib.image import imsave
 
-    edges = np.linspace(0, 1, FINE + 1)
-    middle: Array = (edges[1:] + edges[:-1]) / 2
+    middle: Array = (np.arange(FINE) + 0.5) / FINE
     counts = chart.regions(np.r_[0, middle], np.r_[0, middle])[1:, 1:]
     picture = np.zeros((FINE, FINE, 4), dtype=np.uint8)
     picture[counts > 0] = (*SHADES[palette.dark], 255)
-    diagonal = np.add.outer(np.arange(FINE), np.arange(FINE)) % 9 < 1
-    picture[_outside(chart) & diagonal] = (*HATCH[palette.dark], 255)
+    picture[_outside(chart) & (np.add.outer(np.arange(FINE), np.arange(FINE)) % 9 < 1)] = (*HATCH[palette.dark], 255)
     found = io.BytesIO()
     imsave(found, np.ascontiguousarray(picture.transpose(1, 0, 2)[::-1]), format="png")
     source = f"data:image/png;base64,{base64.b64encode(found.getvalue()).decode('ascii')}"
@@ -227,6 +219,5 @@ def _shading(chart: StabilityChart, palette: Palette) -> dict[str, Any]:
 
 def _outside(chart: StabilityChart) -> Any:
     """Cells (:data:`FINE`, :data:`FINE`) in which the tyre is extrapolated."""
-    middle = (np.arange(FINE) + 0.5) / FINE
-    grid = np.stack(np.meshgrid(middle, middle, indexing="ij"), -1).reshape(-1, 2)
-    return ~chart.plane.space.inside(chart.plane.x(grid)).reshape(FINE, FINE)
+    middle: Array = (np.arange(FINE) + 0.5) / FINE
+    return ~chart.plane.space.inside(chart.plane.x(lattice(middle, middle))).reshape(FINE, FINE)

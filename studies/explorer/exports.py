@@ -5,6 +5,7 @@ import gzip
 import json
 import shlex
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.resources import files
@@ -56,7 +57,7 @@ def model_toml(state: State) -> str:
     """Model file of a state, its rider part of the bicycle."""
     import tomli_w
 
-    head = HEAD.format(address=state.alone().address, needed=_needed(state))
+    head = HEAD.format(address=replace(state, pins=()).address, needed=_needed(state))
     return head + tomli_w.dumps(TYRES.portable(model_content(state)))
 
 

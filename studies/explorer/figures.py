@@ -28,10 +28,9 @@ MARKERS = {
     "p": "pentagon", "d": "diamond-tall",
 }  # fmt: skip
 LINE_WIDTH = 2.0  # pixels; the house's lines are counted in widths
-HEIGHTS = {
+HEIGHTS = {  # height of each figure, pixels
     "modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "amplitude": 400, "chart": 520,
 }  # fmt: skip
-"""Height of each figure, pixels."""
 
 FAILED = "this could not be computed; the terminal of velotyre explore says why"
 Figure = dict[str, Any]
@@ -67,8 +66,7 @@ def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, An
     """Line and marker of a mode, as keywords of a plotly trace."""
     look = mode_look(mode)
     colour = colour_on(look.colour, palette)
-    solid = isinstance(look.line, str)
-    dash = "solid" if solid else ",".join(f"{LINE_WIDTH * length:g}px" for length in look.line[1])
+    dash = "solid" if isinstance(look.line, str) else ",".join(f"{LINE_WIDTH * length:g}px" for length in look.line[1])
     return {
         "line": {"color": colour, "dash": dash, "width": 1.2 if pinned else LINE_WIDTH},
         "marker": {"color": colour, "symbol": MARKERS.get(look.marker, "circle"), "size": 7},
@@ -76,11 +74,11 @@ def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, An
     }
 
 
-def layout(palette: Palette, *, title: str, height: int, below: str = "", **more: Any) -> dict[str, Any]:
-    """Make the layout that the figures share, with a second line ``below`` the title and further keys of plotly."""
+def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: str = "", **more: Any) -> Figure:
+    """Make the figure ``name`` in the layout that all share, a line ``below`` the title, and further keys of plotly."""
     axis = {"gridcolor": palette.grid, "zerolinecolor": palette.line, "linecolor": palette.grid, "automargin": True}
     found: dict[str, Any] = {
-        "height": height, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
+        "height": HEIGHTS[name], "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
         "title": {
             "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 0.985, "yref": "container",
@@ -91,9 +89,8 @@ def layout(palette: Palette, *, title: str, height: int, below: str = "", **more
         "hoverlabel": {"font": {"size": 13}},
         "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
     } | more  # fmt: skip
-    for key in [key for key in found if key.startswith(("xaxis", "yaxis"))]:
-        found[key] = axis | found[key]
-    return found
+    found |= {key: axis | own for key, own in found.items() if key.startswith(("xaxis", "yaxis"))}
+    return {"data": data, "layout": found}
 
 
 ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 12, "t": 48, "b": 48}
@@ -110,9 +107,7 @@ def halving(growth: float) -> str:
 
 def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette) -> Figure:
     """Real part above and frequency below along speed, by name, with what is pinned as thin lines."""
-    data = [*_curves(now.named, palette, "")]
-    for label, one in pinned.items():
-        data += _curves(one.named, palette, label)
+    data = [curve for label, one in ({"": now} | dict(pinned)).items() for curve in _curves(one.named, palette, label)]
     slow, fast, inside = _range(now)
     low, high = _real_range([now, *pinned.values()])
     line = {"type": "line", "xref": "x", "yref": "paper", "y0": 0, "y1": 1,
@@ -120,18 +115,14 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
     shade = _shade(palette) | {"xref": "paper", "x0": 0, "x1": 1, "yref": "y", "y0": 0, "y1": high}
     shapes = [shade, *(line | {"x0": c.speed, "x1": c.speed} for c in inside)]
     beyond = "; tyre values extrapolated" if extrapolated(now.notes) else ""
-    return {
-        "data": data,
-        "layout": layout(
-            palette, title="Modes along speed (shaded: unstable)", height=HEIGHTS["modes"], shapes=shapes,
-            hovermode="closest", margin=FIXED,
-            xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
-            yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
-            yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47],
-                    "range": [0, slow_hertz([now, *pinned.values()])]} | ONCE,
-            meta=modes_table(now.named),
-        ),
-    }  # fmt: skip
+    return figure(
+        "modes", data, palette, title="Modes along speed (shaded: unstable)", shapes=shapes, hovermode="closest",
+        margin=FIXED, meta=modes_table(now.named),
+        xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
+        yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
+        yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47],
+                "range": [0, slow_hertz([now, *pinned.values()])]} | ONCE,
+    )  # fmt: skip
 
 
 SLOW_HZ = 15.0  # what oscillates faster, such as a wheel on its tyre, is left out of an axis at first
@@ -148,39 +139,34 @@ def slow_hertz(every: Sequence[Computed]) -> float:
 
 def root_locus(now: Computed, palette: Palette) -> Figure:
     """Eigenvalues in the complex plane (upper half), coloured by speed, marker by mode."""
-    named, first = now.named, True
-    data = []
+    named, data = now.named, list[dict[str, Any]]()
     for name in named.names:
         at, column = np.nonzero(~np.isnan(named.branches[name]))
         values = named.branches[name][at, column]
         if not values.size:
             continue
         look = series(name, palette)
-        bar = {"title": {"text": "Speed, m/s", "side": "right"}, "thickness": 12} if first else None
+        bar = {"title": {"text": "Speed, m/s", "side": "right"}, "thickness": 12} if not data else None
         data.append({
             "type": "scatter", "mode": "markers", "name": mode_words(name), "x": values.real.tolist(),
             "y": values.imag.tolist(), "customdata": named.speeds[at].tolist(),
             "marker": {
-                "symbol": look["marker"]["symbol"], "size": 7, "color": named.speeds[at].tolist(), "showscale": first,
-                "colorscale": "Viridis", "cmin": float(named.speeds.min()), "cmax": float(named.speeds.max()),
-                "line": {"width": 0.6, "color": palette.line}, "colorbar": bar,
+                "symbol": look["marker"]["symbol"], "size": 7, "color": named.speeds[at].tolist(),
+                "showscale": not data, "colorscale": "Viridis", "colorbar": bar,
+                "cmin": float(named.speeds.min()), "cmax": float(named.speeds.max()),
+                "line": {"width": 0.6, "color": palette.line},
             },
             "hovertemplate": f"<b>{escape(mode_words(name))}</b><br>%{{customdata:.3g}} m/s: %{{x:.4g}} + "
                              "%{y:.4g}i 1/s<extra></extra>",
         })  # fmt: skip
-        first = False
     low, high = _real_range([now])
     shade = _shade(palette) | {"xref": "x", "x0": 0, "x1": high, "yref": "paper", "y0": 0, "y1": 1}
-    return {
-        "data": data,
-        "layout": layout(
-            palette, title="Root locus in speed (shaded: unstable)", height=HEIGHTS["locus"], shapes=[shade],
-            margin=FIXED, xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
-            yaxis={"title": {"text": "Imaginary part, rad/s"},
-                   "range": [0, float(angular_frequency(slow_hertz([now])))]} | ONCE,
-            meta=modes_table(named),
-        ),
-    }  # fmt: skip
+    return figure(
+        "locus", data, palette, title="Root locus in speed (shaded: unstable)", shapes=[shade], margin=FIXED,
+        xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE, meta=modes_table(named),
+        yaxis={"title": {"text": "Imaginary part, rad/s"},
+               "range": [0, float(angular_frequency(slow_hertz([now])))]} | ONCE,
+    )  # fmt: skip
 
 
 def critical_strip(now: Computed, palette: Palette) -> Figure:
@@ -199,14 +185,12 @@ def critical_strip(now: Computed, palette: Palette) -> Figure:
     ]  # fmt: skip
     rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in now.critical]
     none = "no critical speed within the range" if not inside else "filled: unstable above; open: stable above"
-    return {
-        "data": data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
-        "layout": layout(
-            palette, title="Critical speeds", below=none, height=HEIGHTS["critical"],
-            xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]}, yaxis={"type": "category"},
-            meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
-        ),
-    }  # fmt: skip
+    return figure(
+        "critical", data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}], palette,
+        title="Critical speeds", below=none, xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]},
+        yaxis={"type": "category"},
+        meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
+    )  # fmt: skip
 
 
 CRITICAL = "{speed:.4f} m/s: {mode} becomes {change} ({how})"
@@ -295,11 +279,7 @@ def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> 
     words = {"text": "<br>".join(wrap(escape(message), 60)), "showarrow": False, "align": "left"}
     words |= {"xref": "paper", "yref": "paper", "x": 0, "y": 0.9}
     none, meta = {"visible": False}, {"columns": ["message"], "rows": [[message]]}
-    height = HEIGHTS[name]
-    return {
-        "data": [],
-        "layout": layout(palette, title="", height=height, annotations=[words], xaxis=none, yaxis=none, meta=meta),
-    }
+    return figure(name, [], palette, title="", annotations=[words], xaxis=none, yaxis=none, meta=meta)
 
 
 def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
@@ -307,8 +287,8 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     speed, rows, data = float(at.named.speeds[0]), list[list[Any]](), list[dict[str, Any]]()
     for name, values in at.named.branches.items():
         ratio, hertz, sd = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0]), at.sd[name]
-        for root in values[0][~np.isnan(values[0])].tolist():
-            rows.append([*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)])
+        rows += [[*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
+                 for root in values[0][~np.isnan(values[0])].tolist()]  # fmt: skip
         if values[0, 0].imag > 0:
             words, banded = mode_words(name), not math.isnan(sd)
             band = {"type": "data", "array": plain([sd]), "color": palette.text, "thickness": 2, "visible": banded}
@@ -321,14 +301,11 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
             })  # fmt: skip
     columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
     said = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
-    return {
-        "data": data,
-        "layout": layout(
-            palette, title=f"Damping of the oscillations at {speed:.4g} m/s", below=said, height=HEIGHTS["damping"],
-            yaxis={"title": {"text": "Damping ratio (below 0: grows)"}}, xaxis={"type": "category"},
-            meta={"columns": columns, "rows": rows},
-        ),
-    }  # fmt: skip
+    return figure(
+        "damping", data, palette, title=f"Damping of the oscillations at {speed:.4g} m/s", below=said,
+        yaxis={"title": {"text": "Damping ratio (below 0: grows)"}}, xaxis={"type": "category"},
+        meta={"columns": columns, "rows": rows},
+    )  # fmt: skip
 
 
 def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
@@ -341,23 +318,18 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
     ]
     columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
     words, names = escape(mode_words(found.mode)), [_short(c.parameter) for c in top]
-    return {
-        "data": [
-            {
-                "type": "bar", "orientation": "h", "x": [c.growth for c in top], "showlegend": False,
-                "y": [_in_two_lines(name) for name in names], "customdata": names,
-                "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
-                "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
-                "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
-            }
-        ],
-        "layout": layout(
-            palette, title=f"What moves {words} at {found.speed:.4g} m/s",
-            below="change for +1 sd of each; hatched: towards unstable", height=HEIGHTS["sensitivity"],
-            xaxis={"title": {"text": "Real part, 1/s"}}, yaxis={"type": "category"},
-            meta={"columns": columns, "rows": rows},
-        ),
+    bars = {
+        "type": "bar", "orientation": "h", "x": [c.growth for c in top], "showlegend": False,
+        "y": [_in_two_lines(name) for name in names], "customdata": names,
+        "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
+        "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
+        "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
     }  # fmt: skip
+    return figure(
+        "sensitivity", [bars], palette, title=f"What moves {words} at {found.speed:.4g} m/s",
+        below="change for +1 sd of each; hatched: towards unstable", xaxis={"title": {"text": "Real part, 1/s"}},
+        yaxis={"type": "category"}, meta={"columns": columns, "rows": rows},
+    )  # fmt: skip
 
 
 def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> Figure:
@@ -374,15 +346,13 @@ def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> F
                 "y": [None if np.isnan(at) else at for at in y.tolist()], "name": mode_words(one.mode),
                 "hovertemplate": "%{y:.3g}° at %{x:.3g} m/s",
             })  # fmt: skip
-    below = "D = 0.8, or the curves of the tyre's file; dotted: does not last"
-    return {
-        "data": data,
-        "layout": layout(
-            palette, title="Amplitude at the bar" if found else f"No motion begins up to {fast:g} m/s", below=below,
-            height=HEIGHTS["amplitude"], xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
-            yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"}, meta={"columns": columns, "rows": rows},
-        ),
-    }  # fmt: skip
+    return figure(
+        "amplitude", data, palette,
+        title="Amplitude at the bar" if found else f"No motion begins up to {fast:g} m/s",
+        below="D = 0.8, or the curves of the tyre's file; dotted: does not last",
+        xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
+        yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"}, meta={"columns": columns, "rows": rows},
+    )  # fmt: skip
 
 
 def _in_two_lines(name: str) -> str:

@@ -1,7 +1,7 @@
 """Make the controls of a state from what the library declares, as data of ``templates/controls.html.j2``."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,8 +39,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
             source: TyreSource | None = TYRES.read(name, surface or None) if name in known_tyres() else None
         except InputError:
             source = None  # said by the model itself
-        low, high = (0.0, 0.0) if source is None else source.pressure_range
-        bars = None if source is None else (low / PASCAL_PER_BAR, high / PASCAL_PER_BAR)
+        bars = None if source is None else [end / PASCAL_PER_BAR for end in source.pressure_range]
         rows.append({
             "wheel": wheel, "address": keys,
             "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
@@ -64,22 +63,19 @@ def _words(name: str) -> str:
     return f"{file} (loaded{f' {name[len(file) :]}' if alike else ''}{lost})"
 
 
-def _bar(value: Any, measured: tuple[float, float], *, most: float = float("inf")) -> dict[str, Any] | None:
+def _bar(value: Any, measured: Sequence[float], *, most: float = float("inf")) -> dict[str, Any] | None:
     """A scale that is as much wider than the measured range as values may be taken, in percent."""
     low, high = measured
     if not low < high < float("inf"):
         return None
     bottom, top = max(0.0, 2 * low - high), min(most, 2 * high - low)
-    if isinstance(value, float):
-        bottom, top = min(bottom, value), max(top, value)
-
-    def percent(at: float) -> float:
-        return round(100 * (at - bottom) / (top - bottom), 2)
-
+    given = isinstance(value, float)
+    bottom, top = (min(bottom, value), max(top, value)) if given else (bottom, top)
+    begin, end, at = (round(100 * (x - bottom) / (top - bottom), 2) for x in (low, high, value if given else low))
     return {
-        "from": percent(low), "to": percent(high), "low": bottom, "high": top, "words": f"{low:g} .. {high:g}",
-        "at": percent(value) if isinstance(value, float) else None,
-        "outside": isinstance(value, float) and not low <= value <= high, "step": float(f"{(top - bottom) / 200:.1g}"),
+        "from": begin, "to": end, "at": at if given else None, "low": bottom, "high": top,
+        "words": f"{low:g} .. {high:g}", "outside": given and not low <= value <= high,
+        "step": float(f"{(top - bottom) / 200:.1g}"),
     }  # fmt: skip
 
 
@@ -144,9 +140,7 @@ def controls(state: State) -> dict[str, Any]:
         "extrapolate": _switch(beyond, {beyond: "true"}, {}, on=beyond in model) if measured else None,
         "rider_effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if e.needs_rider],
         "effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if not e.needs_rider],
-        "unusual": _switch(
-            "allow_unusual", {"allow_unusual": "true"}, {}, on=model.get("allow_unusual") is True
-        ),
+        "unusual": _switch("allow_unusual", {"allow_unusual": "true"}, {}, on=model.get("allow_unusual") is True),
     }  # fmt: skip
 
 
@@ -203,9 +197,8 @@ def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict
     usual = parameter.default if isinstance(parameter.default, float | int) else low
     given = [value] if isinstance(value, float) else []
     bottom, top = min(low, usual, *given), max(high, usual, *given)
-    unit = "" if parameter.unit == "1" else parameter.unit
     return {
-        "key": key, "words": words, "unit": unit, "low": bottom, "high": top,
+        "key": key, "words": words, "unit": "" if parameter.unit == "1" else parameter.unit, "low": bottom, "high": top,
         "step": float(f"{(top - bottom) / 200:.1g}"),
         "value": written(value) if isinstance(value, float) else "", "about": parameter.description,
         "typical": f"{low:g} .. {high:g}", "tied": parameter.default if isinstance(parameter.default, str) else "",
@@ -218,8 +211,7 @@ def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) ->
         whole = f"effects.{effect.identifier}.{p.name}"
         from_tyre = model.get(whole) == FROM_TYRE
         usual = {key: text for key, text in starts(effect, None).items() if key == whole or key.startswith(f"{whole}.")}
-        offered = p.tyre and (mounted or from_tyre)
-        offer = _switch(whole, {whole: FROM_TYRE}, usual, on=from_tyre) if offered else None
+        offer = _switch(whole, {whole: FROM_TYRE}, usual, on=from_tyre) if (p.tyre and (mounted or from_tyre)) else None
         words, numbers = p.name.replace("_", " "), []
         for entry in p.entries():
             key, wheel = f"effects.{effect.identifier}.{entry}", entry.rpartition(".")[2]

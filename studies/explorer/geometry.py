@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 from bicycle.parameters import Bicycle
 from tyre.errors import InputError
 
-GEOMETRY = "geometry"
-"""Key of an address: ``geometry.trail=0.06`` moves a number of the bicycle that the address names."""
+GEOMETRY = "geometry"  # key of an address: geometry.trail=0.06 moves a number of the bicycle that the address names
 
 
 class Slider(NamedTuple):

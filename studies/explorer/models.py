@@ -23,7 +23,7 @@ from studies.explorer.tyre_files import TYRES, refuse_unloaded
 from studies.lasting_motions import Trace, curves_of, traces_of
 from studies.ranking import Ranking, rank
 from tyre import available_tyres
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, refuse_unknown
 from tyre.find_tyre import packaged_formulas
 
 POINTS = 60  # speeds along a curve
@@ -158,17 +158,14 @@ def model_content(state: State) -> dict[str, Any]:
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
     """Refuse a bicycle or tyre that would have to be read from a file."""
-    bicycle, drop = content.get("bicycle"), "; or drop the file of yours on the page"
-    if isinstance(bicycle, str) and bicycle not in available_bicycles():
-        raise InputError(f"{unknown('bicycle', bicycle, available_bicycles())}{drop}")
+    bicycle, drop = content.get("bicycle"), "or drop the file of yours on the page"
+    refuse_unknown("bicycle", [bicycle] if isinstance(bicycle, str) else [], available_bicycles(), more=drop)
     for name, table in content.get("effects", {}).items():
-        tyre = table.get("tyre") if isinstance(table, Mapping) else None
+        tyre, where = table.get("tyre") if isinstance(table, Mapping) else None, f"effect {name!r}"
         for one in tyre.values() if isinstance(tyre, Mapping) else [tyre]:
-            if one is not None and one not in known_tyres():
-                where = f"effect {name!r}"
-                if isinstance(one, str):
-                    refuse_unloaded(one, where=where)
-                raise InputError(f"{where}: {unknown('tyre', one, known_tyres())}{drop}")
+            if isinstance(one, str) and one not in known_tyres():
+                refuse_unloaded(one, where=where)
+            refuse_unknown("tyre", [] if one is None else [one], known_tyres(), where=where, more=drop)
 
 
 def known_tyres() -> tuple[str, ...]:
@@ -224,8 +221,7 @@ def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
     from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
     from studies.rider_report import with_provenance
 
-    if rider not in available_riders():
-        raise InputError(unknown("rider", rider, available_riders()))
+    refuse_unknown("rider", [rider], available_riders())
     known = packaged_geometry(frame.name)
     geometry = read_geometry(known, posture) if known else SeatGeometry()
     try:

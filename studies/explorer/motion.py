@@ -43,10 +43,11 @@ def _view(drawn: BicycleDrawing, poses: list[list[Array]], words: str, across: i
     every = np.concatenate([points for pose in flat for points in pose])
     low, high = every.min(axis=0), every.max(axis=0)
     size = high - low + 80
-    paths: dict[str, list[str]] = {}
-    for body in sorted({BODIES.get(part.body, "other") for part in drawn.parts}):
-        mine = [k for k, part in enumerate(drawn.parts) if BODIES.get(part.body, "other") == body]
-        paths[body] = ["".join(pose[k] for k in mine) for pose in lines]
+    bodies = [BODIES.get(part.body, "other") for part in drawn.parts]
+    paths = {
+        body: ["".join(line for line, own in zip(pose, bodies, strict=True) if own == body) for pose in lines]
+        for body in sorted(set(bodies))
+    }
     return {
         "name": words, "box": " ".join(f"{value:.0f}" for value in (*(low - 40), *size)), "paths": paths,
         "frames": len(poses),

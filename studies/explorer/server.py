@@ -69,10 +69,10 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
 
     @server.after_request
     def harden(answer: Response) -> Response:
-        answer.headers["Content-Security-Policy"] = policy
-        answer.headers["X-Content-Type-Options"] = "nosniff"
-        answer.headers["Referrer-Policy"] = "no-referrer"
-        answer.headers["Cross-Origin-Resource-Policy"] = "same-origin"
+        answer.headers.update({
+            "Content-Security-Policy": policy, "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "no-referrer", "Cross-Origin-Resource-Policy": "same-origin",
+        })  # fmt: skip
         if request.path == ICON:  # browsers ask for it anew whenever the address changes, with every move of a slider
             answer.headers["Cache-Control"] = "max-age=3600"
         return answer
@@ -125,8 +125,7 @@ def _is_small(body: Any, *, deepest: int = 6, most: int = 5_000) -> bool:
 
 
 HOST = "127.0.0.1"
-CLOSE = "velotyre_close"
-"""Extension of the server that deletes what was loaded."""
+CLOSE = "velotyre_close"  # extension of the server that deletes what was loaded
 
 
 def build_server(initial: str, port: int) -> Any:

@@ -7,7 +7,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -16,13 +16,12 @@ from bicycle.effect_registry import registry
 from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS
 from studies.explorer.geometry import GEOMETRY
 from tyre import schema
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.errors import InputError, is_number, refuse_unknown, shown, unknown
 from tyre.schema import number, remarked, text
 
 FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
 TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
-ON = "on"
-"""Value of ``effects.NAME`` for an effect that is there without numbers of its own."""
+ON = "on"  # value of effects.NAME for an effect that is there without numbers of its own
 
 Value = float | bool | str
 
@@ -39,10 +38,7 @@ def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
                 raise InputError(f"address: {key} is given beside {part} as a whole; keep one")
         if last in place:
             raise InputError(f"address: {key} is given as a value and as a table; keep one")
-        if len(outer) == 1 and outer[0] == "effects":
-            place[last] = {}
-        else:
-            place[last] = json.loads(str(value)) if key == "covariance" else value
+        place[last] = {} if outer == ["effects"] else json.loads(str(value)) if key == "covariance" else value
     return content
 
 
@@ -65,9 +61,8 @@ def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
         else:
             raise InputError(f"{key} = {shown(value)} must be a number, a text or true or false")
 
+    refuse_unknown("key", content, FILE_KEYS)
     for name, value in content.items():
-        if name not in FILE_KEYS:
-            raise InputError(unknown("key", name, FILE_KEYS))
         add(name, value)
     return tuple(sorted(flat.items()))
 
@@ -180,10 +175,6 @@ class State:
         pairs = [*self.model, *view, *((PIN, pin) for pin in self.pins)]
         return "&".join(f"{quote(key)}={quote(written(value), safe='/:,')}" for key, value in pairs)
 
-    def alone(self) -> "State":
-        """Without what is pinned."""
-        return replace(self, pins=())
-
 
 def _short(value: Any) -> str:
     if len(text("")(value)) > 80 or any(ord(letter) < 32 for letter in value):
@@ -244,7 +235,6 @@ def parse_state(address: Any) -> State:
 def _pins(texts: list[str]) -> tuple[str, ...]:
     if len(texts) > MOST_PINS:
         raise InputError(f"address: {len(texts)} curves are pinned; at most {MOST_PINS}, unpin some")
-    for one in texts:
-        if parse_state(one).pins:
-            raise InputError("address: what is pinned cannot pin others; unpin it")
+    if any(parse_state(one).pins for one in texts):
+        raise InputError("address: what is pinned cannot pin others; unpin it")
     return tuple(texts)

@@ -50,14 +50,17 @@ class TyreFiles:
     def keep(self, name: str, files: Mapping[str, bytes]) -> str:
         """Keep a tyre that was loaded; return what an address calls it."""
         for one, content in files.items():
-            _refuse(one, content)
+            refuse_name(one)
+            if content.startswith(b"\x89HDF\r\n"):  # which may link to other files
+                raise InputError(f"{one}: the page takes no HDF5 file; save it in MATLAB with -v7")
         parts = [hashlib.sha256(part).digest() for one in sorted(files) for part in (one.encode(), files[one])]
         digest = hashlib.sha256(b"".join(parts)).hexdigest()[:_DIGITS]
         key = f"{name}@{digest}"
         if key in self._places:
             self._places[key] = self._places.pop(key)  # the last of its name
             return key
-        self._refuse_more(name)
+        if sum(map(is_loaded, self._places)) >= MOST_TYRES:
+            raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
         self._held = self._held or TemporaryDirectory(prefix="velotyre_tyres_")
         place = Path(self._held.name) / digest
         place.mkdir()
@@ -72,19 +75,11 @@ class TyreFiles:
         self._places[key] = (place / name).as_posix()
         return key
 
-    def _refuse_more(self, name: str) -> None:
-        if sum(map(is_loaded, self._places)) >= MOST_TYRES:
-            raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
-
     def find(self, given: str) -> str | None:
         """Find the address's name of the last loaded file that is called as the path ``given``."""
-        name = plain_name(given)
-        stem = name.removesuffix(".toml") + ".csv"  # a table may be named by its sidecar
-        for wanted in (name, stem):
-            for key in reversed(self._places):
-                if is_loaded(key) and shown_name(key) == wanted:
-                    return key
-        return None
+        name = PureWindowsPath(given).name  # of a path of any system
+        held = {shown_name(key): key for key in self._places if is_loaded(key)}
+        return held.get(name, held.get(name.removesuffix(".toml") + ".csv"))  # a table may be named by its sidecar
 
     def read(self, name: str, surface: str | None) -> TyreSource:
         """The tyre that an address calls ``name``, on a ``surface``; a packaged one by its own name."""
@@ -134,12 +129,6 @@ class TyreFiles:
 TYRES = TyreFiles()
 
 
-def _refuse(name: str, content: bytes) -> None:
-    refuse_name(name)
-    if content.startswith(b"\x89HDF\r\n"):  # which may link to other files
-        raise InputError(f"{name}: the page takes no HDF5 file; save it in MATLAB with -v7")
-
-
 def is_loaded(name: str) -> bool:
     """Tell if a ``name`` of an address is one of a file that was loaded on a page, here or elsewhere."""
     return _GIVEN.search(name) is not None
@@ -148,11 +137,6 @@ def is_loaded(name: str) -> bool:
 def shown_name(name: str) -> str:
     """The file that a ``name`` of an address is, without the digest."""
     return _GIVEN.sub("", name)
-
-
-def plain_name(given: str) -> str:
-    """The last part of a path ``given``, of any system."""
-    return PureWindowsPath(given).name
 
 
 def tyre_names(content: Mapping[str, Any]) -> list[str]:
@@ -183,7 +167,7 @@ def kept_here(state: State) -> list[str]:
     """Note the files that the address of a state does not hold."""
     files = ", ".join(files_of(state))
     said = f"the address does not hold {files}: elsewhere, drop that on the page first; a saved page has it inside"
-    return [said] if files else []
+    return [said] * bool(files)
 
 
 def with_tyres(content: Mapping[str, Any], change: Any) -> dict[str, Any]:

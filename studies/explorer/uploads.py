@@ -5,7 +5,7 @@ import tempfile
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePath
+from pathlib import Path, PurePath, PureWindowsPath
 from typing import Any
 
 from bicycle.bicycle_files import WRITERS, load_bicycle
@@ -13,7 +13,7 @@ from bicycle.model_file import MODEL
 from bicycle.parameters import UNITS
 from studies.explorer.models import as_table, refuse_other_files
 from studies.explorer.state import State, flattened, parse_state
-from studies.explorer.tyre_files import TYRES, plain_name, shown_name, tyre_names, with_tyres
+from studies.explorer.tyre_files import TYRES, shown_name, tyre_names, with_tyres
 from studies.model_argument import choose
 from tyre import schema
 from tyre.errors import InputError
@@ -23,16 +23,15 @@ from tyre.pacejka89 import KEYS, MOMENT, SIDE
 from tyre.plausible import WAY_OUT
 
 LARGEST, LARGEST_BODY = 1_000_000, 3_000_000  # bytes of a dropped file, and of a request with such a file and a state
-START = (
+START = (  # address of what the page opens on: what the tool is about
     "bicycle=pista_charlie_drops&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar=5.5"
     "&effects.pneumatic_trail.trail=0.017&effects.twisting_torque.twisting_stiffness=5"
     "&effects.front_compliance.stiffness=5000&effects.front_compliance.damping=20"
     "&effects.front_compliance.joint_x=0.867&effects.front_compliance.joint_z=-0.65&fast=30&at=10"
 )
-"""Address of what the page opens on: what the tool is about."""
 
-ENDINGS = tuple(WRITERS)
-"""Of bicycles and models."""
+ENDINGS = tuple(WRITERS)  # of bicycles and models
+ALWAYS = tuple(ending for ending in FILE_ENDINGS if ending not in ENDINGS)  # endings that only a tyre has
 
 
 def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, ...]]:
@@ -40,8 +39,8 @@ def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, .
     ending = Path(name).suffix.lower()
     shown = f"{slug(Path(name.replace(chr(92), '/')).stem)[:60] or 'file'}{ending}"
     if ending not in ENDINGS:
-        more = ", ".join(one for one in FILE_ENDINGS if one not in ENDINGS)
-        raise InputError(f"{shown[:80]}: drop a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {more})")
+        known = f"a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {', '.join(ALWAYS)})"
+        raise InputError(f"{shown[:80]}: drop {known}")
     if len(data) > LARGEST:
         raise InputError(f"{shown}: {len(data)} bytes are more than the {LARGEST} that a bicycle or model may have")
     with tempfile.TemporaryDirectory() as folder:
@@ -72,17 +71,15 @@ def start_state(model: str | None) -> State:
 def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
     content: Mapping[str, Any] = read_toml(path, "model or bicycle file") if path.suffix.lower() == ".toml" else {}
     if "bicycle" in content or (content and "values" not in content):
-        given = dict(content)
-        if "bicycle" not in given:
+        if "bicycle" not in content:
             raise InputError("the key 'bicycle' of a model file, or [values] of a bicycle file, is missing")
         schema.read(MODEL, content)
-        given = with_tyres(given, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
+        given = with_tyres(content, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
         refuse_other_files(given)
         return _kept(state, flattened(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
     bicycle = load_bicycle(path)
     others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
-    if bicycle.unusual:
-        others[WAY_OUT] = True
+    others |= {WAY_OUT: True} if bicycle.unusual else {}
     made = _kept(state, flattened({"bicycle": as_table(bicycle)} | others), bicycle.name)
     return made, tuple(" ".join(note.split()) for note in bicycle.warnings)
 
@@ -91,17 +88,13 @@ def _kept(state: State, model: Any, name: str) -> State:
     return parse_state(replace(state, model=model, name=name[:80], rider="").address)
 
 
-ALWAYS = tuple(ending for ending in FILE_ENDINGS if ending not in ENDINGS)
-"""Endings that only a tyre has."""
-
-
 def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 20) -> tuple[State, tuple[str, ...]]:
     """A state with what was dropped."""
     if len(files) > most:
         raise InputError(f"{len(files)} files were dropped; at most {most} at once")
     named: dict[str, bytes] = {}
     for given, data in files:
-        name = plain_name(given)
+        name = PureWindowsPath(given).name  # of a path of any system
         if name in named:
             raise InputError(f"{name[:80]}: two files of this name were dropped; rename one")
         named[name] = data
@@ -110,17 +103,14 @@ def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 
     others = [name for name in named if name not in beside and name not in tyres]
     if len(others) > 1:
         raise InputError(f"{others[0][:80]} and {others[1][:80]}: drop one bicycle or model at a time, with its tyres")
-    remarks = []
+    remarks = list[str]()
     for name in tyres:
         for one in (name, *(side for side, table in beside.items() if table == name)):
             if len(named[one]) > LARGEST:
                 raise InputError(f"{one[:80]}: {len(named[one])} bytes are more than the {LARGEST} of a tyre file")
-        parts = {one: named[one] for one in named if one == name or beside.get(one) == name}
-        key = TYRES.keep(name, parts)
+        key = TYRES.keep(name, {one: named[one] for one in named if one == name or beside.get(one) == name})
         remarks += [] if others else [f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel"]
-    if not others:
-        return state, tuple(remarks)
-    made, said = with_file(state, others[0], named[others[0]])
+    made, said = with_file(state, others[0], named[others[0]]) if others else (state, ())
     return made, (*remarks, *said)
 
 
@@ -151,6 +141,4 @@ def _is_list(data: bytes) -> bool:
     """Tell if a text holds coefficients of a tyre, not a bicycle."""
     lines = [re.split("[#%]", line)[0] for line in data.decode("utf-8-sig", errors="replace").splitlines()]
     keys = {found[1] for line in lines if (found := re.match(r"[\s\-{\"']*([A-Za-z_]\w*)", line))}
-    if keys & set(UNITS):
-        return False
-    return bool({key.lower() for key in keys} & {*KEYS, SIDE, MOMENT, "a0", "optparametermf"})
+    return not keys & set(UNITS) and bool({key.lower() for key in keys} & {*KEYS, SIDE, MOMENT, "a0", "optparametermf"})

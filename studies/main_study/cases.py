@@ -21,8 +21,8 @@ from tyre.find_tyre import is_file_name
 from tyre.properties import TyreSource, out_of_reach, wheel_properties
 from tyre.units import PASCAL_PER_BAR
 
+# parameters of the model that a TyreCase gives, in its order
 CONTACT = tuple(f"{LAW}.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length"))
-"""Parameters of the model that a :class:`TyreCase` gives, in its order."""
 GIVEN = "as given"
 
 
@@ -88,9 +88,7 @@ class Cases:
 
 def tyre_cases(settings: Settings) -> Cases:
     """Gather the conditions of the tyre in question; without one those of every packaged tyre on its surfaces."""
-    found: list[TyreCase] = []
-    left_out: list[str] = []
-    contact = settings.contact
+    found, left_out, contact = list[TyreCase](), list[str](), settings.contact
     if contact is not None:
         found.append(given_case(contact, settings.bicycle))
         given = [{**contact, "pressure_bar": bar} for bar in settings.pressures if "tyre" in contact]

@@ -83,9 +83,8 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     only_stiffness[0::2] = after[0::2]
     only_length[1::2] = after[1::2]
     speeds = [named_speeds(higher.crossings), named_speeds(lower.crossings)]
-    for contact in (only_stiffness, only_length):
-        linear = world.model(settings, setup, contact).linear_model()
-        speeds.append(named_speeds(critical_speeds(linear, max_speed=settings.max_speed)))
+    models = (world.model(settings, setup, contact).linear_model() for contact in (only_stiffness, only_length))
+    speeds += [named_speeds(critical_speeds(linear, max_speed=settings.max_speed)) for linear in models]
     changes = []
     for which, start in speeds[0].items():
         if all(which in corner for corner in speeds):
@@ -147,8 +146,7 @@ class Hinge:
 def wobble(settings: Settings, setup: Setup, contact: Array, what: str = "") -> End:
     """Compute the wobble of one model; ``contact`` (4,) holds its tyre numbers."""
     linear = world.model(settings, setup, contact).linear_model()
-    edges = critical_speeds(linear, max_speed=settings.fastest)
-    span = world.wobble_span(linear, edges, settings.fastest)
+    span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
     return End(what, span, world.least_damped(modes(linear, settings.speeds)))
 
 
@@ -196,12 +194,11 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     if len(measured) > 1:
         yield "pressure", {one.condition: (settings, one.on(settings.reference), one.contact)
                            for one in (measured[0], measured[-1])}  # fmt: skip
-    seated: Ends = {}
-    for bicycle in settings.postures:
-        own = replace(settings, bicycle=bicycle)
-        for case in tyre_cases(own).found:
-            if (case.name, case.condition) == (focus.name, focus.condition):
-                seated[bicycle.name.rpartition("_")[2]] = (own, case.on(own.reference), case.contact)
+    seated: Ends = {
+        own.bicycle.name.rpartition("_")[2]: (own, case.on(own.reference), case.contact)
+        for own in (replace(settings, bicycle=bicycle) for bicycle in settings.postures)
+        for case in tyre_cases(own).found if (case.name, case.condition) == (focus.name, focus.condition)
+    }  # fmt: skip
     if len(seated) > 1:
         yield "posture of the rider", {name: seated[name] for name in (next(iter(seated)), next(reversed(seated)))}
 
@@ -288,8 +285,7 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     except InputError as error:
         return Amplitude(case, refused=str(error))
     traces = tuple(traces_of(found))
-    peak = None if curves else MagicTyre().friction
-    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), peak)
+    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), None if curves else MagicTyre().friction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,10 +302,10 @@ def sources(settings: Settings, case: TyreCase) -> Sources:
     uncertain = world.uncertainty(settings, case, settings.reference)
     crossings = uncertain.crossings(settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
-    shares = {}
-    for k, which in enumerate(crossings):
-        gradient = uncertain.gradient({key: one[k] for key, one in slopes.items()})
-        shares[which] = by_group(uncertain.shares(gradient))
+    shares = {
+        which: by_group(uncertain.shares(uncertain.gradient({key: one[k] for key, one in slopes.items()})))
+        for k, which in enumerate(crossings)
+    }
     values = uncertain.nominal.parameters
     taken = {key: (values[key], sd) for key, sd in assumed(uncertain).items()}
     return Sources(shares, counted_as_exact(uncertain), taken)
@@ -327,13 +323,12 @@ class Check:
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
     try:
-        found = world.uncertainty(settings, result.case, result.setup).quantities(
+        return Check(result, tuple(world.uncertainty(settings, result.case, result.setup).quantities(
             np.array([settings.report_speed]), max_speed=settings.max_speed,
             samples=settings.samples, seed=settings.seed, only=[WOBBLE], matched=True,
-        )  # fmt: skip
+        )))  # fmt: skip
     except InputError as error:
         return Check(result, (), str(error))
-    return Check(result, tuple(found))
 
 
 @dataclass(frozen=True, eq=False)
@@ -386,8 +381,7 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
         if values is None:
             continue
         try:
-            new = front_values(settings, case.on(setup), drawn, k, values)
-            linear = family.linear_model(values | new)
+            linear = family.linear_model(values | front_values(settings, case.on(setup), drawn, k, values))
             span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
         except InputError:  # a draw that makes no model is counted, and told beside the count
@@ -407,8 +401,7 @@ def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
     """Largest real part (1/s) of the oscillations of wobble's frequencies at ``speeds`` (n,); NaN without one."""
     values = linear.eigenvalues(speeds)
     hertz = frequency_hz(values)
-    there = (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)
-    found = np.where(there, values.real, -np.inf).max(axis=1)
+    found = np.where((hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz), values.real, -np.inf).max(axis=1)
     return np.where(np.isfinite(found), found, np.nan)
 
 
@@ -447,11 +440,10 @@ def front_values(
             setup.front, stiffness=new["stiffness"], damping=new["damping"],
             joint_height=setup.front.joint_height + new["hinge"], friction=setup.front.friction + new["friction"],
         )  # fmt: skip
-        friction = world.beside(settings, replace(setup, front=front))[FRICTION]["damping"]
         found |= {
             "front_compliance.stiffness": front.stiffness, "front_compliance.damping": front.damping,
             "front_compliance.joint_z": -front.joint_height, "front_compliance.joint_x": float(front.hinge_x(values)),
-            f"{FRICTION}.damping": float(friction),
+            f"{FRICTION}.damping": float(world.beside(settings, replace(setup, front=front))[FRICTION]["damping"]),
         }  # fmt: skip
     if setup.arms:
         found |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.patches import Patch
 
 from bicycle.critical import CrossingIdentity
 from studies.amplitude import draw_trace, finish_amplitude
@@ -136,15 +137,12 @@ def draw_amplitude(study: Study, target: Path) -> None:
 def draw_causes(study: Study, target: Path) -> None:
     """Draw how lower pressure moves the edges of unstable wobble in the reference world, and by what."""
     with plotting.drawing(target, width=7.0, height=1.9 + 0.9 * len(study.names)) as canvas:
-        axes = canvas.add_subplot()
-        _draw_parts(axes, study, study.settings.reference)
+        _draw_parts(canvas.add_subplot(), study, study.settings.reference)
         _title(canvas, study, f": {world_words(study.settings.reference)}", study.of(study.settings.reference))
 
 
 def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     """Draw stacked bars: change of each edge of the band at the lower pressure, by what causes it."""
-    from matplotlib.patches import Patch
-
     height, ticks, reached = 0.0, {}, [-0.5, 0.5]
     pressures = set()
     for number, name in enumerate(study.names):

@@ -53,43 +53,34 @@ def compared(study: Study) -> tuple[Comparison, ...]:
     """Compare all published ranges with the tyres of the study, in the world of a flexible front."""
     settings = study.settings
     ours = {hands: measured(study, setup) for hands, setup in (("on", settings.setups[1]), ("off", settings.reference))}
-    found = []
-    for finding in findings():
-        values = [value for value in ours[finding.hands or "off"][finding.quantity] if not np.isnan(value)]
-        found.append(Comparison(finding, (min(values), max(values)) if values else None))
-    return tuple(found)
+    each = ((one, np.array(ours[one.hands or "off"][one.quantity])) for one in findings())
+    return tuple(
+        Comparison(one, None if np.isnan(values).all() else (float(np.nanmin(values)), float(np.nanmax(values))))
+        for one, values in each
+    )
 
 
 def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
     """Numbers of the study in one world by the quantities of the published ranges."""
-    found: dict[str, list[float]] = {quantity: [] for quantity in QUANTITIES}
-    for case in study.cases:
-        per_load = np.radians(case.contact[::2] / study.settings.bicycle.static_loads)
-        found["cornering_stiffness_over_load_per_deg"] += per_load.tolist()
-        found["relaxation_length_mm"] += (1e3 * case.contact[1::2]).tolist()
-        if "camber_thrust" not in study.settings.further:
-            found["camber_stiffness_over_load_per_deg"] += np.radians(np.ravel(case.on(setup).camber_share)).tolist()
-    for result in study.of(setup):
-        if span := result.span(study.settings.fastest):
-            found["onset_m_s"].append(span.low)
-            found["end_m_s"].append(span.high)
-        if WOBBLE not in result.modes.branches:
-            continue
-        speeds, hertz = result.modes.speeds, result.modes.frequency(WOBBLE)
-        there = (speeds >= LIMITS.ridden[0]) & (speeds <= LIMITS.ridden[1]) & (hertz > 0)
-        magnitude = result.modes.shape(WOBBLE).magnitude
+    results, cases, loads = study.of(setup), study.cases, study.settings.bicycle.static_loads
+    spans = [span for one in results if (span := one.span(study.settings.fastest))]
+    own = [] if "camber_thrust" in study.settings.further else [case.on(setup).camber_share for case in cases]
+    identity = CrossingIdentity(WEAVE, destabilising=False)
+    changes = [d.change(identity) for d in study.decompositions if d.setup == setup]
+    found: dict[str, list[float]] = {
+        "cornering_stiffness_over_load_per_deg": [x for case in cases for x in np.radians(case.contact[::2] / loads)],
+        "camber_stiffness_over_load_per_deg": [x for share in own for x in np.radians(np.ravel(share))],
+        "relaxation_length_mm": [x for case in cases for x in 1e3 * case.contact[1::2]],
+        "onset_m_s": [span.low for span in spans], "end_m_s": [span.high for span in spans],
+        "weave_shift_m_s": [abs(change.total) for change in changes if change],
+        "steer_over_roll": [], "wobble_frequency_Hz": [], "frequency_change": [],
+    }  # fmt: skip
+    for modes in (one.modes for one in results if WOBBLE in one.modes.branches):
+        hertz, magnitude = modes.frequency(WOBBLE), modes.shape(WOBBLE).magnitude
+        there = (modes.speeds >= LIMITS.ridden[0]) & (modes.speeds <= LIMITS.ridden[1]) & (hertz > 0)
         found["steer_over_roll"] += (magnitude["steer"][there] / magnitude["lean"][there]).tolist()
         there[-1] = False  # the report speed is among the others, or between them
         if there.any():
             found["wobble_frequency_Hz"] += hertz[there].tolist()
             found["frequency_change"].append(float(np.ptp(hertz[there]) / np.mean(hertz[there])))
-    identity = CrossingIdentity(WEAVE, destabilising=False)
-    changes = [d.change(identity) for d in study.decompositions if d.setup == setup]
-    found["weave_shift_m_s"] = [abs(change.total) for change in changes if change]
     return found
-
-
-QUANTITIES = (
-    "wobble_frequency_Hz", "onset_m_s", "end_m_s", "steer_over_roll", "frequency_change", "weave_shift_m_s",
-    "cornering_stiffness_over_load_per_deg", "camber_stiffness_over_load_per_deg", "relaxation_length_mm",
-)  # fmt: skip

@@ -133,8 +133,7 @@ def parts(study: Study, quantity: str, digits: int) -> Any:
 
 def never_stable(result: Result, limit: float) -> bool:
     """Return True if some root grows at every speed from walking (1 m/s) to ``limit``, though no one mode may do so."""
-    values = result.modes.model.eigenvalues(np.arange(1.0, limit + 0.1, 0.1))
-    return bool((values.real > 0).any(axis=1).all())
+    return bool((result.modes.model.eigenvalues(np.arange(1.0, limit + 0.1, 0.1)).real > 0).any(axis=1).all())
 
 
 def excess(quantity: Quantity) -> float:
@@ -165,10 +164,7 @@ def like(value: float, sd: float) -> str:
     """Print a ``value`` with as many places as its ``sd`` deserves: one digit of it, two if that is a 1."""
     if not (math.isfinite(sd) and sd > 0):
         return f"{value:.4g}"
-    power = math.floor(math.log10(sd))
-    leading = round(sd / 10.0**power)
-    if leading == 10:
-        power, leading = power + 1, 1
+    leading, power = map(int, f"{sd:.0e}".split("e"))
     return f"{value:.{max(0, 1 - power if leading == 1 else -power)}f}"
 
 

@@ -31,8 +31,8 @@ COMPARED = (WOBBLE, WEAVE)
 CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"
 TRAIL, TWIST = "pneumatic_trail", "twisting_torque"
+# effects whose numbers the plausible fronts vary: they count as exact in a standard deviation
 PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust", TRAIL, TWIST)
-"""Effects whose numbers the plausible fronts vary: they count as exact in a standard deviation."""
 
 
 def model(settings: Settings, setup: Setup, contact: Sequence[float] | Array) -> Model:
@@ -51,13 +51,12 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
     p, front, arms = settings.bicycle.values, setup.front, setup.arms
     camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
     tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
-    if np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings):
-        tables[TRAIL] = {"trail": _both(setup.trail)}
-    if np.any(setup.twisting):
-        tables[TWIST] = {"twisting_stiffness": _both(setup.twisting)}
+    trailing = np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings)
+    tables |= {TRAIL: {"trail": _both(setup.trail)}} if trailing else {}
+    tables |= {TWIST: {"twisting_stiffness": _both(setup.twisting)}} if np.any(setup.twisting) else {}
     tables |= {name: dict(table) for name, table in settings.further.items()}
-    if arms:
-        tables["rider_arms"] = {"inertia": arms.inertia, "stiffness": arms.stiffness, "damping": arms.damping}
+    held = {name: getattr(arms, name) for name in ("inertia", "stiffness", "damping") if arms}
+    tables |= {"rider_arms": held} if arms else {}
     if front:
         tables["front_compliance"] = {
             "stiffness": front.stiffness, "damping": front.damping,
@@ -67,9 +66,8 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
         default = next(one.default for one in effect_class(FRICTION).parameters if one.name == "damping")
         given = float(own.get("damping", default)) if FRICTION in settings.further else 0.0
         tables[FRICTION] = {**own, "damping": given + front.friction}
-    if setup.contact_half_length:
-        tables[CONTACT_LENGTH] = {"half_length": dict(zip(WHEELS, setup.contact_half_length, strict=True))}
-    return tables
+    half = setup.contact_half_length
+    return tables | ({CONTACT_LENGTH: {"half_length": dict(zip(WHEELS, half, strict=True))}} if half else {})
 
 
 def has_moment(settings: Settings) -> bool:
@@ -83,12 +81,9 @@ def _both(value: PerWheel) -> dict[str, float]:
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters that hang on the bicycle ``p``: assumed camber thrust on the loads, an assumed hinge."""
-    found: dict[str, Any] = {}
-    if "camber_thrust" not in settings.further:
-        found |= dict(zip(CAMBER, _camber_stiffness(setup, p), strict=True))
-    if setup.front and setup.front.joint_x is None:
-        found["front_compliance.joint_x"] = setup.front.hinge_x(p)
-    return found
+    assumed = setup.front if setup.front and setup.front.joint_x is None else None
+    found = {} if "camber_thrust" in settings.further else dict(zip(CAMBER, _camber_stiffness(setup, p), strict=True))
+    return found | ({"front_compliance.joint_x": assumed.hinge_x(p)} if assumed else {})
 
 
 def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -117,8 +112,7 @@ def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int
     """Yield the parameters of ``count`` random bicycles; None for a draw that is no bicycle."""
     mine = uncertain.draw(count, settings.seed)
     own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
-    z = np.where([name.startswith("tyre ") for name in uncertain.names], own, mine)
-    points = uncertain.points(z)
+    points = uncertain.points(np.where([name.startswith("tyre ") for name in uncertain.names], own, mine))
     for k, refused in enumerate(points.refused.mask):
         yield None if refused else {key: points.value(key, k) for key in points.values}
 
@@ -179,14 +173,13 @@ def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
     """Pair the crossings of one mode into bands of instability."""
     bands: list[Band] = []
     start: UncertainCriticalSpeed | None = None
-    inside = False
     for crossing in sorted(crossings, key=lambda c: c.speed):
         if crossing.destabilising:
-            start, inside = crossing, True
-        elif inside or not bands:
+            start = crossing
+        elif start or not bands:
             bands.append(Band(start, crossing))
-            start, inside = None, False
-    return [*bands, Band(start, None)] if inside else bands
+            start = None
+    return [*bands, Band(start, None)] if start else bands
 
 
 @dataclass(frozen=True)
@@ -252,10 +245,10 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
     roots = oscillations(found)
     gradients = mode_gradients(built, settings.report_speed, list(roots.values()), names)
     sds = [[standard_deviation(one, covariance).tolist() for covariance in (whole, of_tyre)] for one in gradients]
-    frequency, damping = {}, {}
-    for k, (mode, root) in enumerate(roots.items()):
-        frequency[mode] = Uncertain(float(frequency_hz(root)), *(sd[k] for sd in sds[0]))
-        damping[mode] = Uncertain(float(damping_ratio(root)), *(sd[k] for sd in sds[1]))
+    frequency, damping = (
+        {mode: Uncertain(float(of(root)), *(sd[k] for sd in both)) for k, (mode, root) in enumerate(roots.items())}
+        for of, both in zip((frequency_hz, damping_ratio), sds, strict=True)
+    )
     critical = critical_speeds(linear, max_speed=settings.max_speed)
     slopes = critical_speed_gradients(built, critical, names)
     moved = [standard_deviation(slopes, covariance).tolist() for covariance in (whole, of_tyre)]
@@ -269,16 +262,13 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
 def least_damped(found: Modes) -> LeastDamped | None:
     """Least damped wobble at the speeds that are ridden; None if there is none."""
     ridden = (found.speeds >= LIMITS.ridden[0]) & (found.speeds <= LIMITS.ridden[1])
-    best: LeastDamped | None = None
-    for name, values in found.branches.items():
-        if WOBBLE not in name.split("+"):
-            continue
-        slowest = 0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz)
-        for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True):
-            if root.imag > slowest:
-                one = LeastDamped(complex(root), float(speed))
-                best = one if best is None or one.damping_ratio < best.damping_ratio else best
-    return best
+    every = [
+        LeastDamped(complex(root), float(speed))
+        for name, values in found.branches.items() if WOBBLE in name.split("+")
+        for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True)
+        if root.imag > (0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz))
+    ]  # fmt: skip
+    return min(every, key=lambda one: one.damping_ratio, default=None)
 
 
 def oscillations(found: Modes) -> dict[str, complex]:

@@ -83,14 +83,13 @@ def answer(study: Study) -> Answer:
         high = study.result(setup, high_case) if high_case else None
         if low and (high or not high_case):
             longer = unstable_length(low.span(limit), limit) - (unstable_length(high.span(limit), limit) if high else 0)
-            assumed = setup.front is not None and not setup.front.given
-            worlds.append(World(setup, low, high, longer, assumed))
+            worlds.append(World(setup, low, high, longer, setup.front is not None and not setup.front.given))
     outer = [study.outer(one) for one in (worlds[0].low, worlds[0].high) if one]
     change = np.zeros(0)
     if all(outer):
         computed = np.logical_and.reduce([one.computed for one in outer if one])
-        lengths = [one.unstable[computed] for one in outer if one]
-        change = lengths[0] - (lengths[1] if len(lengths) > 1 else 0.0)
+        low_length, *high_length = (one.unstable[computed] for one in outer if one)
+        change = low_length - sum(high_length)
     longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
     return Answer(
         word_of([(one.moves, one.assumed) for one in worlds], longer, shorter, len(change), two=bool(ends)),
@@ -113,8 +112,7 @@ def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: in
         return UNKNOWN
     moved = {moves for moves, _ in worlds} - {0}
     if not moved:
-        stays = longer + shorter <= (1 - LIMITS.agree) * count
-        return (NO_DIFFERENCE if two else NO) if stays else UNKNOWN
+        return (NO_DIFFERENCE if two else NO) if (longer + shorter <= (1 - LIMITS.agree) * count) else UNKNOWN
     agree = longer if moved == {1} else shorter
     measured = any(moves and not assumed for moves, assumed in worlds)
     return YES if len(moved) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
@@ -128,9 +126,8 @@ def record(study: Study, found: Answer) -> dict[str, Any]:
         if result is None:
             return None
         span = result.span(limit)
-        lengths = result.case.contact[1::2].tolist()
         return {
-            "pressure_bar": list(result.case.pressures_bar), "relaxation_length_m": lengths,
+            "pressure_bar": list(result.case.pressures_bar), "relaxation_length_m": result.case.contact[1::2].tolist(),
             "unstable": span is not None, "from_m_s": span.low if span else None,
             "to_m_s": span.high if span and span.high <= limit else None,
             "least_damping_ratio": result.least.damping_ratio if result.least else None,

@@ -15,6 +15,7 @@ from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.model_file import read_model
 from bicycle.parameter_covariance import ParameterKey
 from bicycle.parameters import Bicycle
+from bicycle.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
 from bicycle.wheel_tyres import MOST_BAR, located, values_of_tyres
 from studies.model_argument import bicycle_alone
 from tyre.arrays import Array
@@ -271,8 +272,7 @@ def _of_model_file(model: str) -> dict[str, Any]:
     contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
     tables.pop(DEFAULT_CONTACT, None)
     found: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
-    if contact is not None:
-        found["contact"] = located(contact, Path(model).parent)
+    found |= {"contact": located(contact, Path(model).parent)} if contact is not None else {}
     if front is not None:
         values = effect_class("front_compliance")(**front).values(whole.bicycle.values)
         number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
@@ -303,7 +303,6 @@ def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, t
     """Put a rider on a frame, and the same rider in every posture within reach."""
     from bicycle.rider_body import read_rider
     from bicycle.rider_frame import rider_on_bicycle
-    from bicycle.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
     from studies.rider_report import with_provenance
 
     person, bare, known = read_rider(rider), load_bicycle(frame), packaged_geometry(frame)
@@ -325,8 +324,6 @@ def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, t
 
 def _packaged_postures(bicycle: Bicycle) -> tuple[Bicycle, ...]:
     """Load the packaged bicycles that differ from a packaged one by the rider's posture; none without such a family."""
-    from bicycle.rider_posture import POSTURES
-
     stem, _, how = bicycle.name.rpartition("_")
     family = [f"{stem}_{one}" for one in POSTURES]
     packaged = how in POSTURES and set(family) <= set(available_bicycles())

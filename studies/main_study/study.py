@@ -86,20 +86,21 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
              if case.name == first or setup == settings.reference]  # fmt: skip
     solved = each(_solve_or_reason, pairs, "modes and critical speeds")
     results = [one for one in solved if isinstance(one, Result)]
-    left_out = list(cases.left_out)
-    for (_, case, setup), one in zip(pairs, solved, strict=True):
-        if isinstance(one, str):
-            left_out.append(f"{case.name}, {case.condition}, {setup.label}: {one}")
+    left_out = [
+        *cases.left_out,
+        *(f"{case.name}, {case.condition}, {setup.label}: {one}"
+          for (_, case, setup), one in zip(pairs, solved, strict=True) if isinstance(one, str)),
+    ]  # fmt: skip
     subject = [r.case for r in results if r.setup == settings.reference and r.case.name == first]
     if not subject:
         raise InputError("no case can be computed: " + "; ".join(left_out))
     subject.sort(key=lambda case: case.order)
     focus = min(subject, key=lambda case: abs(case.order - LIMITS.typical_bar))
-    todo = []
-    for setup in settings.setups:
-        solved_here = [r.case for r in results if r.setup == setup]
-        for ends in pressure_ends(solved_here):
-            todo.append((settings, *(_find(results, case, setup) for case in ends)))
+    todo = [
+        (settings, *(_find(results, case, setup) for case in ends))
+        for setup in settings.setups
+        for ends in pressure_ends([r.case for r in results if r.setup == setup])
+    ]
     decompositions = each(compare.decompose, todo, "causes of the changes")
     asked = [_find(results, case, settings.reference) for case in dict.fromkeys((subject[0], subject[-1]))]
     outer = each(compare.plausible, [(settings, r.case, r.setup) for r in asked], "plausible bicycles")
@@ -117,12 +118,9 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
 
 def pressure_ends(cases: Sequence[TyreCase]) -> list[tuple[TyreCase, TyreCase]]:
     """Pair the cases of highest and of lowest pressure of each tyre and surface."""
-    ends = []
-    for name in dict.fromkeys(case.name for case in cases):
-        mine = sorted((case for case in cases if case.name == name and case.pressures_bar), key=lambda case: case.order)
-        if len(mine) > 1:
-            ends.append((mine[-1], mine[0]))
-    return ends
+    rising = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.order)
+    by_tyre = ([case for case in rising if case.name == name] for name in dict.fromkeys(case.name for case in cases))
+    return [(mine[-1], mine[0]) for mine in by_tyre if len(mine) > 1]
 
 
 def _solve_or_reason(settings: Settings, case: TyreCase, setup: Setup) -> Result | str:

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from bicycle.eigen import damping_ratio, frequency_hz, oscillating
 from studies.main_study.cases import TyreCase
@@ -13,9 +14,6 @@ from studies.main_study.published import compared
 from studies.main_study.settings import Setup
 from studies.main_study.study import Study
 from tyre.table import write_csv
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Row = dict[str, Any]
 
@@ -29,10 +27,8 @@ def write_tables(study: Study, folder: Path) -> dict[str, Path]:
     return written
 
 
-def tables(study: Study) -> dict[str, "pd.DataFrame"]:
+def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Make every table by name."""
-    import pandas as pd
-
     rows = {
         "tyre_properties": _tyres(study), "eigenvalues": _eigenvalues(study), "damping_ratios": _compared(study),
         "critical_speeds": _critical(study), "decomposition_damping_ratio": _changes(study, DAMPING, ""),

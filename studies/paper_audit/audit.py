@@ -4,6 +4,8 @@ from csv import DictReader
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from studies.paper_audit.claims import TESTS, Tables, load_tables
 from studies.reporting.markdown_text import render_file
 from tyre.errors import InputError
@@ -31,8 +33,6 @@ def as_markdown(records: list[dict[str, Any]]) -> str:
 
 def write(records: list[dict[str, Any]], path: Path) -> list[Path]:
     """Write the audit into a ``.csv`` or ``.md`` file, or both into a folder; return the files written."""
-    import pandas as pd
-
     if path.suffix and path.suffix not in (".csv", ".md") and not path.is_dir():
         raise InputError(f"{path}: the audit is written as .csv or .md, or both into a folder, not as '{path.suffix}'.")
     files = [path] if path.suffix in (".csv", ".md") else [path / "paper_audit.csv", path / "paper_audit.md"]

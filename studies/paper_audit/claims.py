@@ -78,8 +78,7 @@ class Outcome:
 
 def judge_number(computed: float, claimed: float) -> Verdict:
     """Compare a number with a whole number ``claimed`` in the text by the rule of this module."""
-    tolerance = 2.5 if claimed % 5 == 0 else 1.0
-    if abs(computed - claimed) <= tolerance:
+    if abs(computed - claimed) <= (2.5 if claimed % 5 == 0 else 1.0):
         return "holds"
     return "partly" if abs(computed - claimed) <= abs(claimed) / 4 else "fails"
 
@@ -191,6 +190,7 @@ def caption_of_table_7(t: Tables) -> Outcome:
 
 
 # loads are 340, 400 and 490 N (rows), pressures 3.5, 5.5 and 7.5 bar (columns)
+# test of each claim, by the name that it has in data/published/paper_claims.csv
 TESTS: dict[str, Callable[[Tables], Outcome]] = {
     # lateral stiffness, Figs. 5 and 6
     "tyre1 lateral stiffness over pressure":
@@ -297,4 +297,3 @@ TESTS: dict[str, Callable[[Tables], Outcome]] = {
     "range of r squared":
         lambda t: holds(0 <= r_squared(t.tyre1.C, t.drum.C) <= 1, r_squared=r_squared(t.tyre1.C, t.drum.C)),
 }  # fmt: skip
-"""Test of each claim, by the name that it has in ``data/published/paper_claims.csv``."""

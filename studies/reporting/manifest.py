@@ -20,24 +20,39 @@ import click
 from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
 from tyre.errors import InputError
-from tyre.files import left_by_a_killed_run, texts_in, write_text
+from tyre.files import files_below, held, left_by_a_killed_run, texts_in, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
 
 
 @contextmanager
 def results(folder: Path) -> Iterator[None]:
-    """Write results into ``folder``, made if missing, and last their manifest, called ``COMMAND.manifest.json``."""
-    context = click.get_current_context(silent=True)
-    arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
-    called = "" if context is None else "_".join(context.command_path.split()[1:])
-    manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
-    made = not folder.is_dir()
+    """Write results into ``folder``, made if missing, and last their manifest, called ``COMMAND.manifest.json``.
+
+    Another command that writes there at the same time is waited for.
+    """
     if folder.resolve() == folder.resolve().parent:
         raise InputError(f"{folder} is a whole disk; give a folder for the results")
-    if made and folder.exists():
+    if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give a folder for the results")
+    context = click.get_current_context(silent=True)
+    arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
+    named = [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)]
+    made = not folder.is_dir()
     folder.mkdir(parents=True, exist_ok=True)
+    waiting = f"{folder}: another command is writing there; this one waits for its end"
+    with held(folder, lambda: print_warnings([waiting])):
+        folder.mkdir(exist_ok=True)  # the other one may have taken back what it had made
+        called = "" if context is None else "_".join(context.command_path.split()[1:])
+        with _recorded(folder, called, arguments, named, made=made):
+            yield
+
+
+@contextmanager
+def _recorded(
+    folder: Path, called: str, arguments: Sequence[str], named: list[dict[str, Any]], *, made: bool
+) -> Iterator[None]:
+    manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
     if (stopped := unfinished(manifest)) is not None:
         print_warnings([f"{folder}: an earlier {stopped} did not finish; what it left there is replaced file by file"])
         for file in _stamps(folder):
@@ -46,7 +61,7 @@ def results(folder: Path) -> Iterator[None]:
     content: dict[str, Any] = {
         "command": shlex.join(["velotyre", *arguments]), "finished": False,
         "versions": {"python": platform.python_version()} | {name: version_of(name) for name in VERSIONS},
-        "inputs": [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)],
+        "inputs": named,
     }  # fmt: skip
     write_text(manifest, json.dumps(content, indent=1) + "\n")
     before = _stamps(folder)
@@ -82,7 +97,8 @@ def inputs(arguments: Sequence[str], *, outside: Path) -> list[Path]:
         text = argument.partition("=")[2] if argument.startswith("--") and "=" in argument else argument
         for name in (text, text.rpartition("@")[0]):  # RUN.csv@4.8 is a file and its speed
             if name and "\0" not in name and os.path.exists(name):
-                _follow(Path(name), found)
+                if Path(name).resolve() != outside.resolve():
+                    _follow(Path(name), found)
                 break
     return [file for file in found if not file.resolve().is_relative_to(outside.resolve())]
 
@@ -90,7 +106,7 @@ def inputs(arguments: Sequence[str], *, outside: Path) -> list[Path]:
 def _follow(path: Path, found: dict[Path, None]) -> None:
     """Add a file, its sidecar and the files that it names, or the files of a folder, to those ``found``."""
     if path.is_dir():
-        found |= dict.fromkeys(inside for inside in sorted(path.rglob("*")) if inside.is_file())
+        found |= dict.fromkeys(files_below(path))
         return
     if path in found or not path.is_file():
         return

@@ -69,10 +69,26 @@ def make_environment(package: str = "", *, escaped: bool, **settings: Any) -> "j
     if package:
         folder = resources.files(package).joinpath("templates")
         settings["loader"] = jinja2.FunctionLoader(lambda file: folder.joinpath(file).read_text(encoding="utf-8"))
-    finalize = _escaped if escaped else lambda value: value
-    found = jinja2.Environment(autoescape=escaped, finalize=finalize, undefined=jinja2.StrictUndefined, **settings)
+    settings |= {"finalize": _escaped if escaped else lambda value: value, "bytecode_cache": _code_cache()}
+    found = jinja2.Environment(autoescape=escaped, undefined=jinja2.StrictUndefined, **settings)
     found.filters |= {"cells": cells, "oneline": one_line, "f": format}
     return found
+
+
+def _code_cache() -> "jinja2.BytecodeCache":
+    """Make a cache of code, which overlays of an environment share; jinja's own cache is of one overlay."""
+    import jinja2
+
+    codes: dict[tuple[str, str], Any] = {}
+
+    class Codes(jinja2.BytecodeCache):
+        def load_bytecode(self, bucket: "jinja2.bccache.Bucket") -> None:
+            bucket.code = codes.get((bucket.key, bucket.checksum))
+
+        def dump_bytecode(self, bucket: "jinja2.bccache.Bucket") -> None:
+            codes[bucket.key, bucket.checksum] = bucket.code
+
+    return Codes()
 
 
 def _escaped(value: object) -> object:

@@ -3,9 +3,13 @@
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from studies.reporting.plotting import settle
 from tyre.campaign import Campaign, points_of
@@ -15,9 +19,6 @@ from tyre.recording import Channel
 from tyre.sweep_curve import magic_formula
 from tyre.units import PASCAL_PER_BAR
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 COLOURS = ("#08306b", "#c0392b", "#e8a33d", "#2a7f62", "#7d5ba6", "#555555")  # dark to light, told apart in grey
 MARKERS = ("o", "s", "^", "D", "v", "P")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
@@ -26,29 +27,24 @@ Pair = tuple[ConditionResult, ConditionResult]
 
 def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = False) -> list[Path]:
     """Draw all figures that the data of a campaign allow as PNG into ``folder``, which is made if missing."""
-    import matplotlib
-
     sweeps = [item for c in campaign.conditions for item in c.sweeps]
     pulls = [item for c in campaign.conditions for item in c.pulls]
-    with matplotlib.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
+    with mpl.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
         drawn: dict[str, Figure] = {}
         for tyre, stem in slugs(sorted({c.tyre for c in campaign.conditions})).items():
             mine = [c for c in upright(campaign.conditions) if c.tyre == tyre]
             for surface in sorted({c.surface for c in mine}, reverse=True):
                 chosen = [c for c in mine if c.surface == surface and c.sweeps]
-                if chosen:
-                    drawn[f"carpet_{stem}_{surface}"] = carpet(chosen)
+                drawn |= {f"carpet_{stem}_{surface}": carpet(chosen)} if chosen else {}
                 leaning = [c for c in campaign.conditions if (c.tyre, c.surface) == (tyre, surface)]
                 if any(c.camber_stiffness for c in leaning):
                     drawn[f"camber_{stem}_{surface}"] = over_camber(leaning)
             drawn[f"stiffness_{stem}"] = stiffness_over_load(mine)
             pairs = surface_pairs(mine)
-            if pairs:
-                drawn[f"flat_drum_{stem}"] = flat_against_drum(campaign, tyre, pairs)
+            drawn |= {f"flat_drum_{stem}": flat_against_drum(campaign, tyre, pairs)} if pairs else {}
         for name, items in (("residuals_worst_sweep", sweeps), ("pull_worst", pulls)):
             worst = min(items, key=lambda item: (item.r_squared, item.file), default=None)
-            if worst and points_of(worst):
-                drawn[name] = residuals(worst)
+            drawn |= {name: residuals(worst)} if worst and points_of(worst) else {}
         if campaign.sweep_repeatability.measured or campaign.pull_repeatability.measured:
             drawn["repeatability"] = repeats(campaign)
         if every_recording:
@@ -57,7 +53,7 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
         return [_save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
 
 
-def _save(figure: "Figure", path: Path) -> Path:
+def _save(figure: Figure, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     settle(figure)
     with replacing(path) as part:
@@ -65,18 +61,14 @@ def _save(figure: "Figure", path: Path) -> Path:
     return path
 
 
-def _empty_figure(rows: int, columns: int, *, width: float, height: float, **shared: Any) -> "tuple[Figure, list[Any]]":
+def _empty_figure(rows: int, columns: int, *, width: float, height: float, **shared: Any) -> tuple[Figure, list[Any]]:
     """Make a figure without a window, in inches, and its panels in one list."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    panels: Any = figure.subplots(rows, columns, squeeze=False, **shared)
-    return figure, list(panels.flat)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
 
 
-def _titled(figure: "Figure", text: str, shown: ConditionResult | RecordingSummary, legend: Any = None) -> "Figure":
+def _titled(figure: Figure, text: str, shown: ConditionResult | RecordingSummary, legend: Any = None) -> Figure:
     """Put a title above a figure, and below it the legend of one of its panels, if that has any."""
     handles, labels = legend.get_legend_handles_labels() if legend else ([], [])
     if handles:
@@ -106,7 +98,7 @@ def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = Tr
     return force + (details["Sv_N"] if offsets else 0.0)
 
 
-def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure":
+def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
     """Draw side force over slip and load of one tyre on one surface, one panel per pressure."""
     loads, pressures = _loads_pressures(conditions)
     figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
@@ -143,7 +135,7 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> "Figure
     return _titled(figure, f"{first.tyre}, {first.surface}: side force over slip (grey: constant slip) and load", first)
 
 
-def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
+def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
     """Draw C_Fy, K_y and relaxation length of one tyre over load, a line per pressure and surface, 95 % intervals."""
     figure, axes = _empty_figure(1, 3, width=10.5, height=4.4)
     quantities = (
@@ -174,7 +166,7 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> "Figure":
     return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0], legend=axes[0])
 
 
-def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
+def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
     """Draw side force and aligning moment at zero slip over camber, a line per load and pressure."""
     quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
     there = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
@@ -201,7 +193,7 @@ def over_camber(conditions: Sequence[ConditionResult]) -> "Figure":
     return _titled(figure, title, conditions[0], legend=axes[0])
 
 
-def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> "Figure":
+def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> Figure:
     """Draw the ratio of flat to drum cornering stiffness over load, with the fitted (1 + R/R_drum)^n."""
     figure, (panel,) = _empty_figure(1, 1, width=6.4, height=4.2)
     pressures = sorted({flat.pressure for flat, _ in pairs})
@@ -233,7 +225,7 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
     return [(c, drums[c.load, c.pressure]) for c in flats if (c.load, c.pressure) in drums]
 
 
-def residuals(summary: RecordingSummary) -> "Figure":
+def residuals(summary: RecordingSummary) -> Figure:
     """Draw the points of one sweep or pull with the fitted curve, and below them what the fit leaves."""
     points, figure_title = points_of(summary), f"{summary.file}: "
     figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
@@ -260,10 +252,8 @@ def residuals(summary: RecordingSummary) -> "Figure":
     return _titled(figure, figure_title, summary)
 
 
-def repeats(campaign: Campaign) -> "Figure":
+def repeats(campaign: Campaign) -> Figure:
     """Draw the deviation of every recording from the mean of its condition, with the pooled standard deviation."""
-    from matplotlib.ticker import MaxNLocator
-
     figure, axes = _empty_figure(1, 2, width=9.0, height=3.9, sharey=True)
     kinds = (
         ("slip sweeps: cornering stiffness", campaign.sweep_repeatability, "sweeps"),

@@ -4,9 +4,10 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import code, render_file, write_pages
@@ -18,25 +19,20 @@ from tyre.properties import Estimate
 from tyre.table import write_csv
 from tyre.units import PASCAL_PER_BAR
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 N_PER_DEG = math.pi / 180.0
 
+# quantities whose truth the simulator writes: label, name in a result and in truth.json, factor and digits
 SIMULATED = (
     ("C (N/deg)", "cornering_stiffness", "cornering_stiffness_N_per_rad", N_PER_DEG, 2),
     ("K (N/mm)", "lateral_stiffness", "lateral_stiffness_N_per_m", 1e-3, 2),
     ("C/K (mm)", "relaxation_length", "relaxation_length_m", 1e3, 1),
 )
-"""Quantities whose truth the simulator writes: label, name in a result and in truth.json, factor and digits."""
 
 
 def write_campaign(
     campaign: Campaign, out: Path, *, wheel_radius: float = 0.34, every_recording: bool = False
 ) -> list[Path]:
     """Write all results of a campaign into ``out``; return the files."""
-    import pandas as pd
-
     out.mkdir(parents=True, exist_ok=True)
     written = [out / "conditions.csv", out / "recordings.csv", out / "conditions.json"]
     write_csv(written[0], campaign_table(campaign))
@@ -45,23 +41,20 @@ def write_campaign(
     maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = drawn.save_figures(campaign, out / "figures", every_recording=every_recording)
     text = report_text(campaign, figures, remarks, out)
-    pages = write_pages(out, title=f"Rig campaign: {campaign.folder.name}", text=text)
-    return [*written, *maps, *figures, *pages]
+    return [*written, *maps, *figures, *write_pages(out, title=f"Rig campaign: {campaign.folder.name}", text=text)]
 
 
-def campaign_table(campaign: Campaign) -> "pd.DataFrame":
+def campaign_table(campaign: Campaign) -> pd.DataFrame:
     """Table of the conditions of a campaign, a row each, in the units of the field."""
-    import pandas as pd
-
     return pd.DataFrame([_condition_row(c) for c in campaign.conditions])
 
 
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
     """Write the report as Markdown; ``figures`` lie below ``out``, ``remarks`` tell what could not be exported."""
-    conditions, medians = campaign.conditions, {}
-    for name in ("cornering_stiffness", "lateral_stiffness"):
-        estimates = [e for c in conditions if (e := getattr(c, name)) is not None]
-        medians[name] = 100 * float(np.median([e.sd / e.value for e in estimates])) if estimates else None
+    conditions = campaign.conditions
+    shares = {name: [e.sd / e.value for c in conditions if (e := getattr(c, name)) is not None]
+              for name in ("cornering_stiffness", "lateral_stiffness")}  # fmt: skip
+    medians = {name: 100 * float(np.median(each)) if each else None for name, each in shares.items()}
     borrowed = sum(len(c.pulls) for c in conditions if c.borrowed_stiffness)
     content = {
         "campaign": campaign, "conditions": conditions, "upright": upright(conditions),
@@ -86,18 +79,18 @@ def against_truth(campaign: Campaign) -> list[dict[str, Any]]:
         }
     except (ValueError, KeyError, TypeError):  # of another program
         return []
-    rows = []
+    rows = list[dict[str, Any]]()
     for c in campaign.conditions:
         if not c.synthetic or c.camber != 0.0:  # the simulator runs upright wheels
             continue
         true = truth.get(Key(c.tyre, c.surface, c.load, round(c.pressure / 100.0)), {})
-        for label, name, key, factor, digits in SIMULATED:
-            if (fitted := getattr(c, name)) is not None and key in true:
-                rows.append({
-                    "label": c.label, "quantity": label, "true": f"{factor * true[key]:.{digits}f}",
-                    "fitted": interval(fitted, factor, digits), "error": 100.0 * (fitted.value / true[key] - 1.0),
-                    "inside": fitted.covers(true[key]),
-                })  # fmt: skip
+        rows += [
+            {"label": c.label, "quantity": label, "true": f"{factor * true[key]:.{digits}f}",
+             "fitted": interval(fitted, factor, digits), "error": 100.0 * (fitted.value / true[key] - 1.0),
+             "inside": fitted.covers(true[key])}
+            for label, name, key, factor, digits in SIMULATED
+            if (fitted := getattr(c, name)) is not None and key in true
+        ]  # fmt: skip
     return rows
 
 
@@ -126,8 +119,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
     ):
         scaled = None if estimate is None else estimate.scaled(factor)
         numbers = (None,) * 4 if scaled is None else (scaled.value, scaled.sd, *scaled.ci95)
-        columns = (f"{name}{part}_{unit}" for part in ("", "_sd", "_low", "_high"))
-        row |= dict(zip(columns, numbers, strict=True))
+        row |= dict(zip((f"{name}{part}_{unit}" for part in ("", "_sd", "_low", "_high")), numbers, strict=True))
     row |= {f"{kind}_scatter_relative": c.scatter.get(kind) for kind in ("slip_sweep", "pull_test", "slip_step")}
     return row | {
         "r_squared": c.r_squared, "routes_p_value": None if c.routes is None else c.routes.p_value,

@@ -2,7 +2,7 @@
 
 from tyre.door import room
 
-FILES = {
+FILES = {  # names of the room by the file that holds them; each is imported when it is first used
     "draw": ("draw_result", "figures_folder"),
     "engines": ("Engine", "Piece", "here", "in_loop", "in_processes", "in_threads", "on_cluster", "usual_items"),
     "file": ("build_sweep", "read_sweep"),
@@ -14,6 +14,5 @@ FILES = {
     "varied": ("Varied", "correlated", "sampled_parameters", "shares", "stated_correlations"),
     "worker": ("Worker", "compute"),
 }  # fmt: skip
-"""Names of the room by the file that holds them; each is imported when it is first used."""
 
 __getattr__, __dir__ = room(__name__, FILES)

@@ -2,9 +2,10 @@
 
 import contextlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from studies.outputs import OUTPUTS
 from studies.reporting.plotting import drawing
@@ -16,9 +17,6 @@ from studies.sweep.stored import CRITICAL, Stored, read_result
 from studies.sweep.varied import Stability, Varied
 from tyre.arrays import Array
 from tyre.errors import InputError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MOST_POINTS, MOST_COLUMNS, MOST_LINES = 4000, 6, 5
 STABLE, UNSTABLE, PLAIN = "#5f9ed1", "#c8462f", "#123a6b"
@@ -91,8 +89,7 @@ def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
     elif not found:
         drawn.lacking["shares"] = (compared.LEAST, compared.LEAST_OF_A_GRID)
     rank = np.max([every["first_order"] for every in found.values()], axis=0) if found else np.zeros(len(varied))
-    ordered = [varied[k] for k in np.argsort(-rank, kind="stable")]
-    _draw_pairs(drawn, ordered, outputs, stable, ranked=bool(found))
+    _draw_pairs(drawn, [varied[k] for k in np.argsort(-rank, kind="stable")], outputs, stable, ranked=bool(found))
     if found and len(varied) > 1:
         _draw_shares(drawn, found, remarks)
         drawn.lacking["split"] = list(overlaps)
@@ -100,9 +97,9 @@ def _parameters(stored: Stored, drawn: Drawn, asked: Stability | None) -> None:
 
 def _shares(
     stored: Stored, varied: list[Varied], outputs: dict[str, Array], *, whole: bool
-) -> tuple[dict[str, "pd.DataFrame"], dict[str, str], dict[str, None]]:
+) -> tuple[dict[str, pd.DataFrame], dict[str, str], dict[str, None]]:
     """Shares by label of the output, remarks on them, and among these the different ones on correlations."""
-    found, remarks, overlaps = dict[str, "pd.DataFrame"](), dict[str, str](), dict[str, None]()
+    found, remarks, overlaps = dict[str, pd.DataFrame](), dict[str, str](), dict[str, None]()
     stated = compared.stated_correlations(stored.sweep.normals)
     told = {pair[:2] for pair in stated}
     possible = int(stored.possible.sum())
@@ -154,9 +151,8 @@ def _draw_pairs(
             axes.annotate(words, (0, 1.02), xycoords="axes fraction", fontsize=7, color="0.35")
         if stable is not None:
             canvas.legend(handles=_legend(grid[0, 0], stable), loc="outside lower center", ncols=2)
-        title = [f"Outputs over the varied parameters, {stored.whose}"]
-        if len(places) < possible:
-            title[0] += f"; a random {len(places)} of them drawn"
+        fewer = f"; a random {len(places)} of them drawn" * (len(places) < possible)
+        title = [f"Outputs over the varied parameters, {stored.whose}{fewer}"]
         if len(varied) > len(shown):
             largest = f"the {len(shown)} parameters with the largest shares of {len(varied)}"
             title.append(largest if ranked else f"the first {len(shown)} of {len(varied)} parameters")
@@ -202,7 +198,7 @@ def _legend(axes: Any, stable: Stability) -> list[Any]:
     return [axes.plot([], [], color=colour, label=label, **style)[0] for colour, label in labels.items()]
 
 
-def _draw_shares(drawn: Drawn, found: dict[str, "pd.DataFrame"], remarks: dict[str, str]) -> None:
+def _draw_shares(drawn: Drawn, found: dict[str, pd.DataFrame], remarks: dict[str, str]) -> None:
     """Draw bars of the first-order indices by label of the output, a mark for the total one; numbers in ``.csv``."""
     name, whose = "variance_shares", drawn.stored.whose
     shown = dict(list(found.items())[: 2 * MOST_LINES])
@@ -235,7 +231,7 @@ def _draw_shares(drawn: Drawn, found: dict[str, "pd.DataFrame"], remarks: dict[s
     drawn.table(name, [one[order] for one in tables])
 
 
-def _share_bars(axes: Any, every: "pd.DataFrame") -> None:
+def _share_bars(axes: Any, every: pd.DataFrame) -> None:
     ordered, place = every.sort_values("first_order", kind="stable"), np.arange(len(every))
     width, spread, totals = ordered["first_order"].clip(lower=0), ordered["half_width_95"], ordered["total"]
     axes.barh(place, width, color=STABLE, height=0.65)

@@ -6,9 +6,10 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from studies.outputs import CHANGES, OUTPUTS, Output
 from studies.reporting.markdown_text import render_file
@@ -16,9 +17,6 @@ from studies.reporting.output import write_csv
 from studies.reporting.plotting import UNSTABLE, drawing, look, mode_look
 from studies.sweep.stored import CRITICAL, Limits, Stored, limit_words
 from tyre.arrays import Array
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 LEAST_FOR_BARS, LEAST_FOR_BANDS = 30, 20  # bicycles; fewer are drawn one by one
 MOST_ROWS, MOST_LINES, MOST_MODES = 40, 6, 4  # combinations in a figure; with a line of their own; modes in a figure
@@ -51,8 +49,6 @@ class Drawn:
 
     def table(self, name: str, rows: Any) -> None:
         """Write the numbers of a figure: a table, a list of rows or tables, or a dict of columns."""
-        import pandas as pd
-
         tables = isinstance(rows, list) and rows and isinstance(rows[0], pd.DataFrame)
         write_csv(pd.concat(rows) if tables else pd.DataFrame(rows), self.folder / f"{name}.csv")
 
@@ -140,8 +136,7 @@ def draw_each(drawn: Drawn, name: str) -> None:
             possible = possible - stored.rows("impossible_above_zero")[:, 0].astype(int)
     table = _each_table(stored, ends, possible)
     title = f"Critical speeds up to {stored.sweep.max_speed:g} m/s of {stored.whose}"
-    if several:
-        title += f"; mark: median, line: {100 * (ends[2] - ends[0]):g} % of those that have it"
+    title += f"; mark: median, line: {100 * (ends[2] - ends[0]):g} % of those that have it" * several
     width = 8.6 + 0.06 * max(map(len, names))
     with drawing(drawn.folder / name, width=width, height=1.5 + 0.34 * len(names) + (0.25 if several else 0)) as canvas:
         axes = canvas.subplots()
@@ -171,11 +166,9 @@ def draw_each(drawn: Drawn, name: str) -> None:
     drawn.table(name, table)
 
 
-def _each_table(stored: Stored, ends: Sequence[float], possible: Array) -> "pd.DataFrame":
+def _each_table(stored: Stored, ends: Sequence[float], possible: Array) -> pd.DataFrame:
     """A row for each combination, name, direction and occurrence: low, median, high (m/s) and how many have it."""
-    import pandas as pd
-
-    rows = []
+    rows = list[dict[str, Any]]()
     for mode, change in itertools.product(map(str, stored.data["crossing_mode"].values), CHANGES):
         place = {"crossing_mode": mode, "as_speed_grows": change}
         if stored.reduced:
@@ -185,29 +178,26 @@ def _each_table(stored: Stored, ends: Sequence[float], possible: Array) -> "pd.D
         else:
             speeds = np.where(stored.possible[..., None], stored.rows(CRITICAL, **place), np.nan)
             three, count = np.stack([_quantiles(cell, ends).T for cell in speeds]), np.isfinite(speeds).sum(1)
-        for cell, k in np.argwhere(count > 0):
-            rows.append(
-                {"combination": stored.cell_names[cell], "row": cell, "mode": mode, "as_speed_grows": change,
-                 "occurrence": k + 1, "possible": possible[cell], "have_it": int(count[cell, k]),
-                 **{f"q{100 * share:g}_m_s": three[cell, k, i] for i, share in enumerate(ends)}}
-            )  # fmt: skip
+        rows += [
+            {"combination": stored.cell_names[cell], "row": cell, "mode": mode, "as_speed_grows": change,
+             "occurrence": k + 1, "possible": possible[cell], "have_it": int(count[cell, k]),
+             **{f"q{100 * share:g}_m_s": three[cell, k, i] for i, share in enumerate(ends)}}
+            for cell, k in np.argwhere(count > 0)
+        ]  # fmt: skip
     columns = ["combination", "row", "mode", "as_speed_grows", "occurrence", "possible", "have_it"]
     return pd.DataFrame(rows, columns=None if rows else columns)
 
 
 def _quantiles(values: Array, levels: Sequence[float]) -> Array:
     """Quantiles (levels, k) of the finite ones of values (m, k); NaN where there is none."""
-    held = [column[np.isfinite(column)] for column in values.T]
-    return np.array([np.quantile(one, levels) if one.size else np.full(len(levels), np.nan) for one in held]).T
+    return pd.DataFrame(np.where(np.isfinite(values), values, np.nan)).quantile(list(levels)).to_numpy()
 
 
-def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> "list[pd.DataFrame]":
+def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> list[pd.DataFrame]:
     """Quantiles along the speed as tables: all bicycles together, from values (cells, samples, speeds), else by cell.
 
     ``shown`` is true where half of the bicycles have the output.
     """
-    import pandas as pd
-
     shared = {"quantity": output.name, "mode": mode, "speed_m_s": stored.speeds, "unit": output.unit}
     if values is not None:
         flat = values.reshape(-1, values.shape[-1])
@@ -228,7 +218,7 @@ def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> "
 
 def draw_stability(drawn: Drawn, name: str) -> None:
     """Draw the share of unstable bicycles and every output of one number along the speed; numbers in ``.csv``."""
-    stored, rows = drawn.stored, list["pd.DataFrame"]()
+    stored, rows = drawn.stored, list[pd.DataFrame]()
     along = [output for output in OUTPUTS.values() if output.along == "stability"]
     panels = {output: None if stored.reduced else stored.scalar(output) for output in along}
     panels = {o: v for o, v in panels.items() if v is not None or f"{o.name}_quantiles" in stored.data}
@@ -247,7 +237,7 @@ def draw_stability(drawn: Drawn, name: str) -> None:
 
 def draw_modes_along_speed(drawn: Drawn, name: str) -> None:
     """Draw frequency, damping ratio and further outputs of the named modes, a column each; numbers in ``.csv``."""
-    stored, rows = drawn.stored, list["pd.DataFrame"]()
+    stored, rows = drawn.stored, list[pd.DataFrame]()
     shown = [one for one in OUTPUTS.values() if one.along == "modes"]
     whole = "modes" in stored.data and not stored.reduced
     outputs = [one for one in shown if whole or one.name in stored.sweep.outputs]
@@ -278,10 +268,10 @@ def draw_modes_along_speed(drawn: Drawn, name: str) -> None:
 
 def _notes(stored: Stored) -> str:
     """Words on what lines and bands are, so that nobody reads a critical speed between few speeds."""
-    kept = "lines and bands: the quantiles that [reduce] kept"
-    lines = kept if stored.cells <= MOST_LINES else "too many combinations for lines"
+    few = stored.cells <= MOST_LINES
+    lines = "\nlines and bands: the quantiles that [reduce] kept" if few else "\ntoo many combinations for lines"
     marks = "; computed at the marks, straight lines between them" if _dots(stored.speeds) else ""
-    return marks + (f"\n{lines}" if stored.reduced else "")
+    return marks + lines * stored.reduced
 
 
 def _oscillates(stored: Stored, mode: str, values: Mapping[str, Array], name: str) -> bool:
@@ -292,9 +282,7 @@ def _oscillates(stored: Stored, mode: str, values: Mapping[str, Array], name: st
         return bool(((np.abs(values[name]) > 0).mean((0, 1)) >= 0.5).any())
 
 
-def _unstable(axes: Any, stored: Stored, growth: Array | None) -> "pd.DataFrame":
-    import pandas as pd
-
+def _unstable(axes: Any, stored: Stored, growth: Array | None) -> pd.DataFrame:
     speeds = stored.speeds
     if growth is None:
         count, above = (stored.rows(f"{GROWTH.name}_{what}")[:, 0] for what in ("count", "above_zero"))
@@ -318,7 +306,7 @@ def _unstable(axes: Any, stored: Stored, growth: Array | None) -> "pd.DataFrame"
 
 def _panel(
     axes: Any, stored: Stored, output: Output, values: Array | None, mode: str = "", *, legend: bool
-) -> "list[pd.DataFrame]":
+) -> list[pd.DataFrame]:
     """Draw bands, or lines of few bicycles, with the unstable side shaded; the numbers."""
     speeds, bands = stored.speeds, _bands(stored, output, values, mode)
     colour = mode_look(mode).colour if mode else BLUE
@@ -342,12 +330,10 @@ def _panel(
     return [band.drop(columns=["shown"] if stored.reduced else ["shown", "combination"]) for band in bands]
 
 
-def _draw_band(axes: Any, band: "pd.DataFrame", colour: str) -> None:
+def _draw_band(axes: Any, band: pd.DataFrame, colour: str) -> None:
     speeds, name = band["speed_m_s"], band["combination"].iloc[0]
-    columns = {
-        float(str(column)[1:]) / 100: column for column in band if str(column).startswith("q") and column != "quantity"
-    }
-    values = {level: band[columns[level]].where(band["shown"]) for level in sorted(columns)}
+    held = band.filter(regex=r"^q\d")
+    values = dict(sorted((float(str(key)[1:]) / 100, held[key].where(band["shown"])) for key in held))
     # ends of central bands, the widest first
     pairs = [(low, high) for low in values for high in values if low < 0.5 and abs(low + high - 1) < 1e-9]
     for k, (low, high) in enumerate(pairs):

@@ -1,30 +1,4 @@
-"""A sweep as data: which model, what is varied over a grid, what is sampled, what is computed; read from TOML.
-
-::
-
-    model = "model.toml"                        # or a table like the content of a model file
-    samples = 10000
-    seed = 1
-    outputs = ["largest_growth_rate", "damping_ratios"]
-
-    [grid]                                      # any bicycle or effect parameter; of a measured tyre also
-    speed_m_s = {from = 1, to = 20, count = 39} # tyre, surface, pressure_bar, load_N, each with .rear or .front
-    pressure_bar = [3, 4, 5]
-    front_compliance.stiffness = [2000, 3000]
-
-    bicycle = "bicycles.csv"                    # every bicycle of a table, in place of the model's
-
-    [sampled]
-    bicycle_sd = true                           # what the bicycle file states
-    tyre_covariance = true                      # what the tyre map states, both wheels together
-    relative_cornering_stiffness_sd = 0.03      # assumed, for tables that state none
-    c = {sd = 0.005}                            # normal around the model's value, or {mean, sd}
-    mB = {low = 70, high = 100}                 # uniform
-    joint = [{parameters = ["xB", "zB"], covariance = [[1e-4, 2e-5], [2e-5, 1e-4]]}]
-
-    [reduce]                                    # keep quantiles and extremes over the samples, not the samples
-    quantiles = [0.05, 0.5, 0.95]
-"""
+"""A sweep as data, read from TOML (docs/sweeps.md): which model, what is varied, what is sampled and computed."""
 
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -90,7 +64,7 @@ def sweep_table() -> schema.Table:
     })  # fmt: skip
 
 
-OPTIONS = schema.table(
+OPTIONS = schema.table(  # keys of [sampled] beside the distributions of parameters
     {
         schema.maybe("bicycle_sd", False): schema.flag, schema.maybe("tyre_covariance", False): schema.flag,
         schema.maybe("relative_cornering_stiffness_sd", 0.0): schema.number(
@@ -102,7 +76,6 @@ OPTIONS = schema.table(
     },
     others=True,
 )  # fmt: skip
-"""Keys of ``[sampled]`` beside the distributions of parameters."""
 
 JOINT = schema.table(
     {
@@ -141,10 +114,10 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     nominal = build_model(model_content, folder=model_folder)
     model = {key: value for key, value in model_content.items() if key != "description"}
     model["bicycle"] = {key: nominal.bicycle[key] for key in UNITS}
-    if "effects" in model:
-        model["effects"] = {name: located(table, model_folder) for name, table in model["effects"].items()}
-    tyre = next((t for t in model.get("effects", {}).values() if any(key in t for key in TYRE_KEYS)), None)
-    allowed = variable_names(nominal, values_of_tyres(model.get("effects", {})))
+    effects = {name: located(table, model_folder) for name, table in model.get("effects", {}).items()}
+    model |= {"effects": effects} if "effects" in model else {}
+    tyre = next((t for t in effects.values() if any(key in t for key in TYRE_KEYS)), None)
+    allowed = variable_names(nominal, values_of_tyres(effects))
     axes, speeds = _read_grid(grid, allowed, folder)
     options = schema.read(OPTIONS, sampled, section="sampled", dotted=True)
     own_sd = _stated_sd(bicycles) if bicycles and options["bicycle_sd"] else {}
@@ -235,15 +208,14 @@ def _stated_sd(bicycles: tuple[Bicycle, ...]) -> dict[str, dict[str, float]]:
 
 def variable_names(model: Model, taken: Collection[str]) -> set[str]:
     """Names that can be varied; ``taken`` are the parameters that a tyre gives, of which the contact law's cannot."""
-    names = {*UNITS, SPEED}
-    for effect in model.effects:
-        for parameter in effect.parameters:
-            if effect.slot == "contact law" and f"{effect.identifier}.{parameter.entries()[0]}" in taken:
-                continue
-            names |= {f"{effect.identifier}.{key}" for key in (parameter.name, *parameter.entries())}
-    if taken:
-        names |= {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
-    return names
+    names = {*UNITS, SPEED} | {
+        f"{effect.identifier}.{key}"
+        for effect in model.effects for parameter in effect.parameters
+        if effect.slot != "contact law" or f"{effect.identifier}.{parameter.entries()[0]}" not in taken
+        for key in (parameter.name, *parameter.entries())
+    }  # fmt: skip
+    of_tyre = {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
+    return names | of_tyre if taken else names
 
 
 def _read_grid(content: Any, allowed: set[str], folder: Path) -> tuple[tuple[GridAxis, ...], tuple[float, ...]]:

@@ -103,8 +103,7 @@ class Merged:
         if len(self.bins) < max(least, 2):
             return
         bins, inverse = np.unique(np.concatenate(self.bins), return_inverse=True)
-        counts = np.zeros(len(bins), np.intp)
-        np.add.at(counts, inverse, np.concatenate(self.counts))
+        counts = np.bincount(inverse, np.concatenate(self.counts)).astype(np.intp)  # whole numbers: exact to 2**53
         self.bins, self.counts = [bins], [counts]
         stack = np.array(self.extremes)
         merged = stack.sum(0)  # count and above_zero; whole numbers

@@ -20,15 +20,14 @@ from numpy.typing import NDArray
 from bicycle.parameter_covariance import ParameterKey
 from studies.axes import unit_of
 from studies.outputs import DIMENSIONS, OUTPUTS
-from studies.sweep.engines import usual_items
+from studies.sweep.engines import Piece, usual_items
 from studies.sweep.reduction import EXTREMES, Merged
 from studies.sweep.sampler import stiffness_warnings
 from studies.sweep.specification import SPEED, Sweep, differences, software
 from studies.sweep.worker import Arrays, stored
 from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.files import held, write_text
 
-Piece = tuple[int, int]
 Labels = dict[str, Sequence[Any]]
 CHUNK_BYTES = 4_000_000
 
@@ -92,25 +91,16 @@ def parts_folder(out: Path) -> Path:
 def claimed(folder: Path) -> Iterator[None]:
     """Hold the folder of parts as long as this process lives: another sweep into the same result is refused."""
     folder.mkdir(parents=True, exist_ok=True)
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield
-        return
-    with (folder / "claim").open("a+", encoding="utf-8") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            file.seek(0)
-            raise InputError(
-                f"{folder.as_posix()}: {file.read() or 'another process'} is computing this result; wait for its end, "
-                "or choose another --out"
-            ) from error
-        except OSError:  # a file system without locks
-            pass
-        file.truncate(0)
-        file.write(f"process {os.getpid()} of {platform.node() or 'this machine'}")
-        file.flush()
+    (mark := folder / "claim").touch()
+
+    def refuse() -> None:
+        raise InputError(
+            f"{folder.as_posix()}: {mark.read_text(encoding='utf-8') or 'another process'} is computing this result; "
+            "wait for its end, or choose another --out"
+        )
+
+    with held(mark, refuse):
+        mark.write_text(f"process {os.getpid()} of {platform.node() or 'this machine'}", encoding="utf-8")
         yield
 
 
@@ -131,8 +121,7 @@ def open_parts(out: Path, sweep: Sweep) -> Parts:
         )
     folder.mkdir(parents=True, exist_ok=True)
     count = usual_items(sweep)
-    wanted = {"fingerprint": sweep.fingerprint, "items": count, "made_of": sweep.made_of}
-    write_text(mark, json.dumps(wanted, indent=1))
+    write_text(mark, json.dumps({"fingerprint": sweep.fingerprint, "items": count, "made_of": sweep.made_of}, indent=1))
     return Parts(folder, count)
 
 
@@ -174,12 +163,9 @@ def coordinates(sweep: Sweep) -> Labels:
     """Every dimension and its labels."""
     model = sweep.nominal
     labels: Labels = {axis.name: axis.values for axis in sweep.axes}
-    if sweep.speeds:
-        labels[SPEED] = sweep.speeds
-    if sweep.samples > 1 and sweep.quantiles is None:
-        labels["sample"] = range(sweep.samples)
-    if sweep.quantiles is not None:
-        labels["quantile"] = sweep.quantiles
+    labels |= {SPEED: sweep.speeds} if sweep.speeds else {}
+    labels |= {"sample": range(sweep.samples)} if sweep.samples > 1 and sweep.quantiles is None else {}
+    labels |= {"quantile": sweep.quantiles} if sweep.quantiles is not None else {}
     dims = dict.fromkeys(dim for name in sweep.outputs for dim in OUTPUTS[name].dims)
     return labels | {dim: DIMENSIONS[dim](model) for dim in dims}
 
@@ -203,8 +189,8 @@ def _variables(group: Any, sweep: Sweep, labels: Labels, name: str) -> dict[str,
         wanted = {name: ((*outer, *inner), unit)}
     else:
         wanted = {f"{name}_quantiles": ((*grid, *inner, "quantile"), unit)}
-        for field in EXTREMES:
-            wanted[f"{name}_{field}"] = ((*grid, *inner), unit if field in ("min", "max") else "1")
+        units = {"min": unit, "max": unit}
+        wanted |= {f"{name}_{field}": ((*grid, *inner), units.get(field, "1")) for field in EXTREMES}
     found = {}
     for full, (dims, own_unit) in wanted.items():
         shape = tuple(len(labels[dim]) for dim in dims)
@@ -286,8 +272,7 @@ def _copy(file: Any, name: str, array: Any, part: str) -> None:
     options = {"fill_value": np.nan} if not words and kind.kind == "f" else {}
     variable = file.createVariable(name, kind, array.metadata.dimension_names or (), **options)
     variable.setncatts(dict(array.attrs))
-    starts = range(0, array.shape[0], array.chunks[0]) if array.ndim else [0]
-    for start in starts:  # whole stored chunks
+    for start in range(0, array.shape[0], array.chunks[0]) if array.ndim else [0]:  # whole stored chunks
         box = slice(start, start + array.chunks[0]) if array.ndim else ...
         values = np.asarray(array[box])
         variable[box] = values.astype(object) if words else getattr(values, part) if part else values

@@ -42,8 +42,13 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
 def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
     parts = open_parts(out, sweep)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
+    points = sweep.points_per_item
+    left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
     try:
-        _compute(sweep, parts, todo, engine, progress=progress)
+        with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
+            for piece, arrays in engine(partial(compute, sweep), todo):
+                parts.write(piece, arrays)
+                bar.update((piece[1] - piece[0]) * points)
         _finish(sweep, parts, out)
     except ImpossibleItem as error:
         if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
@@ -93,17 +98,7 @@ def _kept(sweep: Sweep, parts: Parts) -> str:
 def pieces(sweep: Sweep, items: int | None = None) -> Iterator[Piece]:
     """Item ranges that are computed and kept together: a number of ``items`` each, by default the usual one."""
     step = items or usual_items(sweep)
-    for start in range(0, sweep.items, step):
-        yield start, min(start + step, sweep.items)
-
-
-def _compute(sweep: Sweep, parts: Parts, todo: list[Piece], engine: Engine, *, progress: bool) -> None:
-    points = sweep.points_per_item
-    left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
-    with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
-        for piece, arrays in engine(partial(compute, sweep), todo):
-            parts.write(piece, arrays)
-            bar.update((piece[1] - piece[0]) * points)
+    return ((start, min(start + step, sweep.items)) for start in range(0, sweep.items, step))
 
 
 def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:

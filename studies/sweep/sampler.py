@@ -249,9 +249,8 @@ class Sampler:
                 names, lambda key: self._standard((key,), sample, draws)[0], linear=linear, share=share
             )
         for one in sweep.uniforms:
-            u = np.full(last - first, 0.5)
-            if not linear:
-                u = uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
+            middle = np.full(last - first, 0.5)
+            u = middle if linear else uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
             given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
         speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
         conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}

@@ -24,15 +24,13 @@ from tyre.errors import InputError
 from tyre.files import data_root
 from tyre.find_tyre import is_file_name, read_tyre
 
-SOURCES = (
+SOURCES = (  # packages and modules whose source makes the numbers of a sweep
     "bicycle", "tyre", "studies.axes", "studies.lasting_motions", "studies.outputs", "studies.sampling",
     "studies.sweep.reduction", "studies.sweep.result", "studies.sweep.sampler", "studies.sweep.specification",
     "studies.sweep.worker",
 )  # fmt: skip
-"""Packages and modules whose source makes the numbers of a sweep."""
 
-SPEED, BICYCLE = "speed_m_s", "bicycle"
-"""Names of grid axes: the speed, and the bicycles of a table."""
+SPEED, BICYCLE = "speed_m_s", "bicycle"  # names of grid axes: the speed, and the bicycles of a table
 
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
 

@@ -20,8 +20,7 @@ from studies.sweep.specification import BICYCLE, SPEED, GridAxis, Normal, Sweep,
 from tyre.arrays import Array
 from tyre.errors import InputError, refuse_unknown
 
-MOST_BICYCLES = 200_000
-"""Bicycles of a larger sample that are drawn: the first of each cell, as random as the rest."""
+MOST_BICYCLES = 200_000  # bicycles of a larger sample that are drawn: the first of each cell, as random as the rest
 
 SAMPLE, CRITICAL = "sample", "critical_speeds"
 
@@ -44,9 +43,8 @@ class Stored:
         self.bicycles = self.cells * self.samples
         self.number = sweep.items if self.reduced else self.bicycles
         self.speeds = np.asarray(sweep.speeds, float) if SPEED in data.dims else np.empty(0)
-        self.possible = np.ones((self.cells, self.samples), bool)
-        if "impossible" in data:
-            self.possible = self.rows("impossible") == 0
+        every = np.ones((self.cells, self.samples), bool)
+        self.possible = self.rows("impossible") == 0 if "impossible" in data else every
         beyond = "tyre_extrapolated_above_zero" if self.reduced else "tyre_extrapolated"
         self.extrapolated = int(np.nansum(self.rows(beyond))) if beyond in data else 0
         alone = "the samples" if sweep.samples > 1 else "the bicycle"
@@ -64,35 +62,23 @@ class Stored:
     def rows(self, name: str, **place: Any) -> Array:
         """A variable (cells, samples, ...) at labels along further dimensions; of a reduced result (cells, 1, ...)."""
         with _undamaged(self.path):
-            found = self.data[name].sel(**place)
-            if SAMPLE in found.dims:
-                found = found.isel({SAMPLE: slice(self.samples)})
+            found = self.data[name].sel(**place).isel({SAMPLE: slice(self.samples)}, missing_dims="ignore")
             values = np.asarray(found.values)
             outer = len(self.sweep.axes) + (SAMPLE in found.dims)
             return values.reshape(self.cells, self.samples, *values.shape[outer:])
 
     def scalar(self, output: Output) -> Array | None:
         """Values (cells, samples, speeds) of an output of one number; None if the result does not tell."""
-        if output.name in self.data:
-            found = self.rows(output.name)
-        elif output.source == ROOTS and "eigenvalues" in self.data:
-            found = output.function(self.rows("eigenvalues"))
-        else:
+        if output.name not in self.data and not (output.source == ROOTS and "eigenvalues" in self.data):
             return None
+        found = self.rows(output.name) if output.name in self.data else output.function(self.rows("eigenvalues"))
         return found if found.ndim == 3 else found[..., None]
-
-    def of_mode(self, output: Output, mode: str) -> Array | None:
-        """Values (cells, samples, speeds) of an output of a named mode; None if the result does not tell."""
-        if output.name in self.data:
-            return self.rows(output.name, mode=mode)
-        return np.asarray(output.of_root(self.rows("modes", mode=mode))) if "modes" in self.data else None
 
     @cached_property
     def limits(self) -> "tuple[Limits, ...]":
         """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
         found = []
-        pairs = itertools.product(self.modes("crossing_mode"), CHANGES) if CRITICAL in self.data else ()
-        for mode, change in pairs:
+        for mode, change in itertools.product(self.modes("crossing_mode"), CHANGES) if CRITICAL in self.data else ():
             speeds = self.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
             held = [one[np.isfinite(one)] for one in speeds[self.possible].T if np.isfinite(one).any()]
             if np.isfinite(speeds).any():
@@ -105,7 +91,12 @@ class Stored:
         found = {}
         shown = [one for one in OUTPUTS.values() if one.along == "modes"]
         for mode in self.modes("mode") if self.speeds.size and "mode" in self.data else ():
-            values = {one.name: held for one in shown if (held := self.of_mode(one, mode)) is not None}
+            roots = self.rows("modes", mode=mode) if "modes" in self.data else None
+            values = {
+                one.name: self.rows(one.name, mode=mode) if one.name in self.data else np.asarray(one.of_root(roots))
+                for one in shown
+                if one.name in self.data or roots is not None
+            }
             if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
                 found[mode] = values
         return found
@@ -138,9 +129,8 @@ def read_result(path: str | Path) -> Stored:
         raise InputError(f"{path.as_posix()}: there is no such result; {how}")
     with _undamaged(path):
         data = open_data(path)
-    for name in [str(name) for name in data if str(name).endswith("_imag")] if not path.is_dir() else []:
-        whole = name.removesuffix("_imag")
-        data[whole] = data[f"{whole}_real"] + 1j * data[name]
+    names = [str(name).removesuffix("_imag") for name in data if str(name).endswith("_imag") and not path.is_dir()]
+    data = data.assign({name: data[f"{name}_real"] + 1j * data[f"{name}_imag"] for name in names})
     try:
         sweep = _sweep(json.loads(data.attrs["sweep"]))
     except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:

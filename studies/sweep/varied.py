@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
@@ -17,9 +18,6 @@ from studies.sweep.stored import CRITICAL, Stored
 from studies.sweep.worker import compute
 from tyre.arrays import Array
 from tyre.errors import InputError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 LEAST_SHARE = 0.1  # of the bicycles: an output that fewer have is not drawn over parameters
 OCCURRENCE = ("", ", second", ", third", ", fourth")
@@ -52,10 +50,9 @@ class Varied:
 
 def grid_parameters(stored: Stored) -> list[Varied]:
     """Parameters on the grid with more than one value, in the order of the file."""
-    places = np.indices(stored.sweep.shape[:-1])
     return [
         Varied(axis.name, stored.unit(axis.name), np.array(axis.values)[place.ravel()][:, None])
-        for axis, place in zip(stored.sweep.axes, places, strict=True)
+        for axis, place in zip(stored.sweep.axes, np.indices(stored.sweep.shape[:-1]), strict=True)
         if len(axis.values) > 1
     ]
 
@@ -85,8 +82,8 @@ def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
     for one in sweep.uniforms:
         share = uniform(seed=sweep.seed, name=one.name, start=0, stop=count)
         found.append(Varied(one.name, stored.unit(one.name), (one.low + (one.high - one.low) * share)[None]))
-    for key in {key: None for each in sweep.bicycle_sd.values() for key in each}:
-        found.append(Varied(f"{key} / its sd", "", standard(key)[None]))
+    keys = dict.fromkeys(key for each in sweep.bicycle_sd.values() for key in each)
+    found += [Varied(f"{key} / its sd", "", standard(key)[None]) for key in keys]
     if sweep.tyre_covariance:
         found += _tyres(sampler, {name: standard(name) for names in sampler.draws.values() for name in names}, count)
     return [one for one in found if np.ptp(one.values) > 0], ""
@@ -96,7 +93,7 @@ def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied
     """Ratios to the table of C and K of each wheel, drawn from the tyre's covariance, in the first cell of the grid."""
     drawn = sampler.points(0, count, draws).values
     plain = sampler.points(0, count, draws | dict.fromkeys(TYRE_DRAWS, np.zeros(count))).values
-    found = []
+    found = list[Varied]()
     for wheel in WHEELS:
         ratios = {}
         for name in ("cornering_stiffness", "relaxation_length"):
@@ -105,9 +102,10 @@ def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied
                     ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
         if len(ratios) == 2:
             ratios["lateral_stiffness"] = ratios["cornering_stiffness"] / ratios.pop("relaxation_length")
-        for name, ratio in ratios.items():
-            words = name.replace("_", " ")
-            found.append(Varied(f"{words} {wheel} / table", "", np.where(np.isfinite(ratio), ratio, 1.0)[None]))
+        found += [
+            Varied(f"{name.replace('_', ' ')} {wheel} / table", "", np.where(np.isfinite(ratio), ratio, 1.0)[None])
+            for name, ratio in ratios.items()
+        ]
     return found
 
 
@@ -172,11 +170,11 @@ def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
 
 def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
-    found: dict[str, Array] = {}
-    for one in stored.limits:
-        for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]]):
-            if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE:
-                found[f"{one.words}{occurrence}, m/s"] = one.speeds[..., k]
+    found: dict[str, Array] = {
+        f"{one.words}{occurrence}, m/s": one.speeds[..., k]
+        for one in stored.limits for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]])
+        if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE
+    }  # fmt: skip
     speeds = stored.speeds
     at = None if stable is None else stable.speed
     k = len(speeds) // 2 if at is None else int(np.abs(speeds - at).argmin()) if speeds.size else 0
@@ -205,13 +203,11 @@ def _unit(output: Output) -> str:
 LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles
 
 
-def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> "pd.DataFrame":
+def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> pd.DataFrame:
     """Shares of parameters in the variance of an output (cells, samples), NaN where a bicycle does not have it.
 
     A row a parameter with ``first_order``, ``half_width_95`` and ``total``; no row if the output tells of too few.
     """
-    import pandas as pd
-
     columns = ["parameter", "first_order", "half_width_95", "total"]
     known = np.isfinite(y)
     enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
@@ -303,9 +299,5 @@ def _total(y: Array, one: Varied, varied: Sequence[Varied]) -> float:
     if one.sampled or not np.isfinite(y).all():
         return float("nan")
     others = [other.values[:, 0] for other in varied if other is not one and not other.sampled]
-    group = np.zeros(len(y), np.intp)
-    for values in others:
-        place = np.unique(values, return_inverse=True)[1]
-        group = np.unique(group * (place.max() + 1) + place, return_inverse=True)[1]
-    along = [y[group == each].var(0).mean() for each in range(group.max() + 1)]
-    return float(np.mean(along) / y.var())
+    along = pd.DataFrame(y).groupby(others or np.zeros(len(y))).var(ddof=0)
+    return float(along.to_numpy().mean() / y.var())

@@ -60,10 +60,8 @@ class Worker:
         of_roots = sweep.wanted(ROOTS)
         roots = self._roots(start, stop) if of_roots else None
         outputs: Arrays = {one.name: one.function(roots) for one in of_roots}
-        if sweep.wanted(MODE):
-            outputs |= self._of_modes(points.harmless, start, count)
-        for one in sweep.wanted(MODEL):
-            outputs[one.name] = self._of_models(one, points.harmless, start, count)
+        outputs |= self._of_modes(points.harmless, start, count) if sweep.wanted(MODE) else {}
+        outputs |= {one.name: self._of_models(one, points.harmless, start, count) for one in sweep.wanted(MODEL)}
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():

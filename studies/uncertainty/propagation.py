@@ -60,18 +60,18 @@ class Quantity:
     @property
     def sampled_mean(self) -> float:
         """Mean of the samples that have it; NaN if none has."""
-        return float(self.kept.mean()) if len(self.kept) else float("nan")
+        return float(self.kept.mean()) if len(self.kept) else math.nan
 
     @property
     def sampled_sd(self) -> float:
         """Standard deviation of the samples that have it."""
-        return float(self.kept.std(ddof=1)) if len(self.kept) > 1 else float("nan")
+        return float(self.kept.std(ddof=1)) if len(self.kept) > 1 else math.nan
 
     def band(self, share: float = 0.95) -> tuple[float, float]:
         """Central interval that holds a ``share`` of the samples that have it; NaN if none has."""
         if not len(self.kept):
-            return float("nan"), float("nan")
-        low, high = np.nanquantile(self.samples, [(1 - share) / 2, (1 + share) / 2])
+            return math.nan, math.nan
+        low, high = np.quantile(self.kept, [(1 - share) / 2, (1 + share) / 2])
         return float(low), float(high)
 
 
@@ -198,8 +198,7 @@ class Uncertainty(UncertainModel):
         for k in range(values.shape[1]):
             gradient = (values[1 : count + 1, k] - values[count + 1 :, k]) / (2 * STEP)
             label = f"{output.label} at {speeds[k]:g} m/s" if output.by_speed else output.label
-            shares = self.shares(gradient)
-            yield Quantity(label, output.unit, float(values[0, k]), gradient, shares, drawn[:, k])
+            yield Quantity(label, output.unit, float(values[0, k]), gradient, self.shares(gradient), drawn[:, k])
 
     def _values(self, output: Output, speeds: Array, points: Points, count: int, max_speed: float) -> Array:
         """An output (m, k) of bicycles, by speed if it is."""

@@ -49,23 +49,22 @@ class UncertainModel:
         bicycle_sd: Mapping[str, float] | None = None, bicycle_covariance: ParameterCovariance | None = None,
     ) -> None:  # fmt: skip
         self.follow = follow or (lambda parameters: {})
-        content: dict[str, Any] = {"model": str(model) if isinstance(model, str | Path) else model}
-        content |= {"outputs": ["parameters"], "samples": 2, "sampled": {k: {"sd": v} for k, v in (sd or {}).items()}}
-        probe = build_sweep(content | {"sampled": {}, "samples": 1})
+        given = str(model) if isinstance(model, str | Path) else model
+        content: dict[str, Any] = {"model": given, "outputs": ["parameters"]}
+        probe = build_sweep(content)
         measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
-        given = content["model"]
         self._stated = read_model(given) if isinstance(given, str) else build_model(given)
         if bicycle_sd is not None:
             self._stated = replace(self._stated, bicycle=replace(
                 self._stated.bicycle, sd=bicycle_sd, covariance=bicycle_covariance or ParameterCovariance()
             ))  # fmt: skip
         relative = relative_cornering_stiffness_sd
-        relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
-        self.relative, self._relative_given = relative, bool(relative_cornering_stiffness_sd)
+        self.relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
+        self._relative_given = bool(relative)
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
         followers = set(self.follow(self._stated.parameters))
@@ -75,23 +74,20 @@ class UncertainModel:
             key for key in self._stated.covariance.names
             if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, FILE, MODEL_FILE)
         ]  # fmt: skip
-        for key, deviation in self._own.items():
-            shared = str(ParameterKey.parse(key).whole) in (sd or {})  # one number for both wheels, or as given
-            if not shared and key not in self._of_tyre and key not in beside:
-                content["sampled"].setdefault(key, {"sd": deviation.sd})
-        content["sampled"] = {key: value for key, value in content["sampled"].items() if value["sd"]}
-        if beside:
-            spread = self._stated.covariance.among(beside).tolist()
-            content["sampled"]["joint"] = [{"parameters": beside, "covariance": spread}]
-        if measured:
-            content["sampled"]["tyre_covariance"] = True
-            content["sampled"]["relative_cornering_stiffness_sd"] = relative
-        if not content["sampled"]:
+        single = dict(sd or {}) | {
+            key: deviation.sd for key, deviation in self._own.items()  # as given, perhaps one number for both wheels
+            if not {key, str(ParameterKey.parse(key).whole)} & set(sd or {}) and key not in (*self._of_tyre, *beside)
+        }  # fmt: skip
+        sampled: dict[str, Any] = {key: {"sd": value} for key, value in single.items() if value}
+        joint = {"parameters": beside, "covariance": self._stated.covariance.among(beside).tolist()} if beside else {}
+        sampled |= {"joint": [joint]} if beside else {}
+        sampled |= {"tyre_covariance": True, "relative_cornering_stiffness_sd": self.relative} if measured else {}
+        if not sampled:
             raise InputError(
                 f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
-        self.sampler = Sampler(build_sweep(content))
+        self.sampler = Sampler(build_sweep(content | {"samples": 2, "sampled": sampled}))
         self.measurements = self.sampler.draws
         self.names = tuple(name for group in self.measurements.values() for name in group)
 
@@ -109,9 +105,9 @@ class UncertainModel:
             origin, why = TABLE, ""
             if key in self._stated.assumed_sd and self.relative:
                 origin = GIVEN if self._relative_given else ASSUMED
-                why = f"{100 * self.relative:.3g} % at each measured condition, the tyre's source states none"
-                if ParameterKey.parse(key).name == "relaxation_length":
-                    why = f"{100 * self.relative:.3g} % of either stiffness, the tyre's source states none"
+                either = ParameterKey.parse(key).name == "relaxation_length"
+                of = "of either stiffness" if either else "at each measured condition"
+                why = f"{100 * self.relative:.3g} % {of}, the tyre's source states none"
             found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
         return found
 
@@ -193,29 +189,22 @@ class UncertainModel:
 
     def gradient(self, slopes: Mapping[str, Any]) -> Array:
         """Derivative with respect to z (..., names) from derivatives ``slopes`` (...) in the free parameters."""
-        total: Any = 0.0
-        for key, slope in slopes.items():
-            total = total + np.asarray(slope)[..., None] * self.jacobian[key]
-        return np.asarray(total)
+        parts = (np.asarray(slope)[..., None] * self.jacobian[key] for key, slope in slopes.items())
+        return np.asarray(sum(parts, 0.0))
 
     def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
         """First-order changes (m, ...) of quantities, for drawn bicycles."""
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters
-        total: Any = 0.0
-        for key, slope in slopes.items():
-            away = np.broadcast_to(np.asarray(values[key]) - nominal[key], len(z))
-            total = total + np.multiply.outer(away, slope)
-        return np.asarray(total)
+        away = {key: np.broadcast_to(np.asarray(values[key]) - nominal[key], len(z)) for key in slopes}
+        return np.asarray(sum(np.multiply.outer(away[key], slope) for key, slope in slopes.items()))
 
     def shares(self, gradient: Array) -> dict[str, float]:
         """Share of the linear variance that each measurement causes, by the ``gradient`` (names,) of a result in z."""
-        square, found, at = gradient**2, {}, 0
-        for name, group in self.measurements.items():
-            found[name] = float(square[at : at + len(group)].sum() / max(square.sum(), np.finfo(float).tiny))
-            at += len(group)
-        return found
+        square, ends = gradient**2, np.cumsum([len(group) for group in self.measurements.values()])
+        parts = zip(self.measurements, np.split(square, ends[:-1]), strict=True)
+        return {name: float(part.sum() / max(square.sum(), np.finfo(float).tiny)) for name, part in parts}
 
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0

@@ -8,7 +8,7 @@ from studies.cli import build
 PAGE = page("design")
 
 
-def test_the_example_runs(tmp_path, monkeypatch):
+def test_the_example_runs(no_pictures, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shown = "".join(run_page(PAGE))
     assert "kept from 3 to 25 m/s: wobble stable" in shown

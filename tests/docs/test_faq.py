@@ -6,7 +6,6 @@ import pytest
 from pages import page, run_page
 
 import studies.velotyre as vt
-from bicycle.default_sd import DEFAULTS
 
 PAGE = page("faq")
 
@@ -46,9 +45,3 @@ def test_the_onset_follows_the_damping_of_the_front():
 @pytest.mark.parametrize(("growth", "seconds"), [(0.1245, 6), (3.925, 0.2), (0.0613, 11)])
 def test_times_of_doubling(growth, seconds):
     assert math.log(2) / growth == pytest.approx(seconds, rel=0.13)
-
-
-def test_default_standard_deviations():
-    sizes = {key: size for key, (size, _, _) in DEFAULTS.items()}
-    assert [sizes[key] for key in ("w", "c", "lam", "xB", "mB", "IBxx")] == [0.003, 0.003, 0.01, 0.01, 0.005, 0.05]
-    assert "wheelbase and trail 3 mm, tilt 0.01 rad, mass\ncentres 10 mm, masses 0.5 %, moments of inertia 5 %" in PAGE

@@ -7,7 +7,7 @@ import pytest
 from pages import page, run_page
 
 
-def test_the_page_runs_and_says_what_is_seen(tmp_path, monkeypatch):
+def test_the_page_runs_and_says_what_is_seen(no_pictures, tmp_path, monkeypatch):
     """In one process: others would derive models anew."""
     monkeypatch.setattr("studies.main_study.figures.drawings", lambda *_: [])  # looked at in tests/studies/main_study
     monkeypatch.setattr("os.cpu_count", lambda: 1)

@@ -52,7 +52,7 @@ CHEAP = sorted(line for line in EVERY_LINE if not line.startswith(BESIDE) and "m
 
 
 @pytest.mark.parametrize("line", CHEAP)
-def test_the_example_runs_as_it_stands(line, tmp_path, monkeypatch, capsys):
+def test_the_example_runs_as_it_stands(no_pictures, line, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     main(shlex.split(line)[1:])
     shown = capsys.readouterr()
@@ -82,18 +82,10 @@ def test_notes_on_a_tyre_are_one_line_and_verbose_shows_them(capsys):
     assert any("lateral stiffness between measured conditions: bilinear" in line for line in full)
 
 
-def refused(capsys, *arguments: str) -> str:
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    assert stop.value.code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
-
-
-def test_an_unknown_command_is_refused_with_the_nearest(capsys):
-    line = refused(capsys, "critcal", "benchmark")
+def test_an_unknown_command_is_refused_with_the_nearest(refused):
+    (line,) = refused("critcal", "benchmark").splitlines()
     assert "unknown command 'critcal'; did you mean 'critical'? known: amplitude, animate, " in line
-    assert "unknown command 'fitt'; did you mean 'fit'?" in refused(capsys, "tyre", "fitt")
+    assert "unknown command 'fitt'; did you mean 'fit'?" in refused("tyre", "fitt")
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
@@ -129,13 +121,12 @@ def test_an_older_click_without_the_exception_of_the_help_page(monkeypatch, caps
         importlib.reload(cli)
 
 
-def test_no_command_shows_the_commands(capsys):
-    main([])
-    assert "Commands:" in capsys.readouterr().out
+def test_no_command_shows_the_commands(printed):
+    assert "Commands:" in printed()
 
 
 @pytest.mark.parametrize("length", [300, 5000])
-def test_a_long_word_is_not_echoed_in_full(length, capsys):
-    said = refused(capsys, "critical", "./" + "x" * (length - 2))
+def test_a_long_word_is_not_echoed_in_full(length, refused):
+    (said,) = refused("critical", "./" + "x" * (length - 2)).splitlines()
     assert max(map(len, said.split())) <= 401  # a colon may follow
     assert ("..." in said) == (length == 5000)

@@ -110,27 +110,21 @@ float
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "annotation", "left_out"),
-    [
-        ("trail", "float | None", ""), ("wheel", "str", ""), ("wheel", "Sequence[float]", "no unit or shape"),
-        ("grid", "Array", ""), ("others", "float", "no unit or shape"), ("slip", "ArrayLike", "no unit or shape"),
-        ("label", "str", ""), ("label", "", "no unit or shape"), ("slip", "Callable[[float], int]", ""),
-        ("wear", "float", "no unit or shape"),  # the s of "tyre's" is no second
-        ("limit", "float", ""), ("tyre", "Tyre", "not mentioned"), ("Added", "str", "not mentioned"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "annotation", "left_out"), [
+    ("trail", "float | None", ""), ("wheel", "str", ""), ("wheel", "Sequence[float]", "no unit or shape"),
+    ("grid", "Array", ""), ("others", "float", "no unit or shape"), ("slip", "ArrayLike", "no unit or shape"),
+    ("label", "str", ""), ("label", "", "no unit or shape"), ("slip", "Callable[[float], int]", ""),
+    ("wear", "float", "no unit or shape"),  # the s of "tyre's" is no second
+    ("limit", "float", ""), ("tyre", "Tyre", "not mentioned"), ("Added", "str", "not mentioned"),
+])  # fmt: skip
 def test_what_a_docstring_lacks(name, annotation, left_out):
     assert lacks(DOCSTRING, name, annotation) == left_out
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "``x`` in N", "m/s, as ``x``", "shape (n,) of ``x``", "how many ``x``", "``x`` (n, 2)", "``x`` without units",
-        "``x`` from 0 to 1", "``x`` as in :func:`f`", "Arguments as :func:`f`.",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    "``x`` in N", "m/s, as ``x``", "shape (n,) of ``x``", "how many ``x``", "``x`` (n, 2)", "``x`` without units",
+    "``x`` from 0 to 1", "``x`` as in :func:`f`", "Arguments as :func:`f`.",
+])  # fmt: skip
 def test_units_and_shapes_are_found(text):
     assert lacks(text, "x", "float") == ""
     assert lacks(f"Force in N. Of ``y`` {text}.", "y", "float") in ("", "no unit or shape")

@@ -28,13 +28,10 @@ def test_any_order_is_accepted_and_any_change_beyond_the_tolerance_is_not(size, 
         assert_same_eigenvalues(shuffled, values, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("found", "expected", "words"),
-    [
-        ([1e9, 1.1e-3], [1e-3, 1e9], "row 0 of one"), ([1, 1, 2], [1, 2, 2], "Mismatched elements: 1 / 3"),
-        ([1, 2], [1, 2, 3], r"\(2,\) eigenvalues found, \(3,\) expected"), ([1, np.nan], [1, 2], "not finite"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("found", "expected", "words"), [
+    ([1e9, 1.1e-3], [1e-3, 1e9], "row 0 of one"), ([1, 1, 2], [1, 2, 2], "Mismatched elements: 1 / 3"),
+    ([1, 2], [1, 2, 3], r"\(2,\) eigenvalues found, \(3,\) expected"), ([1, np.nan], [1, 2], "not finite"),
+])  # fmt: skip
 def test_what_differs_fails(found, expected, words):
     with pytest.raises(AssertionError, match=words):
         assert_same_eigenvalues(found, expected, rtol=1e-9, where="row 0 of one")

@@ -84,9 +84,8 @@ def test_simulate_and_sensitivity(folder, capsys):
     assert any(row["parameter"].startswith("camber_thrust.camber_stiffness") for row in rows)
 
 
-def test_uncertainty_tells_what_is_assumed(folder, capsys):
-    main(["uncertainty", str(folder / "model.toml"), "--speeds", "6", "--samples", "20", "--json", "-"])
-    shown = capsys.readouterr().out
+def test_uncertainty_tells_what_is_assumed(folder, printed):
+    shown = printed("uncertainty", str(folder / "model.toml"), "--speeds", "6", "--samples", "20", "--json", "-")
     assert "assumed" in shown
     assert "tyre lateral stiffness" in shown
 
@@ -165,9 +164,8 @@ def test_a_diagnosis_starts_from_a_tir_tyre(folder):
     assert base.parameters["relaxation_length.cornering_stiffness.rear"] == pytest.approx(source.cornering_stiffness)
 
 
-def test_a_tyre_file_is_listed_with_all_it_holds(folder, capsys):
-    main(["tyres", str(folder / "my.tir")])
-    shown = capsys.readouterr().out
+def test_a_tyre_file_is_listed_with_all_it_holds(folder, capsys, printed):
+    shown = printed("tyres", str(folder / "my.tir"))
     for word in ("camber_stiffness_N_per_deg", "pneumatic_trail_mm", "twisting_stiffness", "note: synthetic"):
         assert word in shown
     record = json_of(capsys, "tyres", folder / "my89.toml", "--json", "-")

@@ -13,8 +13,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-from studies.cli import main
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -124,11 +122,10 @@ def test_every_package_says_that_it_is_typed(wheel):
     assert {f"{name}/py.typed" for name in ("tyre", "bicycle", "studies", "velotyre")} <= inside
 
 
-def test_the_version_stands_in_one_place(capsys):
+def test_the_version_stands_in_one_place(printed):
     stated = project()["version"]
     assert version("velotyre") == stated, "install again: pip install -e ."
-    main(["--version"])
-    assert capsys.readouterr().out.strip() == f"velotyre, version {stated}"
+    assert printed("--version").strip() == f"velotyre, version {stated}"
 
 
 def test_the_citation_is_of_this_version():

@@ -16,6 +16,7 @@ from bicycle.parameters import TYPICAL, UNITS, doubts_about
 from studies.cli import main
 from studies.root_locus import parameter_path
 from studies.sweep import build_sweep
+from tests.shared.refusals import refuses
 from tyre import TyreMap
 from tyre.errors import InputError
 from tyre.plausible import ABSURD, SLIPS, doubt, suspicion
@@ -41,44 +42,36 @@ def content(key, value):
 LENGTH = "relaxation_length.relaxation_length"
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        (LENGTH, 100.0, f"{LENGTH} = 100 m is far outside the usual 0.05 .. 0.25 m (millimetres?)"),
-        ("c", 80.0, "c = 80 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
-        ("c", 8.0, "c = 8 m is far outside the usual -0.05 .. 0.2 m (centimetres?)"),
-        ("rR", 300.0, "rR = 300 m is far outside the usual 0.12 .. 0.48 m (millimetres?)"),
-        ("g", 981.0, "g = 981 m/s^2 is far outside the usual 9.76 .. 9.84 m/s^2 (cm/s^2?)"),
-        ("IBxx", 9.2e4, "IBxx = 92000 kg m^2 is far outside the usual 0.03 .. 40 kg m^2 (kg cm^2?)"),
-        (LENGTH, {"rear": 0.1, "front": 1e-4}, f"{LENGTH}.front = 0.0001 m is far outside the usual 0.05 .. 0.25 m"),
-    ],
-)
+@pytest.mark.parametrize(("key", "value", "words"), [
+    (LENGTH, 100.0, f"{LENGTH} = 100 m is far outside the usual 0.05 .. 0.25 m (millimetres?)"),
+    ("c", 80.0, "c = 80 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
+    ("c", 8.0, "c = 8 m is far outside the usual -0.05 .. 0.2 m (centimetres?)"),
+    ("rR", 300.0, "rR = 300 m is far outside the usual 0.12 .. 0.48 m (millimetres?)"),
+    ("g", 981.0, "g = 981 m/s^2 is far outside the usual 9.76 .. 9.84 m/s^2 (cm/s^2?)"),
+    ("IBxx", 9.2e4, "IBxx = 92000 kg m^2 is far outside the usual 0.03 .. 40 kg m^2 (kg cm^2?)"),
+    (LENGTH, {"rear": 0.1, "front": 1e-4}, f"{LENGTH}.front = 0.0001 m is far outside the usual 0.05 .. 0.25 m"),
+])  # fmt: skip
 def test_absurd_values_of_a_file_are_refused_with_the_remedy_and_pass_where_they_are_meant(key, value, words):
     absurd = content(key, value)
-    with pytest.raises(InputError, match=re.escape(words) + REMEDY):
-        build_model(absurd)
-    with pytest.raises(InputError, match="allow_unusual = 1 must be true or false"):
-        build_model(absurd | {"allow_unusual": 1})
+    refuses(re.escape(words) + REMEDY, build_model, absurd)
+    refuses("allow_unusual = 1 must be true or false", build_model, absurd | {"allow_unusual": 1})
     meant = build_model(absurd | {"allow_unusual": True}).linear_model()
     assert not [text for text in meant.warnings if "the usual" in text]
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "usual"),
-    [
-        ("relaxation_length.cornering_stiffness", 110.0, "2000 .. 12000 N/rad (N/deg?)"),
-        (LENGTH, {"rear": 0.6, "front": 0.1}, "0.05 .. 0.25 m"),
-        ("mB", 4480.0, "2 .. 300 kg (grams?)"),
-        ("g", 32.2, "9.76 .. 9.84 m/s^2 (ft/s^2?)"),
-        ("g", 1.62, "9.76 .. 9.84 m/s^2"),
-        ("lam", 0.8, "0 .. 0.6 rad (degrees?)"),
-        ("lam", 1.2, "0 .. 0.6 rad (head angle? lam is the tilt from the vertical, 21.2 deg then)"),
-        ("w", 40.0, "0.6 .. 2.2 m (inches?)"),
-        ("c", -0.08, "-0.05 .. 0.2 m (wrong sign?)"),
-        ("steer_assist.fade_speed", 18.0, "3 .. 8 m/s (km/h?)"),
-        ("front_compliance.joint_z", 0.85, "-1 .. -0.6 m (wrong sign?)"),
-    ],
-)
+@pytest.mark.parametrize(("key", "value", "usual"), [
+    ("relaxation_length.cornering_stiffness", 110.0, "2000 .. 12000 N/rad (N/deg?)"),
+    (LENGTH, {"rear": 0.6, "front": 0.1}, "0.05 .. 0.25 m"),
+    ("mB", 4480.0, "2 .. 300 kg (grams?)"),
+    ("g", 32.2, "9.76 .. 9.84 m/s^2 (ft/s^2?)"),
+    ("g", 1.62, "9.76 .. 9.84 m/s^2"),
+    ("lam", 0.8, "0 .. 0.6 rad (degrees?)"),
+    ("lam", 1.2, "0 .. 0.6 rad (head angle? lam is the tilt from the vertical, 21.2 deg then)"),
+    ("w", 40.0, "0.6 .. 2.2 m (inches?)"),
+    ("c", -0.08, "-0.05 .. 0.2 m (wrong sign?)"),
+    ("steer_assist.fade_speed", 18.0, "3 .. 8 m/s (km/h?)"),
+    ("front_compliance.joint_z", 0.85, "-1 .. -0.6 m (wrong sign?)"),
+])  # fmt: skip
 def test_doubtful_values_are_one_warning_that_travels_with_the_model(key, value, usual):
     doubtful = content(key, value)
     if "." not in key:
@@ -90,19 +83,15 @@ def test_doubtful_values_are_one_warning_that_travels_with_the_model(key, value,
     assert (words in model.bicycle.warnings) == ("." not in key)
 
 
-@pytest.mark.parametrize(
-    ("bicycle", "effect", "words"),
-    [
-        ({}, {"pneumatic_trail": {"trail": 17.0}}, r"trail.rear = 17 m is outside 0 .. 0.2 m \(millimetres\?\)"),
-        ({}, {"steer_damper": {"damping": -1.0}}, r"-1 N m s/rad is outside 0 .. inf N m s/rad \(wrong sign\?\)"),
-        ({"xB": 30.0}, {}, r"the static load of the rear wheel .*; xB = 30 m is outside .* \(centimetres\?\)"),
-        ({"lam": 18.0}, {}, r"lam = 18 rad is out of range.*degrees must be converted to radians\); write its unit "
-         r"behind the number \(lam = 18.3 deg; TOML: in quotes\) or in a table units \(TOML, YAML\)$"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("bicycle", "effect", "words"), [
+    ({}, {"pneumatic_trail": {"trail": 17.0}}, r"trail.rear = 17 m is outside 0 .. 0.2 m \(millimetres\?\)"),
+    ({}, {"steer_damper": {"damping": -1.0}}, r"-1 N m s/rad is outside 0 .. inf N m s/rad \(wrong sign\?\)"),
+    ({"xB": 30.0}, {}, r"the static load of the rear wheel .*; xB = 30 m is outside .* \(centimetres\?\)"),
+    ({"lam": 18.0}, {}, r"lam = 18 rad is out of range.*degrees must be converted to radians\); write its unit "
+     r"behind the number \(lam = 18.3 deg; TOML: in quotes\) or in a table units \(TOML, YAML\)$"),
+])  # fmt: skip
 def test_what_is_refused_for_other_reasons_names_the_slip(bicycle, effect, words):
-    with pytest.raises(InputError, match=words):
-        build_model({"bicycle": BENCHMARK | bicycle, "effects": {"relaxation_length": TYRE} | effect})
+    refuses(words, build_model, {"bicycle": BENCHMARK | bicycle, "effects": {"relaxation_length": TYRE} | effect})
 
 
 def test_limits_can_be_studied_in_python():
@@ -146,8 +135,7 @@ def test_a_tyre_table_in_other_units_is_doubted(tmp_path):
     found = [text for text in every if "side_slip" in text]
     assert len(found) == 2  # each wheel has its own load and stiffness
     assert all("N/rad (converted from degrees twice?)" in text for text in found)
-    with pytest.raises(InputError, match=r"stiffness.rear = .* N/rad is far .*\(converted from degrees twice"):
-        read(180 / math.pi)
+    refuses(r"stiffness.rear = .* N/rad is far .*\(converted from degrees twice", read, 180 / math.pi)
 
 
 @settings(max_examples=30)
@@ -175,33 +163,27 @@ def test_a_bicycle_file_may_say_that_its_values_are_meant(tmp_path, name):
     giant = Bicycle("giant", BENCHMARK | {"c": 7.0})
     text = to_toml(giant) if name == "b.toml" else to_yaml(giant)
     (tmp_path / name).write_text(text)
-    with pytest.raises(InputError, match=f"{name}: c = 7 m is far outside .* at the top of the bicycle file"):
-        load_bicycle(tmp_path / name)
+    refuses(f"{name}: c = 7 m is far outside .* at the top of the bicycle file", load_bicycle, tmp_path / name)
     (tmp_path / name).write_text(("allow_unusual = true\n" if name == "b.toml" else "allow_unusual: true\n") + text)
     assert (load_bicycle(tmp_path / name)["c"], load_bicycle(tmp_path / name).warnings) == (7.0, ())
     (tmp_path / name).write_text(text)
     (tmp_path / "m.toml").write_text(f'allow_unusual = true\nbicycle = "{name}"\n')
     assert read_model(tmp_path / "m.toml").bicycle["c"] == 7.0
     (tmp_path / "b.toml").write_text("allow_unusual = 3\n" + to_toml(giant))
-    with pytest.raises(InputError, match="allow_unusual = 3 must be true or false"):
-        load_bicycle(tmp_path / "b.toml")
+    refuses("allow_unusual = 3 must be true or false", load_bicycle, tmp_path / "b.toml")
 
 
-@pytest.mark.parametrize(
-    ("varied", "words"),
-    [
-        ({"grid": {"c": [0.05, 80.0]}}, r"c = 80 m is far outside .* \(millimetres\?\)"),
-        ({"grid": {"mB": [50.0, 85000.0]}}, r"mB = 85000 kg is far outside .* \(grams\?\)"),
-        ({"grid": {"relaxation_length": {"relaxation_length": {"rear": {"from": 50, "to": 200, "count": 4}}}}},
-         r"relaxation_length.relaxation_length.rear = 50 m is far outside .* \(millimetres\?\)"),
-        ({"sampled": {"rR": {"low": 290, "high": 310}}, "samples": 9}, r"rR = 290 m is far outside"),
-        ({"sampled": {"g": {"mean": 981, "sd": 1}}, "samples": 9}, r"g = 981 m/s\^2 is far outside .*cm/s\^2"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("varied", "words"), [
+    ({"grid": {"c": [0.05, 80.0]}}, r"c = 80 m is far outside .* \(millimetres\?\)"),
+    ({"grid": {"mB": [50.0, 85000.0]}}, r"mB = 85000 kg is far outside .* \(grams\?\)"),
+    ({"grid": {"relaxation_length": {"relaxation_length": {"rear": {"from": 50, "to": 200, "count": 4}}}}},
+     r"relaxation_length.relaxation_length.rear = 50 m is far outside .* \(millimetres\?\)"),
+    ({"sampled": {"rR": {"low": 290, "high": 310}}, "samples": 9}, r"rR = 290 m is far outside"),
+    ({"sampled": {"g": {"mean": 981, "sd": 1}}, "samples": 9}, r"g = 981 m/s\^2 is far outside .*cm/s\^2"),
+])  # fmt: skip
 def test_axes_and_distributions_of_sweeps_are_judged(varied, words):
     content = {"model": {"bicycle": "benchmark", "effects": {"relaxation_length": TYRE}}, "outputs": ["parameters"]}
-    with pytest.raises(InputError, match=words + ".*" + REMEDY):
-        build_sweep(content | varied)
+    refuses(words + ".*" + REMEDY, build_sweep, content | varied)
     content["model"] |= {"allow_unusual": True}
     assert build_sweep(content | varied).nominal.linear_model().warnings == ()
 

@@ -13,7 +13,7 @@ from studies import velotyre as vt
 from studies.amplitude import film_cycle
 from studies.cli import main
 from studies.library import content_of
-from tyre.errors import InputError
+from tests.shared.refusals import refuses
 
 WOBBLY = """bicycle = "pista_charlie_drops"
 [effects.relaxation_length]
@@ -150,8 +150,7 @@ def test_a_wobble_that_is_too_large_to_tell_has_no_amplitude(wobbly):
     found = vt.sweep(model, names, speeds=[10.0, 40.0])  # wobble jumps at 36 m/s and nothing catches it
     assert found.wobble_amplitude.values[0] == 0
     assert np.isnan([found.wobble_amplitude.values[1], found.largest_wobble_amplitude.values]).all()
-    with pytest.raises(InputError, match="nonlinear tyres need the effect"):
-        vt.sweep("benchmark", names, speeds=10.0)
+    refuses("nonlinear tyres need the effect", vt.sweep, "benchmark", names, speeds=10.0)
 
 
 def test_wheels_that_roll_without_slip_have_no_such_column(printed):
@@ -226,22 +225,18 @@ def test_from_python(wobbly):
     assert slower.frame([35.0]).empty
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
-        ("wobbly.toml --friction 5", "friction = 5 is outside 0 .. 3"),
-        ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; write .gif or .mp4"),
-        ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
-        ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),
-        ("wobbly.toml --plot a.txt", "--plot a.txt: the ending must be one of"),
-        ("benchmark", "nonlinear tyres need the effect side_slip or relaxation_length"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
+    ("wobbly.toml --friction 5", "friction = 5 is outside 0 .. 3"),
+    ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; write .gif or .mp4"),
+    ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
+    ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),
+    ("wobbly.toml --plot a.txt", "--plot a.txt: the ending must be one of"),
+    ("benchmark", "nonlinear tyres need the effect side_slip or relaxation_length"),
+])  # fmt: skip
 def test_what_is_refused(wobbly, words, message, refused):
     assert message in refused("amplitude", *words.split())
 
 
 def test_a_model_that_rolls_without_slip():
-    with pytest.raises(InputError, match="no_slip"):
-        vt.limit_cycles("benchmark")
+    refuses("no_slip", vt.limit_cycles, "benchmark")

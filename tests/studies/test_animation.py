@@ -121,16 +121,13 @@ def test_the_command_writes_film_and_phasors(file, tmp_path, capsys):
     assert f"{name}.gif and {name}_phasors.png, .svg" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--mode", "wobbl"], "unknown mode 'wobbl'; this model has"),
-        (["--mode", "wobble", "--out", "w.png"], "w.png: the ending '.png' is not known; write .gif or .mp4"),
-        (["--mode", "wobble", "--amplitude", "90"], "'--amplitude': 90: give a number above 0 up to 45"),
-        (["--mode", "wobble", "--seconds", "0"], "'--seconds': 0: give a number from 0.2 up to 60"),
-        (["--mode", "wobble", "--speed", "-5"], "'--speed': -5: give a number from 0 up to 1000"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    (["--mode", "wobbl"], "unknown mode 'wobbl'; this model has"),
+    (["--mode", "wobble", "--out", "w.png"], "w.png: the ending '.png' is not known; write .gif or .mp4"),
+    (["--mode", "wobble", "--amplitude", "90"], "'--amplitude': 90: give a number above 0 up to 45"),
+    (["--mode", "wobble", "--seconds", "0"], "'--seconds': 0: give a number from 0.2 up to 60"),
+    (["--mode", "wobble", "--speed", "-5"], "'--speed': -5: give a number from 0 up to 1000"),
+])  # fmt: skip
 def test_refused_films(options, words, file, tmp_path, refused):
     assert words in refused("animate", file, "--speed", "5", "--out", tmp_path / "w.gif", *options)
 

@@ -100,24 +100,21 @@ def test_a_design_keeps_what_it_was_asked_for():
     assert -1e-3 < waves.real.max() < 1e-6
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: vt.modes(5, 5.0), "5 is no model; give a bicycle's name, a file, a Bicycle or a Model"),
-        (lambda: vt.modes("benchmark", "fast"), "speeds = 'fast': give numbers"),
-        (lambda: vt.modes("benchmark", 5.0, trial=[0.06]), "unknown parameter 'trial'"),
-        (lambda: vt.modes("benchmark", 5.0, c=[0.06], trail=[0.06]), "trail is c, which is given, too; keep one"),
-        (lambda: vt.modes("benchmark", 5.0, c=["x"]), "grid.c = 'x' must be a finite number"),
-        (lambda: vt.modes("benchmark", 5.0, c=[np.nan]), "grid.c = nan must be a finite number"),
-        (lambda: vt.modes(vt.Model("benchmark").linear_model(), 5.0, c=[0.06]), "give the Model it was made of"),
-        (lambda: vt.modes("benchmark", 5.0, c=np.linspace(0.05, 0.1, 1000), w=np.linspace(1, 1.1, 5000)),
-         "points = 5000000: the arrays would take 1.28 GB of memory; up to 3906250 fit"),
-        (lambda: vt.root_locus("benchmark", "c", [0.1], speed=5.0), "values of c: give two or more finite numbers"),
-        (lambda: vt.root_locus("benchmark", "head_angle", [70, 72], speed=5.0), "here give steer_axis_tilt"),
-        (lambda: vt.simulate("benchmark", 5.0, duration=-1.0), "give 1 to a million steps"),
-        (lambda: vt.Model("benchmrk"), "unknown bicycle 'benchmrk'; did you mean 'benchmark'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("call", "words"), [
+    (lambda: vt.modes(5, 5.0), "5 is no model; give a bicycle's name, a file, a Bicycle or a Model"),
+    (lambda: vt.modes("benchmark", "fast"), "speeds = 'fast': give numbers"),
+    (lambda: vt.modes("benchmark", 5.0, trial=[0.06]), "unknown parameter 'trial'"),
+    (lambda: vt.modes("benchmark", 5.0, c=[0.06], trail=[0.06]), "trail is c, which is given, too; keep one"),
+    (lambda: vt.modes("benchmark", 5.0, c=["x"]), "grid.c = 'x' must be a finite number"),
+    (lambda: vt.modes("benchmark", 5.0, c=[np.nan]), "grid.c = nan must be a finite number"),
+    (lambda: vt.modes(vt.Model("benchmark").linear_model(), 5.0, c=[0.06]), "give the Model it was made of"),
+    (lambda: vt.modes("benchmark", 5.0, c=np.linspace(0.05, 0.1, 1000), w=np.linspace(1, 1.1, 5000)),
+     "points = 5000000: the arrays would take 1.28 GB of memory; up to 3906250 fit"),
+    (lambda: vt.root_locus("benchmark", "c", [0.1], speed=5.0), "values of c: give two or more finite numbers"),
+    (lambda: vt.root_locus("benchmark", "head_angle", [70, 72], speed=5.0), "here give steer_axis_tilt"),
+    (lambda: vt.simulate("benchmark", 5.0, duration=-1.0), "give 1 to a million steps"),
+    (lambda: vt.Model("benchmrk"), "unknown bicycle 'benchmrk'; did you mean 'benchmark'"),
+])  # fmt: skip
 def test_wrong_arguments_get_one_sentence(call, words):
     with pytest.raises(InputError) as error:
         call()

@@ -66,23 +66,20 @@ def test_a_tyre_from_the_command_line_is_that_of_a_file(tmp_path):
     assert own.parameters == pytest.approx(asked.model.parameters, rel=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"text": "psta"}, "unknown bicycle or model 'psta'; did you mean 'pista'?.*velotyre new model.toml writes"),
-        ({"text": "absent.toml"}, "absent.toml: no such model file"),
-        ({"text": "absent.txt"}, "absent.txt: no such bicycle file; packaged bicycles: .*benchmark"),
-        ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 is of a measured tyre; give --tyre too"),
-        ({"text": "benchmark", "surface": "drum"}, "--surface drum is of a measured tyre; give --tyre too"),
-        ({"text": "benchmark", "tyre": "Tyre1"}, "--tyre Tyre1 needs --pressure, in bar; it was measured at 3.5, 5.5"),
-        ({"text": "benchmark", "tyre": "Tyre1", "pressure": "high"}, "'high': give one number in bar, such as 5.5"),
-        ({"text": "benchmark", "tyre": "Tyre1", "pressure": "1,2,3"}, "or REAR,FRONT"),
-        ({"text": "benchmark", "tyre": "Tyre1", "pressure": "550"}, "pressure_bar = 550.0 of the rear wheel"),
-        ({"text": "benchmark", "tyre": "Tyre9", "pressure": "5"}, "no tyre 'Tyre9' .did you mean 'Tyre"),
-        ({"text": "benchmark", "extrapolate": True}, "--extrapolate is of a measured tyre, and the model has none"),
-        ({"text": "pista", "tyre": "Tyre1", "pressure": "5"}, "42.39 N is farther outside the 340-490 N"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    ({"text": "psta"}, "unknown bicycle or model 'psta'; did you mean 'pista'?.*velotyre new model.toml writes"),
+    ({"text": "absent.toml"}, "absent.toml: no such model file"),
+    ({"text": "absent.txt"}, "absent.txt: no such bicycle file; packaged bicycles: .*benchmark"),
+    ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 is of a measured tyre; give --tyre too"),
+    ({"text": "benchmark", "surface": "drum"}, "--surface drum is of a measured tyre; give --tyre too"),
+    ({"text": "benchmark", "tyre": "Tyre1"}, "--tyre Tyre1 needs --pressure, in bar; it was measured at 3.5, 5.5"),
+    ({"text": "benchmark", "tyre": "Tyre1", "pressure": "high"}, "'high': give one number in bar, such as 5.5"),
+    ({"text": "benchmark", "tyre": "Tyre1", "pressure": "1,2,3"}, "or REAR,FRONT"),
+    ({"text": "benchmark", "tyre": "Tyre1", "pressure": "550"}, "pressure_bar = 550.0 of the rear wheel"),
+    ({"text": "benchmark", "tyre": "Tyre9", "pressure": "5"}, "no tyre 'Tyre9' .did you mean 'Tyre"),
+    ({"text": "benchmark", "extrapolate": True}, "--extrapolate is of a measured tyre, and the model has none"),
+    ({"text": "pista", "tyre": "Tyre1", "pressure": "5"}, "42.39 N is farther outside the 340-490 N"),
+])  # fmt: skip
 def test_what_is_refused(options, words):
     with pytest.raises(InputError, match=words):
         _ = choose(**options).model
@@ -112,16 +109,13 @@ def test_extrapolate_does_what_the_key_in_the_file_does(tmp_path, capsys):
     assert tomllib.loads(file.read_text())["effects"]["relaxation_length"]["extrapolate"] is True
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["modes", "--speeds", "3,5.5"], ["critical"], ["sensitivity", "--mode", "weave", "--speed", "5.5"],
-        ["uncertainty", "--speeds", "5.5", "--samples", "50"],
-        ["root-locus", "--parameter", "pressure_bar", "--range", "5:6:0.5", "--speed", "6.5", "--out", "locus"],
-        ["simulate", "--speed", "5.5", "--initial", "lean=0.02", "--duration", "0.2", "--out", "history"],
-    ],
-)  # fmt: skip
-def test_every_command_takes_a_name_and_a_tyre(arguments, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("arguments", [
+    ["modes", "--speeds", "3,5.5"], ["critical"], ["sensitivity", "--mode", "weave", "--speed", "5.5"],
+    ["uncertainty", "--speeds", "5.5", "--samples", "50"],
+    ["root-locus", "--parameter", "pressure_bar", "--range", "5:6:0.5", "--speed", "6.5", "--out", "locus"],
+    ["simulate", "--speed", "5.5", "--initial", "lean=0.02", "--duration", "0.2", "--out", "history"],
+])  # fmt: skip
+def test_every_command_takes_a_name_and_a_tyre(no_pictures, arguments, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     name, *options = arguments
     main([name, "pista_charlie_drops", *options, "--tyre", "Tyre3", "--pressure", "5.5"])

@@ -93,33 +93,27 @@ def test_values_as_they_stand():
     assert np.isnan(ModelSpace(TYRED, ["pressure_bar", "speed"]).base).all()
 
 
-@pytest.mark.parametrize(
-    ("content", "keys", "message"),
-    [
-        (PLAIN, ["front_compliance.damping"], "the model has no effect front_compliance: add [effects.front_comp"),
-        (PLAIN, ["stifness"], "unknown parameter 'stifness'"),
-        (PLAIN, ["pressure_bar"], "pressure_bar needs a measured tyre in the model file"),
-        (TYRED, ["front_compliance.axis_tilt"], "front_compliance.axis_tilt was not given and equals lam"),
-        (TYRED, ["pressure_bar", "pressure_bar.front"], "pressure_bar.front is set twice; keep one of them"),
-    ],
-)
+@pytest.mark.parametrize(("content", "keys", "message"), [
+    (PLAIN, ["front_compliance.damping"], "the model has no effect front_compliance: add [effects.front_comp"),
+    (PLAIN, ["stifness"], "unknown parameter 'stifness'"),
+    (PLAIN, ["pressure_bar"], "pressure_bar needs a measured tyre in the model file"),
+    (TYRED, ["front_compliance.axis_tilt"], "front_compliance.axis_tilt was not given and equals lam"),
+    (TYRED, ["pressure_bar", "pressure_bar.front"], "pressure_bar.front is set twice; keep one of them"),
+])  # fmt: skip
 def test_what_is_no_axis(content, keys, message):
     with pytest.raises(InputError) as error:
         ModelSpace(content, keys)
     assert message in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("content", "keys", "points", "message"),
-    [
-        (TYRED, ["front_compliance.stiffness"], [[-5.0], [3000.0]], "stiffness = -5 N m/rad is not possible"),
-        (TYRED, ["pressure_bar.front"], [[5.0], [25.0]], "is not possible; give values from 0 to 20"),
-        (TYRED, ["pressure_bar.front"], [[5.0], [18.0]], "farther outside the 3.5-7.5 bar"),
-        (PLAIN, ["xB"], [[-0.9], [0.3]], "the front wheel bears no load"),
-        (PLAIN, ["relaxation_length.relaxation_length"], [[0.1], [40.0]], "far outside the usual"),
-        (TYRED, ["load_N.front"], [[0.0], [400.0]], "give loads above 0 N"),
-    ],
-)
+@pytest.mark.parametrize(("content", "keys", "points", "message"), [
+    (TYRED, ["front_compliance.stiffness"], [[-5.0], [3000.0]], "stiffness = -5 N m/rad is not possible"),
+    (TYRED, ["pressure_bar.front"], [[5.0], [25.0]], "is not possible; give values from 0 to 20"),
+    (TYRED, ["pressure_bar.front"], [[5.0], [18.0]], "farther outside the 3.5-7.5 bar"),
+    (PLAIN, ["xB"], [[-0.9], [0.3]], "the front wheel bears no load"),
+    (PLAIN, ["relaxation_length.relaxation_length"], [[0.1], [40.0]], "far outside the usual"),
+    (TYRED, ["load_N.front"], [[0.0], [400.0]], "give loads above 0 N"),
+])  # fmt: skip
 def test_what_is_no_bicycle(content, keys, points, message):
     with pytest.raises(InputError) as error:
         ModelSpace(content, keys).refuse_impossible(points)
@@ -136,19 +130,16 @@ def test_usual_ranges():
     assert axis_of(model, "pressure_bar.front").column == "pressure_bar_front_bar"
 
 
-@pytest.mark.parametrize(
-    ("read", "texts", "told"),
-    [
-        (numbers_by_name, ["c=0.01", "w=0"], {"c": 0.01, "w": 0.0}),
-        (numbers_by_name, ["c"], "--sd c: give NAME=VALUE, for example --sd c=1 (SI units)"),
-        (numbers_by_name, ["c=1", "c=2"], "--sd c is given twice; keep one"),
-        (numbers_by_name, ["c=-1"], "--sd c=-1: the number must be finite and >= 0"),
-        (numbers_by_name, ["c=inf"], "(SI units), finite"),
-        (ranges_by_name, ["c=0.01:0.02"], {"c": (0.01, 0.02)}),
-        (ranges_by_name, ["c=1"], "--limits c=1: give NAME=LOW:HIGH, for example --limits c=0.03:0.1"),
-        (ranges_by_name, ["c=2:1"], "--limits c=2:1: the range must be finite and rise"),
-    ],
-)
+@pytest.mark.parametrize(("read", "texts", "told"), [
+    (numbers_by_name, ["c=0.01", "w=0"], {"c": 0.01, "w": 0.0}),
+    (numbers_by_name, ["c"], "--sd c: give NAME=VALUE, for example --sd c=1 (SI units)"),
+    (numbers_by_name, ["c=1", "c=2"], "--sd c is given twice; keep one"),
+    (numbers_by_name, ["c=-1"], "--sd c=-1: the number must be finite and >= 0"),
+    (numbers_by_name, ["c=inf"], "(SI units), finite"),
+    (ranges_by_name, ["c=0.01:0.02"], {"c": (0.01, 0.02)}),
+    (ranges_by_name, ["c=1"], "--limits c=1: give NAME=LOW:HIGH, for example --limits c=0.03:0.1"),
+    (ranges_by_name, ["c=2:1"], "--limits c=2:1: the range must be finite and rise"),
+])  # fmt: skip
 def test_pairs_on_the_command_line(read, texts, told):
     more = ("--sd", "c=1") if read is numbers_by_name else ()
     if isinstance(told, dict):

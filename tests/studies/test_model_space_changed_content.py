@@ -12,16 +12,13 @@ HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8}
 CONTENT = {"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": LAW, "front_compliance": HINGE}}
 
 
-@pytest.mark.parametrize(
-    "numbers",
-    [
-        {"pressure_bar.front": 6.5},
-        {"pressure_bar": 4.5, "front_compliance.stiffness": 5000.0},
-        {"mB": 85.0, "c": 0.05},
-        {"relaxation_length.cornering_stiffness.front": 8000.0},
-        {"relaxation_length.relaxation_length": 0.2, "front_compliance.damping": 3.0},
-    ],
-)
+@pytest.mark.parametrize("numbers", [
+    {"pressure_bar.front": 6.5},
+    {"pressure_bar": 4.5, "front_compliance.stiffness": 5000.0},
+    {"mB": 85.0, "c": 0.05},
+    {"relaxation_length.cornering_stiffness.front": 8000.0},
+    {"relaxation_length.relaxation_length": 0.2, "front_compliance.damping": 3.0},
+])  # fmt: skip
 def test_the_changed_file_is_the_model_that_was_computed(numbers):
     space = ModelSpace(CONTENT, list(numbers))
     found = build_model(changed_content(space, list(numbers.values())))

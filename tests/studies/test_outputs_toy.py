@@ -48,10 +48,9 @@ def toys():
     OUTPUTS.update(known)
 
 
-def test_in_a_sweep_computed_and_drawn(toys, unseen, tmp_path, capsys):
+def test_in_a_sweep_computed_and_drawn(toys, no_pictures, tmp_path, capsys):
     import xarray as xr
 
-    unseen()
     content = {
         "model": MODEL, "grid": SPEEDS | {"c": [0.06, 0.07, 0.08, 0.09], "mB": [80.0, 90.0]},
         "outputs": ["slowest_decay", "turns", "trail_speed", "front_load", "largest_growth_rate", "frequencies"],
@@ -89,8 +88,7 @@ def test_a_changed_output_does_not_continue_an_old_result(toys, tmp_path):
     assert len(sweep.made_of["the output front_load"]) == 64
 
 
-def test_in_a_chart(toys, unseen, tmp_path):
-    unseen()
+def test_in_a_chart(toys, no_pictures, tmp_path):
     main(["chart", "benchmark", "--x", "speed=4:8", "--y", "c=0.06:0.1", "--out", str(tmp_path),
           "--contours", "slowest_decay"])  # fmt: skip
     table = pd.read_csv(tmp_path / "stability_chart_slowest_decay.csv")

@@ -81,14 +81,11 @@ def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
     assert (given[key]["sd"], given[key]["sd_origin"]) == (0.01, "given")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--mode", "wobbel", "--speed", "8"), "at 8 m/s: unknown mode 'wobbel'; did you mean 'wobble'?"),
-        (("--mode", "wobble", "--speed", "-1"), "'--speed': -1: give a number from 0 up to 1000"),
-        (("--mode", "wobble", "--speed", "8", "--sd", "cc=1"), "unknown parameter 'cc'; did you mean 'c'?"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("--mode", "wobbel", "--speed", "8"), "at 8 m/s: unknown mode 'wobbel'; did you mean 'wobble'?"),
+    (("--mode", "wobble", "--speed", "-1"), "'--speed': -1: give a number from 0 up to 1000"),
+    (("--mode", "wobble", "--speed", "8", "--sd", "cc=1"), "unknown parameter 'cc'; did you mean 'c'?"),
+])  # fmt: skip
 def test_bad_input_ends_with_one_line(model_file, refused, arguments, words):
     shown = refused("sensitivity", model_file, *arguments)
     assert words in shown

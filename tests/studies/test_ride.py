@@ -10,6 +10,7 @@ import pytest
 from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
 from studies.ride import available_controls, margins, read_rider_control, rides
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 M = np.array([[133.31668525, 2.43885691], [2.43885691, 0.22419262]])
@@ -153,35 +154,29 @@ def test_the_terminal_tells_what_limits_and_what_is_not_known(tmp_path, refused,
     assert "8 m/s is outside its speeds, 4 to 5 m/s" in words
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('"roll", "roll_rate"', '"role", "roll_rate"', "unknown column 'role'; did you mean 'roll'"),
-        ("N m/deg", "N m/degr", "roll: 'N m/degr' is not a unit"),
-        ("N m s/deg", "N m/deg", "roll_rate: 'N m/deg' is no unit of what is given in N m s/rad"),
-        ('"N m/rad s"]', "]", "columns must hold speed and each gain once, and units one for each"),
-        ("[4.0, 0.7,", "[4.0,", r"rows, number 1 = .* must hold 4 finite numbers"),
-        ("[4.0, 0.7,", "[4.0, nan,", r"rows, number 1 = .* must hold 4 finite numbers"),
-        ("[4.0, 0.7,", "[-4.0, 0.7,", "speed = -4 m/s must be above 0"),
-        ('"roll", "roll_rate", "steer', '"roll", "k_delta", "steer', "k_delta, .* belong together, without other"),
-        ('"roll", "roll_rate", "steer', '"steer", "steer_rate", "steer', "give a gain on roll or roll_rate"),
-        ("filter_frequency = 20.0", "filter_frequency = 0", "filter_frequency = 0 must be a finite number above 0"),
-        ("filter_frequency = 20.0", 'kind = "guessed"', "unknown kind 'guessed'"),
-        ('description = "made up"', "", "description"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('"roll", "roll_rate"', '"role", "roll_rate"', "unknown column 'role'; did you mean 'roll'"),
+    ("N m/deg", "N m/degr", "roll: 'N m/degr' is not a unit"),
+    ("N m s/deg", "N m/deg", "roll_rate: 'N m/deg' is no unit of what is given in N m s/rad"),
+    ('"N m/rad s"]', "]", "columns must hold speed and each gain once, and units one for each"),
+    ("[4.0, 0.7,", "[4.0,", r"rows, number 1 = .* must hold 4 finite numbers"),
+    ("[4.0, 0.7,", "[4.0, nan,", r"rows, number 1 = .* must hold 4 finite numbers"),
+    ("[4.0, 0.7,", "[-4.0, 0.7,", "speed = -4 m/s must be above 0"),
+    ('"roll", "roll_rate", "steer', '"roll", "k_delta", "steer', "k_delta, .* belong together, without other"),
+    ('"roll", "roll_rate", "steer', '"steer", "steer_rate", "steer', "give a gain on roll or roll_rate"),
+    ("filter_frequency = 20.0", "filter_frequency = 0", "filter_frequency = 0 must be a finite number above 0"),
+    ("filter_frequency = 20.0", 'kind = "guessed"', "unknown kind 'guessed'"),
+    ('description = "made up"', "", "description"),
+])  # fmt: skip
 def test_a_file_that_makes_no_rider_is_refused(old, new, words, tmp_path):
     assert old in OWN
     (tmp_path / "mine.toml").write_text(OWN.replace(old, new, 1))
-    with pytest.raises(InputError, match=words):
-        read_rider_control(tmp_path / "mine.toml")
+    refuses(words, read_rider_control, tmp_path / "mine.toml")
 
 
 def test_unknown_riders_and_two_riders_are_refused(tmp_path):
-    with pytest.raises(InputError, match="unknown rider control 'davis_i'; did you mean 'davis_j'.* or give a file"):
-        read_rider_control("davis_i")
-    with pytest.raises(InputError, match="no such rider control"):
-        read_rider_control(tmp_path / "none.toml")
+    refuses("unknown rider control 'davis_i'; did you mean 'davis_j'.* or give a file", read_rider_control, "davis_i")
+    refuses("no such rider control", read_rider_control, tmp_path / "none.toml")
     riding = Model(DAVIS.bicycle, effect_class("rider_control")(roll=30.0))
     with pytest.raises(InputError, match=r"the model has a rider already, \[effects.rider_control\]; take it out"):
         rides(SCHWAB, {"": riding})[0].growth(3.0)

@@ -19,8 +19,7 @@ def run(*words):
 
 
 @pytest.mark.parametrize("posture", ["upright", "hoods", "drops"])
-def test_the_packaged_bicycle_is_made_again(unseen, tmp_path, capsys, posture):
-    unseen()
+def test_the_packaged_bicycle_is_made_again(no_pictures, tmp_path, capsys, posture):
     name = f"pista_charlie_{posture}"
     run("pista", "--rider", "charlie", "--posture", posture, "--out", tmp_path / f"{name}.toml")
     made, packaged = load_bicycle(tmp_path / f"{name}.toml"), load_bicycle(name)
@@ -52,8 +51,7 @@ def test_the_file_says_where_it_comes_from(tmp_path, capsys):
     assert {p.name for p in tmp_path.iterdir()} == {"me.toml", "me.png", "me.svg"}
 
 
-def test_a_bicycle_file_with_an_own_geometry(unseen, tmp_path, capsys):
-    unseen()
+def test_a_bicycle_file_with_an_own_geometry(no_pictures, tmp_path, capsys):
     frame, seat = tmp_path / "mine.toml", tmp_path / "seat.toml"
     frame.write_text((DATA / "bicycles" / "fisher.toml").read_text())
     seat.write_text("[values]\nsaddle_distance_m = 0.70\nreach_m = 0.6\ndrop_m = -0.05\n")

@@ -85,14 +85,11 @@ def test_a_correlation_that_positive_quantities_cannot_have_is_said():
     assert said[0].startswith("quantities that keep their sign cannot have the stated correlations of a, b; means and")
 
 
-@pytest.mark.parametrize(
-    ("mean", "sd", "bounds", "words"),
-    [
-        (-1.0, 0.1, POSITIVE, "x: the mean -1 is outside 0 .. inf, so no draw could be possible"),
-        (0.5, 0.6, (0.0, 1.0), "x: nothing between 0 and 1 with a mean of 0.5 has a standard deviation of 0.6; .* 0.5"),
-        (np.inf, 1.0, POSITIVE, "x: its value is infinite, which has no standard deviation"),
-    ],
-)
+@pytest.mark.parametrize(("mean", "sd", "bounds", "words"), [
+    (-1.0, 0.1, POSITIVE, "x: the mean -1 is outside 0 .. inf, so no draw could be possible"),
+    (0.5, 0.6, (0.0, 1.0), "x: nothing between 0 and 1 with a mean of 0.5 has a standard deviation of 0.6; .* 0.5"),
+    (np.inf, 1.0, POSITIVE, "x: its value is infinite, which has no standard deviation"),
+])  # fmt: skip
 def test_moments_that_nothing_has_are_refused(mean, sd, bounds, words):
     with pytest.raises(InputError, match=words):
         possible_moments("x", mean, sd, bounds)

@@ -8,6 +8,7 @@ from bicycle.model_file import read_model
 from bicycle.responses import respond
 from studies.cli import main
 from studies.simulation import parse_initial, parse_inputs
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 MODEL = """bicycle = "benchmark"
@@ -92,38 +93,31 @@ def test_inputs_from_a_file(tmp_path):
     assert samples.before([0.0, 0.5]).tolist() == [0.0, -2.0]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("steer_torque", "write NAME:step:SIZE"), ("steer_torque:step:", "write NAME:step:SIZE"),
-        ("steer_torque:step:a", "write NAME:step:SIZE"), ("steer_torque:step:inf", "write NAME:step:SIZE"),
-        ("steer_torque:step:1@0+3", "write NAME:step:SIZE"),
-        ("steer_torque:pulse:1@0", "NAME:pulse:SIZE@START.DURATION"),
-        ("steer_torque:pulse:1@0+0", "the duration of a pulse is 0 s"),
-        ("steer_torque:stp:1", "unknown shape 'stp'; did you mean 'step'"),
-        ("steer_torque:file:absent.csv", "absent.csv"), ("steer_torque:steps:absent.csv", "absent.csv"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    ("steer_torque", "write NAME:step:SIZE"), ("steer_torque:step:", "write NAME:step:SIZE"),
+    ("steer_torque:step:a", "write NAME:step:SIZE"), ("steer_torque:step:inf", "write NAME:step:SIZE"),
+    ("steer_torque:step:1@0+3", "write NAME:step:SIZE"),
+    ("steer_torque:pulse:1@0", "NAME:pulse:SIZE@START.DURATION"),
+    ("steer_torque:pulse:1@0+0", "the duration of a pulse is 0 s"),
+    ("steer_torque:stp:1", "unknown shape 'stp'; did you mean 'step'"),
+    ("steer_torque:file:absent.csv", "absent.csv"), ("steer_torque:steps:absent.csv", "absent.csv"),
+])  # fmt: skip
 def test_refused_inputs(text, words):
     with pytest.raises((InputError, FileNotFoundError), match=words):
         parse_inputs([text], allowed=INPUTS)
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("time_s,torque\n0,1\n", "the column steer_torque_N_m is missing; there are time_s, torque"),
-        ("t,steer_torque_N_m\n0,1\n", "the column time_s is missing"),
-        ("", "the file is empty; the first line must name the columns: time_s, steer_torque_N_m"),
-        ("time_s,steer_torque_N_m\n", "the table has no rows"),
-        ("time_s,steer_torque_N_m\n0,high\n", "steer_torque_N_m = 'high' is not a finite number"),
-        ("time_s,steer_torque_N_m\n0,1\n0,2\n", "the times of an input must increase"),
-    ],
-)
+@pytest.mark.parametrize(("content", "words"), [
+    ("time_s,torque\n0,1\n", "the column steer_torque_N_m is missing; there are time_s, torque"),
+    ("t,steer_torque_N_m\n0,1\n", "the column time_s is missing"),
+    ("", "the file is empty; the first line must name the columns: time_s, steer_torque_N_m"),
+    ("time_s,steer_torque_N_m\n", "the table has no rows"),
+    ("time_s,steer_torque_N_m\n0,high\n", "steer_torque_N_m = 'high' is not a finite number"),
+    ("time_s,steer_torque_N_m\n0,1\n0,2\n", "the times of an input must increase"),
+])  # fmt: skip
 def test_refused_input_files(content, words, tmp_path):
     (tmp_path / "t.csv").write_text(content)
-    with pytest.raises(InputError, match=f"t.csv(, line 2)?: {words}"):
-        parse_inputs([f"steer_torque:file:{tmp_path / 't.csv'}"], allowed=INPUTS)
+    refuses(f"t.csv(, line 2)?: {words}", parse_inputs, [f"steer_torque:file:{tmp_path / 't.csv'}"], allowed=INPUTS)
 
 
 @pytest.mark.parametrize(
@@ -131,31 +125,27 @@ def test_refused_input_files(content, words, tmp_path):
     [("lean", "write STATE=NUMBER"), ("lean=a", "write STATE=NUMBER"), ("lean=1,lean=2", "lean is given twice")],
 )
 def test_refused_initial_states(text, words):
-    with pytest.raises(InputError, match=words):
-        parse_initial(text)
+    refuses(words, parse_initial, text)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ([], "nothing moves the bicycle; give --initial or --input"),
-        (["--initial", "lean=1", "--duration", "0"], "duration = 0 s must be positive"),
-        (["--initial", "lean=1", "--step", "-1"], "step = -1 s must be positive"),
-        (["--initial", "lean=1", "--step", "9", "--duration", "2"], "step = 9 s is longer than duration = 2 s"),
-        (["--input", "steer_torque:step:1@9", "--duration", "2"], "steer_torque starts at 9 s, outside the simulated"),
-        (["--input", "steer_torque:step:1@2", "--duration", "2"], "starts at 2 s, outside the simulated time 0 .. 2 s"),
-        (["--input", "steer_torque:step:1@-1"], "steer_torque starts at -1 s, outside the simulated time 0 .. 5 s"),
-        (["--initial", "lean=1", "--friction", "0.8"], "--friction is of the Magic Formula tyre; add --nonlinear"),
-        (["--initial", "lean=1", "--shape-factor", "1"], "--shape-factor is of the Magic Formula tyre"),
-        (["--initial", "lean=1", "--curvature-factor", "0"], "--curvature-factor is of the Magic Formula tyre"),
-        (["--offset", "0.01"], "--offset is of the Magic Formula tyre"),
-        (["--input", "foo:file:absent.csv"], "unknown input 'foo'; known: "),
-        (["--initial", "lean=1", "--step", "1e-9"], "samples are more than a million"),
-        (["--initial", "lena=1"], "unknown state 'lena'; did you mean 'lean'"),
-        (["--input", "steer:step:1"], "unknown input 'steer'"),
-        (["--initial", "lean=0.1", "--nonlinear", "--friction", "9"], "friction = 9 is outside 0 .. 3"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    ([], "nothing moves the bicycle; give --initial or --input"),
+    (["--initial", "lean=1", "--duration", "0"], "duration = 0 s must be positive"),
+    (["--initial", "lean=1", "--step", "-1"], "step = -1 s must be positive"),
+    (["--initial", "lean=1", "--step", "9", "--duration", "2"], "step = 9 s is longer than duration = 2 s"),
+    (["--input", "steer_torque:step:1@9", "--duration", "2"], "steer_torque starts at 9 s, outside the simulated"),
+    (["--input", "steer_torque:step:1@2", "--duration", "2"], "starts at 2 s, outside the simulated time 0 .. 2 s"),
+    (["--input", "steer_torque:step:1@-1"], "steer_torque starts at -1 s, outside the simulated time 0 .. 5 s"),
+    (["--initial", "lean=1", "--friction", "0.8"], "--friction is of the Magic Formula tyre; add --nonlinear"),
+    (["--initial", "lean=1", "--shape-factor", "1"], "--shape-factor is of the Magic Formula tyre"),
+    (["--initial", "lean=1", "--curvature-factor", "0"], "--curvature-factor is of the Magic Formula tyre"),
+    (["--offset", "0.01"], "--offset is of the Magic Formula tyre"),
+    (["--input", "foo:file:absent.csv"], "unknown input 'foo'; known: "),
+    (["--initial", "lean=1", "--step", "1e-9"], "samples are more than a million"),
+    (["--initial", "lena=1"], "unknown state 'lena'; did you mean 'lean'"),
+    (["--input", "steer:step:1"], "unknown input 'steer'"),
+    (["--initial", "lean=0.1", "--nonlinear", "--friction", "9"], "friction = 9 is outside 0 .. 3"),
+])  # fmt: skip
 def test_refused_commands(options, words, file, tmp_path, refused):
     assert words in refused("simulate", file, "--speed", "5", "--out", tmp_path / "out", *options)
     assert not (tmp_path / "out").exists()

@@ -105,16 +105,14 @@ def test_root_locus(model):
     assert figure.stat().st_size > 1000
 
 
-def test_lists_and_pages(capsys):
+def test_lists_and_pages(capsys, printed):
     main(["effects", "--effects", PANNIER])
     (row,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("pannier")]
     assert "kg" in row
-    main(["effects", "pannier", "--effects", PANNIER])
-    page = capsys.readouterr().out
+    page = printed("effects", "pannier", "--effects", PANNIER)
     assert page.startswith("# pannier\n\nTOY: a box")
     assert "- Brings the mode: pannier" in page
-    main(["effects", "pannier", "--effects", PANNIER, "--json", "-"])
-    assert json.loads(capsys.readouterr().out)["modes"] == ["pannier"]
+    assert json.loads(printed("effects", "pannier", "--effects", PANNIER, "--json", "-"))["modes"] == ["pannier"]
 
 
 SWEEP = """model = "m.toml"
@@ -148,7 +146,7 @@ def test_a_sweep_whose_effect_has_changed_is_another(model, tmp_path):
     assert len(prints) == 2
 
 
-def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
+def test_diagnosis_names_it(tmp_path, monkeypatch, printed):
     """Synthetic: weave and the mode of a box that the base model does not have."""
     monkeypatch.chdir(tmp_path)
     speeds, rng = [4.5, 5.0, 5.5, 6.0, 6.5], np.random.default_rng(1)
@@ -168,8 +166,7 @@ def test_diagnosis_names_it(tmp_path, monkeypatch, capsys):
     with outside_effects([PANNIER]):
         left_out = all_but(read_measurement("measured.toml"), ("pannier", "steer_damper", "steer_spring", "luggage"))
     without = [f"--without={name}" for name in left_out]
-    main(["diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"])
-    verdict = json.loads(capsys.readouterr().out)
+    verdict = json.loads(printed("diagnose", "measured.toml", "--effects", PANNIER, *without, "--json", "-"))
     assert verdict["verdict"] == "named"
     (named,) = verdict["effects"]
     assert named["identifier"] == "pannier"

@@ -205,20 +205,17 @@ def test_effects_that_are_not_there_yet_are_added_without_influence():
     assert design.with_effects(TYRED, ["steer_damper.damping"]) == (TYRED, ())
 
 
-@pytest.mark.parametrize(
-    ("keys", "asked", "wanted", "message"),
-    [
-        (["c"], "flutter", {}, "--keep flutter: the model has no such mode between 3 and 25 m/s; it has weave, wobble"),
-        (["speed"], "wobble", {}, "--vary speed: it is no number of the model file"),
-        (["load_N.front"], "wobble", {}, "--vary load_N.front: it is no number of the model file"),
-        (["c"], "wobble", {"costs": {"w": 1.0}}, "--cost: unknown varied parameter 'w'"),
-        (["c", "w"], "wobble", {"costs": {"w": 1.0}}, "--cost: c has none; give a cost to every varied parameter"),
-        (["c"], "wobble", {"costs": {"c": 0.0}}, "--cost: a change must cost more than 0"),
-        (["c"], "wobble", {"limits": {"w": (1.0, 2.0)}}, "--limits: unknown varied parameter 'w'"),
-        (["c"], "wobble", {"limits": {"c": (0.1, 0.2)}}, "--limits c: the model's 0.06173 m is not between them"),
-        (["w"], "wobble", {"limits": {"w": (-1.0, 2.0)}}, "--limits w=-1:2: possible are 0 to inf m"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "asked", "wanted", "message"), [
+    (["c"], "flutter", {}, "--keep flutter: the model has no such mode between 3 and 25 m/s; it has weave, wobble"),
+    (["speed"], "wobble", {}, "--vary speed: it is no number of the model file"),
+    (["load_N.front"], "wobble", {}, "--vary load_N.front: it is no number of the model file"),
+    (["c"], "wobble", {"costs": {"w": 1.0}}, "--cost: unknown varied parameter 'w'"),
+    (["c", "w"], "wobble", {"costs": {"w": 1.0}}, "--cost: c has none; give a cost to every varied parameter"),
+    (["c"], "wobble", {"costs": {"c": 0.0}}, "--cost: a change must cost more than 0"),
+    (["c"], "wobble", {"limits": {"w": (1.0, 2.0)}}, "--limits: unknown varied parameter 'w'"),
+    (["c"], "wobble", {"limits": {"c": (0.1, 0.2)}}, "--limits c: the model's 0.06173 m is not between them"),
+    (["w"], "wobble", {"limits": {"w": (-1.0, 2.0)}}, "--limits w=-1:2: possible are 0 to inf m"),
+])  # fmt: skip
 def test_what_is_no_design(keys, asked, wanted, message):
     with pytest.raises(InputError) as error:
         designed(TYRED, keys, (Demand(asked),), RANGE, nothing(**wanted))
@@ -248,14 +245,11 @@ def test_a_largest_amplitude_costs_less_than_stability_and_is_kept():
     assert wide.after.cost == 0
 
 
-@pytest.mark.parametrize(
-    ("keep", "speeds", "more", "message"),
-    [
-        ([("weave", "2deg")], (34.5, 37.0), {}, "--keep weave 2deg: even where it is stable a kick starts a larger"),
-        ([("wobble", "2deg"), ("weave", "2deg")], RANGE, {}, "--keep wobble 2deg: give one amplitude, without"),
-        ([("wobble", "2deg")], RANGE, {"probability": 0.9, "sd": {"c": 0.001}}, "give one amplitude, without --prob"),
-    ],
-)
+@pytest.mark.parametrize(("keep", "speeds", "more", "message"), [
+    ([("weave", "2deg")], (34.5, 37.0), {}, "--keep weave 2deg: even where it is stable a kick starts a larger"),
+    ([("wobble", "2deg"), ("weave", "2deg")], RANGE, {}, "--keep wobble 2deg: give one amplitude, without"),
+    ([("wobble", "2deg")], RANGE, {"probability": 0.9, "sd": {"c": 0.001}}, "give one amplitude, without --prob"),
+])  # fmt: skip
 def test_amplitudes_that_no_design_keeps(keep, speeds, more, message):
     faq = TYRED | {"effects": TYRED["effects"] | {"front_compliance": HINGE | {
         "stiffness": 4000.0, "damping": 12.0, "joint_x": 0.86, "joint_z": -0.65}}}  # fmt: skip
@@ -264,19 +258,16 @@ def test_amplitudes_that_no_design_keeps(keep, speeds, more, message):
     assert message in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("keep", "message"),
-    [
-        (
-            [("wobble", "calm")],
-            "--keep wobble calm: give stable, a least damping ratio from 0 to below 1, or a largest",
-        ),
-        ([("wobble", "1.5")], "from 0 to below 1"),
-        ([("wobble", "25deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
-        ([("all", "2deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
-        ([("wobble", "stable"), ("wobble", "0.1")], "--keep wobble is given twice; keep one"),
-    ],
-)
+@pytest.mark.parametrize(("keep", "message"), [
+    (
+        [("wobble", "calm")],
+        "--keep wobble calm: give stable, a least damping ratio from 0 to below 1, or a largest",
+    ),
+    ([("wobble", "1.5")], "from 0 to below 1"),
+    ([("wobble", "25deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
+    ([("all", "2deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
+    ([("wobble", "stable"), ("wobble", "0.1")], "--keep wobble is given twice; keep one"),
+])  # fmt: skip
 def test_demands_that_are_none(keep, message):
     with pytest.raises(InputError) as error:
         demands(keep)
@@ -319,14 +310,11 @@ def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp
     assert not (tmp_path / "better.toml").exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--vary", "c", "--up-to", "1", "--out", "a.toml"], "--up-to 1 must be above --from 1 m/s"),
-        (["--vary", "c", "--up-to", "5", "--out", "a.txt"], "--out a.txt: a model file ends in .toml"),
-        (["--vary", ",", "--up-to", "5", "--out", "a.toml"], "--vary: give at least one parameter"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    (["--vary", "c", "--up-to", "1", "--out", "a.toml"], "--up-to 1 must be above --from 1 m/s"),
+    (["--vary", "c", "--up-to", "5", "--out", "a.txt"], "--out a.txt: a model file ends in .toml"),
+    (["--vary", ",", "--up-to", "5", "--out", "a.toml"], "--vary: give at least one parameter"),
+])  # fmt: skip
 def test_commands_that_are_none(options, message, refused):
     assert message in refused("design", "benchmark", "--keep", "weave", "stable", *options)
 

@@ -42,15 +42,12 @@ def test_the_hinge_of_the_front_keeps_its_distance_from_the_steer_axis():
     assert joint - axis[1] == pytest.approx(0.9 - axis[0], abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("wheelbase", 0.6, "the wheels overlap by"), ("rear_wheel_radius", 0.8, "the wheels overlap by"),
-        ("trail", 0.4, "the fork would need an offset of"), ("head_angle", 30, "must be between 45 and 90 deg"),
-        ("front_mass", 0, "must be above 0"), ("rear_x", 1.5, "of the weight; the bicycle tips over"),
-        ("front_height", -0.2, "must be above 0"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "value", "words"), [
+    ("wheelbase", 0.6, "the wheels overlap by"), ("rear_wheel_radius", 0.8, "the wheels overlap by"),
+    ("trail", 0.4, "the fork would need an offset of"), ("head_angle", 30, "must be between 45 and 90 deg"),
+    ("front_mass", 0, "must be above 0"), ("rear_x", 1.5, "of the weight; the bicycle tips over"),
+    ("front_height", -0.2, "must be above 0"),
+])  # fmt: skip
 def test_geometry_that_cannot_be_names_its_slider(key, value, words):
     with pytest.raises(site.Misfit, match=words) as refused:
         site.moved(load_bicycle("benchmark"), {key: float(value)})

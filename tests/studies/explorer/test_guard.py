@@ -37,16 +37,13 @@ def test_the_page_asks_and_is_answered(client):
     assert client.get("/", headers=HOME).status_code == 200
 
 
-@pytest.mark.parametrize(
-    ("headers", "code"),
-    [
-        ({"Host": "evil.example"}, 403), ({"Host": "127.0.0.1"}, 403),  # DNS rebinding: another name that points here
-        *(({"Origin": f"http{site}"}, 403) for site in ("://evil.example", "s://127.0.0.1:8050", "://127.0.0.1:9999")),
-        ({"Origin": "null"}, 403), ({"Sec-Fetch-Site": "cross-site"}, 403), ({"Sec-Fetch-Site": "same-site"}, 403),
-        ({"Origin": "http://127.0.0.1:8050", "Sec-Fetch-Site": "same-origin"}, 200),
-        ({"Host": "localhost:8050", "Origin": "http://localhost:8050"}, 200),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("headers", "code"), [
+    ({"Host": "evil.example"}, 403), ({"Host": "127.0.0.1"}, 403),  # DNS rebinding: another name that points here
+    *(({"Origin": f"http{site}"}, 403) for site in ("://evil.example", "s://127.0.0.1:8050", "://127.0.0.1:9999")),
+    ({"Origin": "null"}, 403), ({"Sec-Fetch-Site": "cross-site"}, 403), ({"Sec-Fetch-Site": "same-site"}, 403),
+    ({"Origin": "http://127.0.0.1:8050", "Sec-Fetch-Site": "same-origin"}, 200),
+    ({"Host": "localhost:8050", "Origin": "http://localhost:8050"}, 200),
+])  # fmt: skip
 def test_only_its_own_page_may_ask(client, headers, code):
     answer = ask(client, question("bicycle=benchmark"), **headers)
     assert answer.status_code == code
@@ -61,14 +58,11 @@ def test_a_link_may_open_the_page_but_nothing_else(client):
     assert client.get("/", headers=link | {"Sec-Fetch-Mode": "no-cors"}).status_code == 403
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "/etc/passwd", "/../../etc/passwd", "/assets/../app.py", "/assets/%2e%2e/app.py", "/assets/..%2fapp.py",
-        "/assets//etc/passwd", "/static/x", "/_reload-hash", "/_dash-component-suites/dash/../../os.py",
-        "/_dash-component-suites/os/os.py", "/_dash-component-suites/dash/dash.py", "/_mcp", "/x" * 2000, "/assets/\0",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("path", [
+    "/etc/passwd", "/../../etc/passwd", "/assets/../app.py", "/assets/%2e%2e/app.py", "/assets/..%2fapp.py",
+    "/assets//etc/passwd", "/static/x", "/_reload-hash", "/_dash-component-suites/dash/../../os.py",
+    "/_dash-component-suites/os/os.py", "/_dash-component-suites/dash/dash.py", "/_mcp", "/x" * 2000, "/assets/\0",
+])  # fmt: skip
 def test_no_path_leads_to_a_file(client, path):
     answer = client.get(path, headers=HOME)
     assert 400 <= answer.status_code < 500
@@ -87,78 +81,69 @@ def test_a_body_of_ten_megabytes_is_refused(client):
     assert answer.status_code == 413
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
-        b"", b"{", b"[]", b"null", b"7", b'"x"', b"{}", b"[" * 100_000, b'{"output": 3}', b'{"output": "nothing.data"}',
-        json.dumps({"output": ALONG}).encode(),
-        json.dumps(question("a") | {"outputs": []}).encode(),
-        json.dumps(question("a") | {"outputs": {"id": [], "property": {}}}).encode(),
-        json.dumps(question("a") | {"inputs": []}).encode(),
-        json.dumps(question("a") | {"inputs": "ask-along"}).encode(),
-        json.dumps(question("a") | {"changedPropIds": [[1]]}).encode(),
-        json.dumps(question([[[[[[[[[["deep"]]]]]]]]]])).encode(),
-        json.dumps(question(list(range(100_000)))).encode(),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("body", [
+    b"", b"{", b"[]", b"null", b"7", b'"x"', b"{}", b"[" * 100_000, b'{"output": 3}', b'{"output": "nothing.data"}',
+    json.dumps({"output": ALONG}).encode(),
+    json.dumps(question("a") | {"outputs": []}).encode(),
+    json.dumps(question("a") | {"outputs": {"id": [], "property": {}}}).encode(),
+    json.dumps(question("a") | {"inputs": []}).encode(),
+    json.dumps(question("a") | {"inputs": "ask-along"}).encode(),
+    json.dumps(question("a") | {"changedPropIds": [[1]]}).encode(),
+    json.dumps(question([[[[[[[[[["deep"]]]]]]]]]])).encode(),
+    json.dumps(question(list(range(100_000)))).encode(),
+])  # fmt: skip
 def test_what_no_page_sends_is_refused(client, body):
     answer = client.post("/_dash-update-component", data=body, content_type="application/json", headers=HOME)
     assert answer.status_code == 400
     assert answer.data == b"velotyre explore: this is no request of the page\n"
 
 
-@pytest.mark.parametrize(
-    ("state", "words"),
-    [
-        (None, "address: must be text of at most 60000 letters; begin again with an empty one"),
-        (7, "address: must be text"),
-        ("x" * 70_000, "address: must be text of at most 60000 letters"),
-        ("nonsense", "address: 'nonsense' is not key=value; correct it or begin with an empty address"),
-        ("evil=1", "address: unknown key 'evil'; known: allow_unusual, at, bicycle"),
-        ("slow=1e999", "address: slow = '1e999' must be a finite number"),
-        ("slow=nan", "address: slow = 'nan' must be a finite number"),
-        ("fast=1e300", "address: fast = 1e+300 must be a speed above 0 and up to 60 m/s"),
-        ("slow=5&fast=4&at=4", "address: speeds from 5 to 4 m/s with 4 m/s chosen; the first must be below the second"),
-        ("at=20", "address: speeds from 1 to 10 m/s with 20 m/s chosen"),
-        ("bicycle=/etc/passwd", "unknown bicycle '/etc/passwd'; known: balanceassistv1, "),
-        ("bicycle=../benchmark.toml", "unknown bicycle '../benchmark.toml'; "),
-        ("bicycle=pista&bicycle=rigid", "address: bicycle is given twice; keep one"),
-        ("bicycle=pista&bicycle.w=1", "address: bicycle.w is given beside bicycle as a whole; keep one"),
-        ("bicycle.w=1", "missing c, lam, g, "),
-        ("rider=../../etc/passwd&bicycle=pista", "unknown rider '../../etc/passwd'; known: charlie, jason"),
-        ("name=" + "x" * 81, "must be one line of at most 80 letters"),
-        ("name=a%0Ab", "must be one line of at most 80 letters"),
-        ("posture=standing", "address: posture = 'standing' must be upright, hoods or drops"),
-        ("effects.side_slip.tyre=/etc/passwd.csv&effects.side_slip.pressure_bar=5", "tyre file '/etc/passwd.csv', whi"),
-        ("effects.steer_damper.damping=1e308", "the model"),
-        ("effects.nothing.x=1", "unknown effect 'nothing'; "),
-        ("effects.steer_damper=3", "address: effects.steer_damper = '3' is no key and value of a model file"),
-        ("effects.steer_damper.damping.rear.x=3", "is no key and value of a model file"),
-        ("effects.steer_damper.damping=1&effects.steer_damper.damping.rear=3", "keep one"),
-        ("covariance=%5B", "address: covariance = '[' must be a table as JSON"),
-        ("covariance=" + "%5B" * 5000, "must be a table as JSON"),
-        ("allow_unusual=perhaps", "address: allow_unusual = 'perhaps' is no key and value of a model file"),
-        ("pin=pin%3Dbicycle%253Dpista", "address: what is pinned cannot pin others; unpin it"),
-        ("&".join(["pin=bicycle%3Dpista"] * 5), "address: 5 curves are pinned; at most 4, unpin some"),
-    ],
-)
+@pytest.mark.parametrize(("state", "words"), [
+    (None, "address: must be text of at most 60000 letters; begin again with an empty one"),
+    (7, "address: must be text"),
+    ("x" * 70_000, "address: must be text of at most 60000 letters"),
+    ("nonsense", "address: 'nonsense' is not key=value; correct it or begin with an empty address"),
+    ("evil=1", "address: unknown key 'evil'; known: allow_unusual, at, bicycle"),
+    ("slow=1e999", "address: slow = '1e999' must be a finite number"),
+    ("slow=nan", "address: slow = 'nan' must be a finite number"),
+    ("fast=1e300", "address: fast = 1e+300 must be a speed above 0 and up to 60 m/s"),
+    ("slow=5&fast=4&at=4", "address: speeds from 5 to 4 m/s with 4 m/s chosen; the first must be below the second"),
+    ("at=20", "address: speeds from 1 to 10 m/s with 20 m/s chosen"),
+    ("bicycle=/etc/passwd", "unknown bicycle '/etc/passwd'; known: balanceassistv1, "),
+    ("bicycle=../benchmark.toml", "unknown bicycle '../benchmark.toml'; "),
+    ("bicycle=pista&bicycle=rigid", "address: bicycle is given twice; keep one"),
+    ("bicycle=pista&bicycle.w=1", "address: bicycle.w is given beside bicycle as a whole; keep one"),
+    ("bicycle.w=1", "missing c, lam, g, "),
+    ("rider=../../etc/passwd&bicycle=pista", "unknown rider '../../etc/passwd'; known: charlie, jason"),
+    ("name=" + "x" * 81, "must be one line of at most 80 letters"),
+    ("name=a%0Ab", "must be one line of at most 80 letters"),
+    ("posture=standing", "address: posture = 'standing' must be upright, hoods or drops"),
+    ("effects.side_slip.tyre=/etc/passwd.csv&effects.side_slip.pressure_bar=5", "tyre file '/etc/passwd.csv', whi"),
+    ("effects.steer_damper.damping=1e308", "the model"),
+    ("effects.nothing.x=1", "unknown effect 'nothing'; "),
+    ("effects.steer_damper=3", "address: effects.steer_damper = '3' is no key and value of a model file"),
+    ("effects.steer_damper.damping.rear.x=3", "is no key and value of a model file"),
+    ("effects.steer_damper.damping=1&effects.steer_damper.damping.rear=3", "keep one"),
+    ("covariance=%5B", "address: covariance = '[' must be a table as JSON"),
+    ("covariance=" + "%5B" * 5000, "must be a table as JSON"),
+    ("allow_unusual=perhaps", "address: allow_unusual = 'perhaps' is no key and value of a model file"),
+    ("pin=pin%3Dbicycle%253Dpista", "address: what is pinned cannot pin others; unpin it"),
+    ("&".join(["pin=bicycle%3Dpista"] * 5), "address: 5 curves are pinned; at most 4, unpin some"),
+])  # fmt: skip
 def test_a_state_that_makes_no_model_is_refused_in_words(client, state, words):
     assert words in shown(client, state)["message"]
 
 
-@pytest.mark.parametrize(
-    ("axes", "words"),
-    [
-        ("", "stability chart: choose what stands along both axes"),
-        ("x=speed", "stability chart: choose what stands along both axes"),
-        ("x=speed&y=speed", "both axes are speed; give two different ones"),
-        ("x=speed&y=nothing", "unknown parameter 'nothing'"),
-        ("x=speed%3D1:1e999&y=c", "the range must be finite and rise"),
-        ("x=speed%3D-1e300:1e300&y=c", "speed"),
-        ("x=speed&y=c%3D__import__", "axis 'c=__import__'"),
-        ("x=speed&y=" + "c" * 100, "must be one line of at most 80 letters"),
-    ],
-)
+@pytest.mark.parametrize(("axes", "words"), [
+    ("", "stability chart: choose what stands along both axes"),
+    ("x=speed", "stability chart: choose what stands along both axes"),
+    ("x=speed&y=speed", "both axes are speed; give two different ones"),
+    ("x=speed&y=nothing", "unknown parameter 'nothing'"),
+    ("x=speed%3D1:1e999&y=c", "the range must be finite and rise"),
+    ("x=speed%3D-1e300:1e300&y=c", "speed"),
+    ("x=speed&y=c%3D__import__", "axis 'c=__import__'"),
+    ("x=speed&y=" + "c" * 100, "must be one line of at most 80 letters"),
+])  # fmt: skip
 def test_a_chart_that_cannot_be_drawn_is_refused_in_words(client, axes, words):
     answer = ask(client, question(f"bicycle=benchmark&{axes}", "chart"))
     assert answer.status_code == 200

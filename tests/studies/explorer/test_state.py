@@ -114,10 +114,6 @@ def test_pressure_and_load_are_marked_outside_what_was_measured():
         site.build(site.parse_state(TYRES.replace("front=4", "front=19")))
 
 
-def read_model_text(text):
-    return build_model(tomllib.loads(text))
-
-
 def test_a_script_in_a_name_is_text():
     values = load_bicycle("pista").values
     state = site.parse_state(

@@ -4,11 +4,12 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bicycle.model_file import read_model
 from studies import explorer as site
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
@@ -90,27 +91,24 @@ def test_two_contents_of_one_name_are_two_tyres():
     assert again == first
 
 
-@pytest.mark.parametrize(
-    ("dropped", "words"),
-    [
-        ({"model.toml": MODEL},
-         "model.toml: effect 'relaxation_length': names the tyre file 'fit/maps/mine.csv', which was not dropped; drop "
-         "both together"),
-        ({"model.toml": MODEL, "other.csv": TABLE}, "which was not dropped; drop both together"),
-        ({"mine.toml": SIDECAR}, "mine.toml: describes the tyre table mine.csv; drop both together"),
-        ({"mine.csv": b"t,x\n1,2\n"}, "mine.csv"),
-        ({"mine.tir": b"nothing"}, "mine.tir"),
-        ({"mine.mat": b"nothing"}, "mine.mat"),
-        ({"mine.mat": TABLE}, "mine.mat"),  # on which scipy stumbles
-        ({"mine.json": b"[" * 20000}, "mine.json"),
-        ({"mine.toml": b'kind = "modal"'}, "mine.toml: kind = 'modal'; a tyre is a table without a kind"),
-        ({".mine.csv": TABLE}, "cannot be loaded under this name"),
-        ({"mine.csv": b"#" * 1_000_001}, "mine.csv: 1000001 bytes are more than the 1000000 of a tyre file"),
-        ({"a.toml": MODEL, "b.toml": MODEL}, "a.toml and b.toml: drop one bicycle or model at a time, with its tyres"),
-        ({"x/mine.csv": TABLE, "y/mine.csv": TABLE}, "mine.csv: two files of this name were dropped; rename one"),
-        ({f"{k}.csv": TABLE for k in range(21)}, "21 files were dropped; at most 20 at once"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("dropped", "words"), [
+    ({"model.toml": MODEL},
+     "model.toml: effect 'relaxation_length': names the tyre file 'fit/maps/mine.csv', which was not dropped; drop "
+     "both together"),
+    ({"model.toml": MODEL, "other.csv": TABLE}, "which was not dropped; drop both together"),
+    ({"mine.toml": SIDECAR}, "mine.toml: describes the tyre table mine.csv; drop both together"),
+    ({"mine.csv": b"t,x\n1,2\n"}, "mine.csv"),
+    ({"mine.tir": b"nothing"}, "mine.tir"),
+    ({"mine.mat": b"nothing"}, "mine.mat"),
+    ({"mine.mat": TABLE}, "mine.mat"),  # on which scipy stumbles
+    ({"mine.json": b"[" * 20000}, "mine.json"),
+    ({"mine.toml": b'kind = "modal"'}, "mine.toml: kind = 'modal'; a tyre is a table without a kind"),
+    ({".mine.csv": TABLE}, "cannot be loaded under this name"),
+    ({"mine.csv": b"#" * 1_000_001}, "mine.csv: 1000001 bytes are more than the 1000000 of a tyre file"),
+    ({"a.toml": MODEL, "b.toml": MODEL}, "a.toml and b.toml: drop one bicycle or model at a time, with its tyres"),
+    ({"x/mine.csv": TABLE, "y/mine.csv": TABLE}, "mine.csv: two files of this name were dropped; rename one"),
+    ({f"{k}.csv": TABLE for k in range(21)}, "21 files were dropped; at most 20 at once"),
+])  # fmt: skip
 def test_what_cannot_be_taken_is_refused_in_words(dropped, words):
     with pytest.raises(InputError) as refused:
         site.with_files(site.State(), list(dropped.items()))
@@ -126,14 +124,10 @@ def test_an_address_with_a_tyre_that_is_not_here_says_what_to_drop():
     ]
     assert site.kept_here(site.State()) == []
     site.TYRES.close()
-    with pytest.raises(
-        InputError, match=r"the tyre file 'mine\.csv' is not loaded here, or has another content; an ad"
-    ):
-        site.build(state)
+    refuses(r"the tyre file 'mine\.csv' is not loaded here, or has another content; an ad", site.build, state)
     assert site.controls(state)["wheels"][0]["tyres"][-1]["words"] == "mine.csv (loaded, not here)"
     site.with_files(state, [("mine.csv", TABLE.replace(b"100", b"101"))])
-    with pytest.raises(InputError, match="or has another content"):
-        site.build(state)
+    refuses("or has another content", site.build, state)
     site.with_files(state, [("mine.csv", TABLE)])
     site.build(state)
 
@@ -155,13 +149,10 @@ def test_a_saved_page_holds_the_tyre():
 SECRET = "secret_9d1f.csv"
 
 
-@pytest.mark.parametrize(
-    "trick",
-    [
-        "{path}", "{path}@0123456789", "../{name}", "mine.csv@0000000000/../../{name}", "./{name}", "{name}",
-        "~/{name}", "mine.csv@{digest}/../{name}", "file://{path}", "mine.csv@{digest}\\u0000", "..\\\\{name}",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("trick", [
+    "{path}", "{path}@0123456789", "../{name}", "mine.csv@0000000000/../../{name}", "./{name}", "{name}",
+    "~/{name}", "mine.csv@{digest}/../{name}", "file://{path}", "mine.csv@{digest}\\u0000", "..\\\\{name}",
+])  # fmt: skip
 def test_no_name_of_a_tyre_leads_to_a_file_that_was_not_loaded(trick, tmp_path, monkeypatch):
     (tmp_path / SECRET).write_bytes(TABLE)
     monkeypatch.chdir(tmp_path)
@@ -177,8 +168,7 @@ def test_no_name_of_a_tyre_leads_to_a_file_that_was_not_loaded(trick, tmp_path, 
 
 
 def test_a_name_with_a_folder_is_not_written():
-    with pytest.raises(InputError, match="cannot be loaded under this name"):
-        site.TYRES.keep("../mine.csv", {"../mine.csv": TABLE})
+    refuses("cannot be loaded under this name", site.TYRES.keep, "../mine.csv", {"../mine.csv": TABLE})
     assert site.TYRES.names() == []
 
 
@@ -186,12 +176,13 @@ def test_a_name_with_a_folder_is_not_written():
 @given(
     st.lists(
         st.tuples(
-            st.sampled_from(["a.csv", "a.toml", "b.tir", "c.txt", "d.yaml", "e.json", "f.mat", "../g.csv", "h", ""]),
+            st.sampled_from(["a.csv", "a.toml", "b.tir", "c.txt", "d.yaml", "e.json", "../g.csv", "h", ""]),
             st.binary(max_size=60) | st.sampled_from([TABLE, MODEL, MEASURED, SIDECAR]),
         ),
         max_size=4,
     )
 )  # fmt: skip
+@example([("f.mat", b"\0")])  # a process of its own reads it, which takes longer than all else
 def test_whatever_is_dropped_is_taken_or_refused(dropped):
     try:
         state, _ = site.with_files(site.State(), dropped)

@@ -79,14 +79,13 @@ def test_two_modes_pictures_and_a_table(tmp_path, capsys):
     assert svg.startswith("<?xml")
 
 
-def test_recordings_of_one_name_in_several_folders_are_told_apart(tmp_path, capsys, unseen, refused):
+def test_recordings_of_one_name_in_several_folders_are_told_apart(tmp_path, capsys, no_pictures, refused):
     """As `velotyre simulate` writes them, one folder a ride."""
     for place, ride in enumerate(("first", "second")):
         (tmp_path / ride).mkdir()
         write(tmp_path / ride / "recording.csv", make(Cell(noise=0.02), np.random.default_rng(place)).run)
     files = [str(tmp_path / ride / "recording.csv") for ride in ("first", "second")]
     pictures = tmp_path / "pictures"
-    unseen()
     main(["modal", *(f"{file}@5" for file in files), "--to", "1e3", "--figures", str(pictures)])
     shown = capsys.readouterr()
     for ride in ("first", "second"):
@@ -129,16 +128,13 @@ def test_runs_of_other_channels_do_not_share_a_table(tmp_path, refused):
 
 
 @pytest.mark.parametrize("begin", [0.0, 5.0])
-@pytest.mark.parametrize(
-    ("window", "note"),
-    [
-        ((), ""),
-        (("--from", "0.2", "--to", "4"), ""),
-        (("--to", "99"), "the window from 0 s to 99 s reaches beyond the recording, 0 to 5.99 s"),
-        (("--from", "-3"), "the window from -3 s to inf s reaches beyond the recording, 0 to "),
-        (("--from", "7"), "0 samples between 7 and inf s; at least 20 are needed"),
-    ],
-)
+@pytest.mark.parametrize(("window", "note"), [
+    ((), ""),
+    (("--from", "0.2", "--to", "4"), ""),
+    (("--to", "99"), "the window from 0 s to 99 s reaches beyond the recording, 0 to 5.99 s"),
+    (("--from", "-3"), "the window from -3 s to inf s reaches beyond the recording, 0 to "),
+    (("--from", "7"), "0 samples between 7 and inf s; at least 20 are needed"),
+])  # fmt: skip
 def test_windows_count_from_the_first_sample_whatever_the_clock_begins_with(begin, window, note, tmp_path, capsys):
     """A recording of 5.99 s of exp(-0.5 t) cos(4.5 t), t from its first sample."""
     rng, t = np.random.default_rng(4), np.arange(600) / 100
@@ -155,13 +151,10 @@ def test_windows_count_from_the_first_sample_whatever_the_clock_begins_with(begi
     assert (clock in shown) == bool(begin and note)
 
 
-@pytest.mark.parametrize(
-    ("value", "sd", "shown"),
-    [
-        (-1.05231, 0.0312, "-1.052 ± 0.031"), (0.46812, 0.00031, "0.46812 ± 0.00031"), (4.4, 2.0, "4.400 ± 2.000"),
-        (-0.1, 9.96e-5, "-0.100000 ± 0.000100"), (1.0, float("nan"), "1.000 ± nan"), (1.0, 0.0, "1.000 ± 0.000"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("value", "sd", "shown"), [
+    (-1.05231, 0.0312, "-1.052 ± 0.031"), (0.46812, 0.00031, "0.46812 ± 0.00031"), (4.4, 2.0, "4.400 ± 2.000"),
+    (-0.1, 9.96e-5, "-0.100000 ± 0.000100"), (1.0, float("nan"), "1.000 ± nan"), (1.0, 0.0, "1.000 ± 0.000"),
+])  # fmt: skip
 def test_an_sd_is_shown_with_two_digits_however_small(value, sd, shown):
     assert with_sd(value, sd) == shown
 

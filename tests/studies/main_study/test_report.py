@@ -174,10 +174,6 @@ def test_numbers_have_the_digits_of_their_sd():
     assert main_study.span_of([-0.2, 0.1], ".1f", sign=True) == "-0.2 to +0.1"
 
 
-def quantity(samples) -> Quantity:
-    return Quantity("wobble stable above", "m/s", 20.0, np.array([0.6, 0.8]), {}, np.array(samples))
-
-
 def test_a_check_that_fails_is_said_and_costs_nothing(racing, monkeypatch, results_alone, report):
     def refuse(*arguments, **options):
         raise InputError("no draw is a bicycle")

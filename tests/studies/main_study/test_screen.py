@@ -14,22 +14,19 @@ CLOSER = {LOW: (4.0, 25.0, -0.06), HIGH: (6.0, 22.0, -0.03)}
 STILL = [(0, True), (0, True), (0, False), (0, False)]
 
 
-@pytest.mark.parametrize(
-    ("worlds", "counts", "word"),
-    [
-        (STILL, (0, 0), "no practical difference"),
-        (STILL, (3, 3), "no practical difference"),
-        (STILL, (4, 3), "cannot be said"),  # more than a tenth of 64 moves
-        ([(1, True), *STILL[1:]], (64, 0), "cannot be said"),  # a yes on an assumed front alone
-        ([(1, False), *STILL[1:]], (64, 0), "yes"),  # the front is given
-        ([(1, False), *STILL[1:]], (58, 0), "yes"),
-        ([(1, False), *STILL[1:]], (57, 0), "cannot be said"),  # fewer than nine of ten of 64
-        ([(1, True), (0, True), (1, False), (0, False)], (64, 0), "yes"),  # a rigid front says so too
-        ([(1, False), (-1, False), *STILL[2:]], (64, 0), "cannot be said"),
-        ([(-1, False), *STILL[1:]], (0, 60), "yes"),  # farther away
-        ([(0, False), (0, False)], (0, 0), "cannot be said"),  # two worlds are not known
-    ],
-)
+@pytest.mark.parametrize(("worlds", "counts", "word"), [
+    (STILL, (0, 0), "no practical difference"),
+    (STILL, (3, 3), "no practical difference"),
+    (STILL, (4, 3), "cannot be said"),  # more than a tenth of 64 moves
+    ([(1, True), *STILL[1:]], (64, 0), "cannot be said"),  # a yes on an assumed front alone
+    ([(1, False), *STILL[1:]], (64, 0), "yes"),  # the front is given
+    ([(1, False), *STILL[1:]], (58, 0), "yes"),
+    ([(1, False), *STILL[1:]], (57, 0), "cannot be said"),  # fewer than nine of ten of 64
+    ([(1, True), (0, True), (1, False), (0, False)], (64, 0), "yes"),  # a rigid front says so too
+    ([(1, False), (-1, False), *STILL[2:]], (64, 0), "cannot be said"),
+    ([(-1, False), *STILL[1:]], (0, 60), "yes"),  # farther away
+    ([(0, False), (0, False)], (0, 0), "cannot be said"),  # two worlds are not known
+])  # fmt: skip
 def test_the_word_follows_the_rule(worlds, counts, word):
     assert word_of(worlds, *counts, 64) == word
 

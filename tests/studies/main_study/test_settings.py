@@ -7,6 +7,7 @@ from small_study import exactly_known, own_table, small
 from bicycle import available_bicycles, load_bicycle
 from bicycle.bicycle_files import to_toml
 from studies import main_study
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 
@@ -78,18 +79,14 @@ def test_pressures_are_read_in_bar_and_sorted():
     assert main_study.read_pressures("4") == (4.0,)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "give bar, for example 3.5,5,7"), ("hard", "'hard': give bar"), ("4;5", "'4;5': give bar"),
-        ("0", "0 is out of range; give above 0 and up to 20 bar"), ("-3", "-3 is out of range"),
-        ("nan", "give bar"), ("inf", "give bar"), ("350", "350 is out of range"),
-        ("4,4.0", "holds a pressure twice"), ("4,,5", "give bar"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    ("", "give bar, for example 3.5,5,7"), ("hard", "'hard': give bar"), ("4;5", "'4;5': give bar"),
+    ("0", "0 is out of range; give above 0 and up to 20 bar"), ("-3", "-3 is out of range"),
+    ("nan", "give bar"), ("inf", "give bar"), ("350", "350 is out of range"),
+    ("4,4.0", "holds a pressure twice"), ("4,,5", "give bar"),
+])  # fmt: skip
 def test_pressures_that_are_refused(text, words):
-    with pytest.raises(InputError, match=words):
-        main_study.read_pressures(text)
+    refuses(words, main_study.read_pressures, text)
 
 
 def test_without_a_model_everything_beside_the_bicycle_is_assumed(tmp_path):
@@ -166,8 +163,7 @@ def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed
 
 def test_a_tyre_without_a_lag_is_refused(model):
     file = model("[effects.side_slip]\ncornering_stiffness = 6000\n")
-    with pytest.raises(InputError, match=r"relaxation length, but the file has side_slip; use relaxation_length, or"):
-        main_study.settings_of(file)
+    refuses(r"relaxation length, but the file has side_slip; use relaxation_length, or", main_study.settings_of, file)
 
 
 def test_a_model_and_a_bicycle_are_refused(model, tmp_path, refused):
@@ -178,14 +174,11 @@ def test_a_model_and_a_bicycle_are_refused(model, tmp_path, refused):
     assert said.startswith("velotyre: --bicycle rigid: a model file names its own bicycle")
 
 
-@pytest.mark.parametrize(
-    ("effects", "words"),
-    [
-        ("[effects.relaxation_length]\ntyre = 'Tyre9'\npressure_bar = 5\n", "Tyre9"),
-        ("[effects.front_complience]\nstiffness = 4000\n", "did you mean 'front_compliance'"),
-        (TYRE + "[effects.front_compliance]\nstiffness = inf\njoint_x = 0.9\njoint_z = -0.7\n", "infinite"),
-    ],
-)
+@pytest.mark.parametrize(("effects", "words"), [
+    ("[effects.relaxation_length]\ntyre = 'Tyre9'\npressure_bar = 5\n", "Tyre9"),
+    ("[effects.front_complience]\nstiffness = 4000\n", "did you mean 'front_compliance'"),
+    (TYRE + "[effects.front_compliance]\nstiffness = inf\njoint_x = 0.9\njoint_z = -0.7\n", "infinite"),
+])  # fmt: skip
 def test_what_is_wrong_in_a_model_file_is_told_with_its_name(model, effects, words):
     with pytest.raises(InputError, match=f"mine.toml: .*{words}"):
         main_study.settings_of(model(effects))
@@ -196,7 +189,5 @@ def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     assert main_study.settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
     (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("browser")))
     assert main_study.settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
-    with pytest.raises(InputError, match="two bicycles, pista and --bicycle rigid; leave one out"):
-        main_study.settings_of("pista", bicycle="rigid")
-    with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
-        main_study.settings_of("pisto")
+    refuses("two bicycles, pista and --bicycle rigid; leave one out", main_study.settings_of, "pista", bicycle="rigid")
+    refuses("unknown bicycle or model 'pisto'; did you mean 'pista'", main_study.settings_of, "pisto")

@@ -50,7 +50,7 @@ def failing(monkeypatch, results_alone):
     return at
 
 
-def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing, tmp_path, unseen):
+def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing, tmp_path, no_pictures):
     settings = quick()
     cases = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}, ["x: y"])
     failing(lambda case, setup: setup == settings.setups[3] and case.condition == "3.5 bar")
@@ -63,7 +63,6 @@ def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing,
     assert "- Tyre1 flat, 3.5 bar, hands on, rigid front: no such model" in text
     assert "Not all four worlds could be computed." in text
     main_study.write_tables(found, tmp_path)
-    unseen()
     main_study.draw_critical_speeds(found, tmp_path / "f")
 
 
@@ -79,8 +78,7 @@ def one_tyre(settings):
     return chosen(settings, {"Tyre3 flat": (3.5, 7.5)}, ["Tyre9 flat at 3 bar: gone"])
 
 
-def test_run_prints_the_question_then_the_answer_and_writes_everything(racing, monkeypatch, tmp_path, unseen, printed):
-    unseen()
+def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypatch, tmp_path, no_pictures, printed):
     study = replace(racing, left_out=("Tyre9 flat at 3 bar: gone",))
     monkeypatch.setattr("studies.main_study.report.run_study", lambda *_, **__: study)
     folder = tmp_path / "new" / "out"
@@ -120,20 +118,17 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
         assert file.read_bytes() == (tmp_path / "1" / file.name).read_bytes(), file.name
 
 
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        (["--bicycle", "benchmrk"], "unknown bicycle 'benchmrk'; did you mean 'benchmark'?"),
-        (["--tyre", "none.csv"], "none.csv"),
-        (["--pressures", "0"], "--pressures '0': 0 is out of range"),
-        (["--surface", "drum"], "--surface drum is of a measured tyre; give --tyre too, for example --tyre Tyre1"),
-        (["--json", "a.csv"], "a.csv: what is written is JSON; give a name that ends in .json"),
-        (["--out", ""], "is no folder name; give a folder to write into, for example out"),
-        (["--out", "a\0b"], "NUL"),
-        (["--out", "/"], "/ is a whole disk; give a folder for the results"),
-        (["--out", "taken"], "taken' is a file; give a folder to write into"),
-    ],
-)
+@pytest.mark.parametrize(("asked", "words"), [
+    (["--bicycle", "benchmrk"], "unknown bicycle 'benchmrk'; did you mean 'benchmark'?"),
+    (["--tyre", "none.csv"], "none.csv"),
+    (["--pressures", "0"], "--pressures '0': 0 is out of range"),
+    (["--surface", "drum"], "--surface drum is of a measured tyre; give --tyre too, for example --tyre Tyre1"),
+    (["--json", "a.csv"], "a.csv: what is written is JSON; give a name that ends in .json"),
+    (["--out", ""], "is no folder name; give a folder to write into, for example out"),
+    (["--out", "a\0b"], "NUL"),
+    (["--out", "/"], "/ is a whole disk; give a folder for the results"),
+    (["--out", "taken"], "taken' is a file; give a folder to write into"),
+])  # fmt: skip
 def test_what_the_command_refuses(asked, words, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")

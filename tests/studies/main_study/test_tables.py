@@ -10,11 +10,6 @@ from eigenvalue_sets import assert_same_eigenvalues
 
 from studies.main_study import Comparison, Finding, compared, findings, model, tables, write_tables
 
-QUANTITIES = {
-    "wobble_frequency_Hz", "onset_m_s", "end_m_s", "steer_over_roll", "frequency_change", "weave_shift_m_s",
-    "cornering_stiffness_over_load_per_deg", "camber_stiffness_over_load_per_deg", "relaxation_length_mm",
-}  # fmt: skip
-
 
 @pytest.fixture(scope="module")
 def every(racing):

@@ -43,8 +43,7 @@ def test_saved_figures_do_not_differ_between_runs(tmp_path):
         ).read_bytes()
 
 
-def test_the_audit_draws_them_where_it_is_told(tmp_path, unseen):
-    unseen()
+def test_the_audit_draws_them_where_it_is_told(tmp_path, no_pictures):
     main(["tyre", "audit", "--out", str(tmp_path / "a.md"), "--figures", str(tmp_path / "figures")])
     names = {file.name for file in (tmp_path / "figures").glob("*.png")}
     assert names == {f"paper_fig{number:02d}.png" for number in (1, 5, 6, 9, 10, 11, 12, 13, 14)}

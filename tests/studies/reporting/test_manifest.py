@@ -2,10 +2,12 @@
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
@@ -67,6 +69,28 @@ def test_a_folder_that_a_killed_command_left_is_said(tmp_path, capsys):
     }  # fmt: skip
     main([*ASKED, str(out)])
     assert "did not finish" not in capsys.readouterr().err
+
+
+def test_a_command_waits_for_another_that_writes_into_the_same_folder(tmp_path, capsys):
+    fcntl = pytest.importorskip("fcntl")
+    other = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(other, fcntl.LOCK_EX)
+    (tmp_path / "tyre_audit.manifest.json").write_text('{"command": "velotyre tyre audit", "finished": false}')
+    (part := tmp_path / ".a.part7.csv").touch()  # of the other one
+
+    def finish():
+        part.rename(tmp_path / "a.csv")
+        (tmp_path / "tyre_audit.manifest.json").write_text('{"command": "velotyre tyre audit", "finished": true}')
+        os.close(other)
+
+    (later := Timer(0.3, finish)).start()
+    main([*ASKED, str(tmp_path)])
+    later.join()
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said == f"warning: {tmp_path}: another command is writing there; this one waits for its end"
+    assert (tmp_path / "a.csv").exists()
+    found = json.loads((tmp_path / "tyre_audit.manifest.json").read_text())
+    assert [one["file"] for one in found["files"]] == ["paper_audit.csv", "paper_audit.md"]
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from studies.reporting import (
     write_csv,
     write_json,
 )
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 
@@ -36,14 +37,12 @@ def test_both_ends_of_a_speed_range_are_included():
 
 @pytest.mark.parametrize("text", ["", "fast", "0:10", "1,,2"])
 def test_what_is_no_list_of_speeds(text):
-    with pytest.raises(InputError, match=r"speeds '.*': give start:stop:step, for example 0:20:0.5, or a list such as"):
-        parse_speeds(text)
+    refuses(r"speeds '.*': give start:stop:step, for example 0:20:0.5, or a list such as", parse_speeds, text)
 
 
 @pytest.mark.parametrize("text", ["0:10:0", "5:0:1", "0:10:-1"])
 def test_ranges_that_lead_nowhere(text):
-    with pytest.raises(InputError, match=rf"speeds '{text}': the step must be positive and stop >= start"):
-        parse_speeds(text)
+    refuses(rf"speeds '{text}': the step must be positive and stop >= start", parse_speeds, text)
 
 
 def test_tables_have_four_digits_and_dashes(capsys):
@@ -63,10 +62,8 @@ def test_csv_has_all_digits_and_json_no_infinity(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert shown.startswith("speed_m_s\n0.3333333333333333\n")
     assert json.loads(shown.partition("{")[1] + shown.partition("{")[2]) == {"a": [1.5]}
-    with pytest.raises(InputError, match="nothing is written: a came out as inf"):
-        write_json({"a": float("inf")}, "-")
-    with pytest.raises(InputError, match="is no file name; give a file, or - for standard output"):
-        write_json({}, "")
+    refuses("nothing is written: a came out as inf", write_json, {"a": float("inf")}, "-")
+    refuses("is no file name; give a file, or - for standard output", write_json, {}, "")
 
 
 def test_what_never_becomes_unstable_is_said(capsys, monkeypatch):
@@ -80,31 +77,24 @@ def test_what_never_becomes_unstable_is_said(capsys, monkeypatch):
     assert capsys.readouterr().out.splitlines()[-1].endswith("not unstable throughout")
 
 
-@pytest.mark.parametrize(
-    ("target", "write", "form"),
-    [
-        ("t.xlsx", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
-        ("t.JSON", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
-        ("t.csv", lambda target: write_json({"a": 1.0}, target), "JSON; give a name that ends in .json"),
-        ("t.parquet", lambda target: check_targets(csv=None, out=target), "CSV; give a name that ends in .csv"),
-        ("t.csv", lambda target: check_targets(json=target), "JSON; give a name that ends in .json"),
-    ],
-)
+@pytest.mark.parametrize(("target", "write", "form"), [
+    ("t.xlsx", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
+    ("t.JSON", lambda target: write_csv(pd.DataFrame({"a": [1.0]}), target), "CSV; give a name that ends in .csv"),
+    ("t.csv", lambda target: write_json({"a": 1.0}, target), "JSON; give a name that ends in .json"),
+    ("t.parquet", lambda target: check_targets(csv=None, out=target), "CSV; give a name that ends in .csv"),
+    ("t.csv", lambda target: check_targets(json=target), "JSON; give a name that ends in .json"),
+])  # fmt: skip
 def test_a_name_of_another_format_is_refused(target, write, form, tmp_path):
-    with pytest.raises(InputError, match=f"{target}: what is written is {form}"):
-        write(str(tmp_path / target))
+    refuses(f"{target}: what is written is {form}", write, str(tmp_path / target))
     assert not list(tmp_path.iterdir())
     check_targets(csv=str(tmp_path / "t.txt"), json=str(tmp_path / "t"))  # a name that says no other format
 
 
-@pytest.mark.parametrize(
-    ("content", "name"),
-    [
-        ({"a": math.nan}, "a came out as nan"),
-        ({"a": {"b": [1.0, (2.0, math.inf)]}}, "a.b[1][1] came out as inf"),
-        ({"a": [{"b": -math.inf}]}, "a[0].b came out as -inf"),
-    ],
-)
+@pytest.mark.parametrize(("content", "name"), [
+    ({"a": math.nan}, "a came out as nan"),
+    ({"a": {"b": [1.0, (2.0, math.inf)]}}, "a.b[1][1] came out as inf"),
+    ({"a": [{"b": -math.inf}]}, "a[0].b came out as -inf"),
+])  # fmt: skip
 def test_what_is_no_number_is_refused_by_its_name(content, name, tmp_path):
     with pytest.raises(InputError) as found:
         write_json(content, str(tmp_path / "a.json"))

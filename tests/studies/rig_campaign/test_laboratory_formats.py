@@ -53,7 +53,7 @@ def same(found, expected, *, where=""):
 
 @pytest.mark.filterwarnings("ignore:duration_to_mat")  # of the writer
 @pytest.mark.parametrize("form", WRITERS)
-def test_every_format_gives_the_same_fit(form, campaign, tmp_path, capsys):
+def test_every_format_gives_the_same_fit(no_pictures, form, campaign, tmp_path, capsys):
     recordings, expected = campaign
     assert len(recordings) > 1
     (tmp_path / "lab").mkdir()

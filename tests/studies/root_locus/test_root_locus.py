@@ -61,13 +61,10 @@ def test_relaxation_length_that_makes_wobble_unstable(file, length, speed):
     assert crossings(locus, "wobble") == [(pytest.approx(length, abs=2e-6), True)]  # 0.1 mm/s
 
 
-@pytest.mark.parametrize(
-    ("key", "span"),
-    [
-        ("IFyy", "0.05:0.5"), ("lam", "0.1:0.6"), ("relaxation_length.cornering_stiffness.front", "2000:12000"),
-        ("front_compliance.stiffness", "300:10000"), ("front_compliance.damping", "0:40"), ("speed", "0.5:25"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "span"), [
+    ("IFyy", "0.05:0.5"), ("lam", "0.1:0.6"), ("relaxation_length.cornering_stiffness.front", "2000:12000"),
+    ("front_compliance.stiffness", "300:10000"), ("front_compliance.damping", "0:40"), ("speed", "0.5:25"),
+])  # fmt: skip
 def test_every_root_is_in_one_continuous_branch(file, key, span):
     path = parameter_path(file(SOFT), key, speed=None if key == "speed" else 7.0)
     locus = root_locus(path, parse_range(span))
@@ -158,32 +155,29 @@ def test_crossings_along_speed_have_the_names_of_the_critical_speeds(file):
     assert [c.value for c in locus.crossings] == pytest.approx([c.speed for c in critical], rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("text", "key", "span", "speed", "words"),
-    [
-        (MEASURED, "pressure_bar", "4:700", 7.0, "pressure_bar = 700 bar is not possible; give"),
-        (SOFT, "front_compliance.stifness", "1:2", 7.0, "unknown parameter 'front_compliance.stifness'; did you mean"),
-        (SOFT, "steer_damper.damping", "0:2", 7.0, "unknown parameter 'steer_damper.damping'"),
-        (SOFT, "front_compliance.stiffness", "-5:2", 7.0, "stiffness = -5 N m/rad is outside 0 .. inf"),
-        (SOFT, "w", "-1:2", 7.0, "w = -1 m must be positive"),
-        (SOFT, "IFyy", "0:1", None, "parameter 'IFyy': give the --speed"),
-        (SOFT, "IFy", "0:1", None, "unknown parameter 'IFy'; did you mean 'IFyy'?"),
-        (SOFT, "IFyy", "0:1", -2.0, "speed -2 m/s is not allowed"),
-        (SOFT, "speed", "-1:1", None, "speed -1 m/s is not allowed"),
-        (SOFT, "pressure_bar", "3:9", 7.0, "pressure_bar needs a measured tyre in the model file"),
-        (MEASURED, "pressure_bar.left", "3:9", 7.0, "parameter 'pressure_bar.left': unknown wheel 'left'"),
-        (MEASURED, "load_N", "-3:9", 7.0, "load_N = -3 N is not possible; give"),
-        (SOFT, "IFyy", "1", 7.0, "range '1': give start:stop or start:stop:step"),
-        (SOFT, "IFyy", "a:b", 7.0, "range 'a:b': give start:stop or start:stop:step"),
-        (SOFT, "IFyy", "1:0", 7.0, "range '1:0': give start:stop or start:stop:step with start < stop"),
-        (SOFT, "IFyy", "0:1:0", 7.0, "range '0:1:0': give start:stop"),
-        (
-            'allow_unusual = true\nbicycle = "benchmark"\n[effects.steer_damper]\ndamping = 1e300\n', "c", "0.05:0.1",
-            5.0, "the model is too stiff to be computed",
-        ),
-        (SOFT, "IFyy", "0:1:1e-7", 7.0, "10000000 values are more than 100000; take a larger step"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "key", "span", "speed", "words"), [
+    (MEASURED, "pressure_bar", "4:700", 7.0, "pressure_bar = 700 bar is not possible; give"),
+    (SOFT, "front_compliance.stifness", "1:2", 7.0, "unknown parameter 'front_compliance.stifness'; did you mean"),
+    (SOFT, "steer_damper.damping", "0:2", 7.0, "unknown parameter 'steer_damper.damping'"),
+    (SOFT, "front_compliance.stiffness", "-5:2", 7.0, "stiffness = -5 N m/rad is outside 0 .. inf"),
+    (SOFT, "w", "-1:2", 7.0, "w = -1 m must be positive"),
+    (SOFT, "IFyy", "0:1", None, "parameter 'IFyy': give the --speed"),
+    (SOFT, "IFy", "0:1", None, "unknown parameter 'IFy'; did you mean 'IFyy'?"),
+    (SOFT, "IFyy", "0:1", -2.0, "speed -2 m/s is not allowed"),
+    (SOFT, "speed", "-1:1", None, "speed -1 m/s is not allowed"),
+    (SOFT, "pressure_bar", "3:9", 7.0, "pressure_bar needs a measured tyre in the model file"),
+    (MEASURED, "pressure_bar.left", "3:9", 7.0, "parameter 'pressure_bar.left': unknown wheel 'left'"),
+    (MEASURED, "load_N", "-3:9", 7.0, "load_N = -3 N is not possible; give"),
+    (SOFT, "IFyy", "1", 7.0, "range '1': give start:stop or start:stop:step"),
+    (SOFT, "IFyy", "a:b", 7.0, "range 'a:b': give start:stop or start:stop:step"),
+    (SOFT, "IFyy", "1:0", 7.0, "range '1:0': give start:stop or start:stop:step with start < stop"),
+    (SOFT, "IFyy", "0:1:0", 7.0, "range '0:1:0': give start:stop"),
+    (
+        'allow_unusual = true\nbicycle = "benchmark"\n[effects.steer_damper]\ndamping = 1e300\n', "c", "0.05:0.1",
+        5.0, "the model is too stiff to be computed",
+    ),
+    (SOFT, "IFyy", "0:1:1e-7", 7.0, "10000000 values are more than 100000; take a larger step"),
+])  # fmt: skip
 def test_refused_loci(file, text, key, span, speed, words):
     with pytest.raises(InputError) as error:
         root_locus(parameter_path(file(text), key, speed=speed), parse_range(span))
@@ -202,9 +196,8 @@ def test_speed_as_parameter_and_as_option_is_refused(tmp_path, refused):
 
 
 @pytest.mark.parametrize(("low", "high", "mode"), [("4.5", "6", "no mode"), ("6.5", "9", "capsize")])
-def test_without_a_crossing_it_is_said_what_is_unstable(unseen, tmp_path, capsys, low, high, mode):
+def test_without_a_crossing_it_is_said_what_is_unstable(no_pictures, tmp_path, capsys, low, high, mode):
     """Meijaard et al. (2007): all stable from 4.29 to 6.02 m/s, capsize alone unstable above."""
-    unseen()
     main(["root-locus", "benchmark", "--parameter", "speed", "--range", f"{low}:{high}",
           "--out", str(tmp_path / "out"), "--json", str(tmp_path / "c.json")])  # fmt: skip
     said = [f"no mode becomes stable or unstable from {low} to {high} m/s", f"unstable all along: {mode}"]

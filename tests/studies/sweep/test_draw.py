@@ -123,8 +123,7 @@ def test_pairs_hold_the_bicycles_as_they_are(sample, drawn):
     assert rows[f"largest growth rate at {SPEEDS['speed_m_s'][k]:g} m/s, 1/s"].to_numpy() == pytest.approx(growth[:, k])
 
 
-def test_shares_say_what_they_rest_on(unseen, drawn, tmp_path):
-    unseen()
+def test_shares_say_what_they_rest_on(no_pictures, drawn, tmp_path):
     rows = table(drawn, "variance_shares")
     weave = rows[rows["output"] == "weave: stable above, m/s"].set_index("parameter")["first_order"]
     assert weave.idxmax() == "c"
@@ -137,8 +136,7 @@ def test_shares_say_what_they_rest_on(unseen, drawn, tmp_path):
     assert "correlated: c and w (-0.50); their shares overlap and have no unique split" in said
 
 
-def test_a_speed_that_is_not_in_the_result_is_computed_anew(unseen, sample, tmp_path, monkeypatch):
-    unseen()
+def test_a_speed_that_is_not_in_the_result_is_computed_anew(no_pictures, sample, tmp_path, monkeypatch):
     found = draw_result(sample, tmp_path / "at", at=5.2)
     rows = pd.read_csv(tmp_path / "at" / "pairs.csv")
     content = SAMPLE | {"outputs": ["largest_growth_rate"], "grid": SAMPLE["grid"] | {"speed_m_s": [5.2]}}
@@ -151,8 +149,7 @@ def test_a_speed_that_is_not_in_the_result_is_computed_anew(unseen, sample, tmp_
     assert "cannot be drawn again as in sample.zarr, since this has changed: the source of b" in remark
 
 
-def test_at_a_speed_that_cannot_be_told(unseen, sample, tmp_path, monkeypatch, refused):
-    unseen()
+def test_at_a_speed_that_cannot_be_told(no_pictures, sample, tmp_path, monkeypatch, refused):
     monkeypatch.setattr("studies.sweep.specification.source_digests", lambda: {"the source of bicycle": "other"})
     for asked, words in (
         ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
@@ -163,8 +160,7 @@ def test_at_a_speed_that_cannot_be_told(unseen, sample, tmp_path, monkeypatch, r
         assert not [*(tmp_path / "no").glob("*.svg")]  # it is refused before anything is drawn
 
 
-def test_a_grid(unseen, tmp_path, capsys):
-    unseen()
+def test_a_grid(no_pictures, tmp_path, capsys):
     main(["sweep", str(write_file(tmp_path, GRID)), "--out", str(tmp_path / "g.nc"), "--plot"])
     shown = capsys.readouterr()
     assert "g_figures/critical_speeds_each.png, .svg, .csv: Critical speeds up to 60 m/s of 8 bicycles" in shown.out
@@ -179,8 +175,7 @@ def test_a_grid(unseen, tmp_path, capsys):
         assert one.read_text() == other.read_text()
 
 
-def test_a_reduced_result(unseen, tmp_path):
-    unseen()
+def test_a_reduced_result(no_pictures, tmp_path):
     content = SAMPLE | {"outputs": ["critical_speeds", "largest_growth_rate"], "reduce": {"quantiles": [0.1, 0.5, 0.9]}}
     out = run_sweep(build_sweep(content), tmp_path / "r.zarr")
     found, data = draw_result(out), load(out)
@@ -192,8 +187,7 @@ def test_a_reduced_result(unseen, tmp_path):
     np.testing.assert_allclose(rows[rows["quantity"] == "unstable"]["share"], above)
 
 
-def test_bicycles_by_name_and_eigenvalues_in_netcdf(unseen, tmp_path):
-    unseen()
+def test_bicycles_by_name_and_eigenvalues_in_netcdf(no_pictures, tmp_path):
     from bicycle.bicycle_files import load_bicycle
     from bicycle.parameters import UNITS
 
@@ -251,8 +245,7 @@ def test_the_result_of_an_effect_that_is_not_known_leaves_nothing(sample, tmp_pa
     assert not figures.exists()
 
 
-def test_a_sweep_without_critical_speeds_is_finished_and_says_so(unseen, tmp_path, capsys, refused):
-    unseen()
+def test_a_sweep_without_critical_speeds_is_finished_and_says_so(no_pictures, tmp_path, capsys, refused):
     content = {"model": {"bicycle": "benchmark"}, "outputs": ["critical_speeds"], "max_speed_m_s": 2.0,
                "grid": {"c": [0.06, 0.08]}}  # fmt: skip
     out = tmp_path / "none.zarr"

@@ -27,15 +27,12 @@ def test_no_scheduler(monkeypatch, tmp_path):
         run_sweep(build_sweep(RANDOM), tmp_path / "a.zarr", engine=on_cluster("tcp://127.0.0.1:9"))
 
 
-@pytest.mark.parametrize(
-    ("workers", "error", "words"),
-    [
-        ({"a": 1}, "lost", r"all workers of tcp://x:1 are lost; start new ones with 'dask worker tcp://x:1'"),
-        ({}, None, r"the scheduler at tcp://x:1 has no workers; start some with 'dask worker tcp://x:1'"),
-        ({"a": 1}, "killed", "workers of tcp://x:1 died while they worked on the same points"),
-        ({"a": 1}, "gone", "the scheduler at tcp://x:1 went away"),
-    ],
-)
+@pytest.mark.parametrize(("workers", "error", "words"), [
+    ({"a": 1}, "lost", r"all workers of tcp://x:1 are lost; start new ones with 'dask worker tcp://x:1'"),
+    ({}, None, r"the scheduler at tcp://x:1 has no workers; start some with 'dask worker tcp://x:1'"),
+    ({"a": 1}, "killed", "workers of tcp://x:1 died while they worked on the same points"),
+    ({"a": 1}, "gone", "the scheduler at tcp://x:1 went away"),
+])  # fmt: skip
 def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     distributed = pytest.importorskip("distributed")
     client = MagicMock(nthreads=lambda: workers, get_executor=lambda **settings: ThreadPoolExecutor(1))

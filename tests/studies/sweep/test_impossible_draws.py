@@ -61,15 +61,12 @@ def test_the_command_says_how_many_and_why(kept, tmp_path, capsys):
     assert f'"impossible_draws": {number}' in shown.out
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"sampled": {"w": {"sd": 2.0}}},  # wheels that bear no load
-        {"sampled": {"c": {"sd": 1e308}}},  # numbers that overflow: no draw is left
-        {"sampled": {"load_N": {"mean": 400.0, "sd": 4000.0}}},  # loads of which the table says nothing
-        {"sampled": {"rider_lean.mass": {"sd": 25.0}}, "rider": True},  # more than the rear frame holds
-    ],
-)
+@pytest.mark.parametrize("change", [
+    {"sampled": {"w": {"sd": 2.0}}},  # wheels that bear no load
+    {"sampled": {"c": {"sd": 1e308}}},  # numbers that overflow: no draw is left
+    {"sampled": {"load_N": {"mean": 400.0, "sd": 4000.0}}},  # loads of which the table says nothing
+    {"sampled": {"rider_lean.mass": {"sd": 25.0}}, "rider": True},  # more than the rear frame holds
+])  # fmt: skip
 def test_a_wide_distribution_is_no_reason_to_lose_the_sweep(tmp_path, change):
     rider = {"mass": 30.0, "x": 0.3, "z": -1.0, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9}
     effects = TYRE | ({"rider_lean": rider} if change.pop("rider", False) else {})

@@ -14,6 +14,7 @@ from sweep_results import tree
 
 from studies.cli import main
 from studies.sweep import build_sweep, in_loop, in_processes, in_threads, open_parts, pieces, read_sweep, run_sweep
+from tests.shared.refusals import refuses
 from tyre.errors import InputError
 
 
@@ -86,8 +87,7 @@ def test_a_damaged_part_is_not_taken(tmp_path, damage):
     file = parts.file((0, 3))
     file.write_bytes(damage(file.read_bytes()))
     assert not parts.has((0, 3))
-    with pytest.raises(InputError, match="part is missing or damaged"):
-        parts.read((0, 3))
+    refuses("part is missing or damaged", parts.read, (0, 3))
 
 
 @pytest.mark.parametrize(
@@ -196,8 +196,7 @@ def test_a_second_sweep_into_the_same_result_is_refused_while_the_first_runs(ref
             with pytest.raises(InputError, match=rf"parts: process {os.getpid()} of .* is computing this result; wait"):
                 run_sweep(read_sweep(file), out)
             other = build_sweep(RANDOM | {"seed": 99})  # nor may another sweep take its folder
-            with pytest.raises(InputError, match="is computing this result"):
-                run_sweep(other, out)
+            refuses("is computing this result", run_sweep, other, out)
             refused.append(found)
             yield found
 

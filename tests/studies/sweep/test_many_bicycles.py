@@ -69,18 +69,15 @@ def test_every_bicycle_has_its_own_standard_deviations(folder):
             assert mean.sel(bicycle=name, parameter=key) == pytest.approx(load_bicycle(name)[key], abs=error)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"grid": {"bicycle": ["many.csv"]}}, r"grid\.bicycle = \['many\.csv'\]: give a table of bicycles"),
-        ({"grid": {"bicycle": "benchmark"}}, r'give a table of bicycles, for example "bicycles\.csv"'),
-        ({"grid": {"bicycle": "many.csv#benchmark"}}, "give a table of bicycles"),
-        ({"grid": {"bicycle": "none.csv"}}, r"none\.csv: no such table of bicycles"),
-        ({"grid": {"bicycle": "many.csv", "c": [0.05, 0.06]}}, r"c is varied, but each bicycle of grid\.bicycle"),
-        ({"samples": 9, "sampled": {"mB": {"sd": 2.0}}}, r"mB is varied, but each bicycle of grid\.bicycle"),
-        ({"grid": {"bicycle": "many.csv", "x": [1]}}, "unknown parameter 'x'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"grid": {"bicycle": ["many.csv"]}}, r"grid\.bicycle = \['many\.csv'\]: give a table of bicycles"),
+    ({"grid": {"bicycle": "benchmark"}}, r'give a table of bicycles, for example "bicycles\.csv"'),
+    ({"grid": {"bicycle": "many.csv#benchmark"}}, "give a table of bicycles"),
+    ({"grid": {"bicycle": "none.csv"}}, r"none\.csv: no such table of bicycles"),
+    ({"grid": {"bicycle": "many.csv", "c": [0.05, 0.06]}}, r"c is varied, but each bicycle of grid\.bicycle"),
+    ({"samples": 9, "sampled": {"mB": {"sd": 2.0}}}, r"mB is varied, but each bicycle of grid\.bicycle"),
+    ({"grid": {"bicycle": "many.csv", "x": [1]}}, "unknown parameter 'x'"),
+])  # fmt: skip
 def test_refused(folder, changes, words):
     content = {"model": {}, "outputs": ["critical_speeds"], "grid": {"bicycle": "many.csv"}}
     with pytest.raises(InputError, match=words):

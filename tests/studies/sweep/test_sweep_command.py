@@ -46,15 +46,12 @@ def test_command_says_what_is_assumed_and_extrapolated(tmp_path, capsys):
     assert f"{outside} of 4 bicycles have a tyre outside its measured loads and pressures" in said
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["x.toml"], "--out is missing: give a .zarr folder or .nc file"),
-        (["r.zarr"], "r.zarr is a result; give --plot, and no --out, to draw it"),
-        (["r.nc", "--plot", "--out", "a.zarr"], "r.nc is a result; give --plot, and no --out"),
-        (["x.toml", "--out", "a.zarr", "--at", "3"], "--at 3 is for figures; give --plot, too"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["x.toml"], "--out is missing: give a .zarr folder or .nc file"),
+    (["r.zarr"], "r.zarr is a result; give --plot, and no --out, to draw it"),
+    (["r.nc", "--plot", "--out", "a.zarr"], "r.nc is a result; give --plot, and no --out"),
+    (["x.toml", "--out", "a.zarr", "--at", "3"], "--at 3 is for figures; give --plot, too"),
+])  # fmt: skip
 def test_options_that_do_not_go_together(arguments, words, refused):
     assert words in refused("sweep", *arguments)
 

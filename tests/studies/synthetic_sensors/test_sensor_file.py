@@ -28,31 +28,28 @@ def test_the_file_is_read(file):
     assert found.channels == {"roll_rate_rad_s": Sensor(noise_sd=0.01), "steer_rad": Sensor()}
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("[channels.steer_rad]", "rate_hz is missing; give the samples per second, rate_hz = 100"),
-        ("rate_hz = 100", "no channels; write .channels.roll_rate_rad_s. and the keys below it"),
-        ("rate_hz = 1\n[channels.steer_rad]", "rate_hz = 1 must be the samples per second, 2.5 to 100000 Hz"),
-        ("rate_hz = 100\n[channels]", "no motion is recorded; add one of roll_rate_rad_s, lean_rad"),
-        ("rate_hz = 100\n[channels.steer_torque_N_m]", "no motion is recorded"),
-        ("rate_hz = 100\n[channels.roll_rate]", "unknown channel 'roll_rate'; did you mean 'roll_rate_rad_s'"),
-        ("rate_hz = 100\n[channels.lateral_acceleration_m_s2]", "unknown channel 'lateral_acceleration_m_s2'"),
-        ("rate_hz = 100\n[channels.steer_rad]\nnoise = 1", "unknown key 'noise'; did you mean 'noise_sd'"),
-        ("rate_hz = 100\nseed = 1\n[channels.steer_rad]", "unknown key 'seed'"),
-        ("rate_hz = 100\n[channels.steer_rad]\nnoise_sd = -1", "noise_sd = -1 must be a standard deviation >= 0"),
-        ("rate_hz = 100\n[channels.steer_rad]\ncorrelation = 1", "must be the correlation of neighbouring samples"),
-        ("rate_hz = 100\n[channels.steer_rad]\ndelay_s = -0.1", "delay_s = -0.1 must be a time from 0 to 1 s"),
-        ("rate_hz = 100\n[channels.steer_rad]\nlow_pass_hz = 0", "low_pass_hz = 0 must be a frequency above 0 in Hz"),
-        ("rate_hz = 100\n[channels.steer_rad]\nresolution = 0", "resolution = 0 must be a step above 0"),
-        ("rate_hz = 100\n[channels.steer_rad]\nscale_error = -1", "must be reading over truth minus one"),
-        ("rate_hz = 100\n[channels.steer_rad]\noffset = 'a'", "offset = 'a' must be a finite number"),
-        (
-            "rate_hz = 100\n[channels.steer_rad]\ncorrelation = 0.1\nbandwidth_hz = 3",
-            "correlation and bandwidth_hz say the same; keep one",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("content", "words"), [
+    ("[channels.steer_rad]", "rate_hz is missing; give the samples per second, rate_hz = 100"),
+    ("rate_hz = 100", "no channels; write .channels.roll_rate_rad_s. and the keys below it"),
+    ("rate_hz = 1\n[channels.steer_rad]", "rate_hz = 1 must be the samples per second, 2.5 to 100000 Hz"),
+    ("rate_hz = 100\n[channels]", "no motion is recorded; add one of roll_rate_rad_s, lean_rad"),
+    ("rate_hz = 100\n[channels.steer_torque_N_m]", "no motion is recorded"),
+    ("rate_hz = 100\n[channels.roll_rate]", "unknown channel 'roll_rate'; did you mean 'roll_rate_rad_s'"),
+    ("rate_hz = 100\n[channels.lateral_acceleration_m_s2]", "unknown channel 'lateral_acceleration_m_s2'"),
+    ("rate_hz = 100\n[channels.steer_rad]\nnoise = 1", "unknown key 'noise'; did you mean 'noise_sd'"),
+    ("rate_hz = 100\nseed = 1\n[channels.steer_rad]", "unknown key 'seed'"),
+    ("rate_hz = 100\n[channels.steer_rad]\nnoise_sd = -1", "noise_sd = -1 must be a standard deviation >= 0"),
+    ("rate_hz = 100\n[channels.steer_rad]\ncorrelation = 1", "must be the correlation of neighbouring samples"),
+    ("rate_hz = 100\n[channels.steer_rad]\ndelay_s = -0.1", "delay_s = -0.1 must be a time from 0 to 1 s"),
+    ("rate_hz = 100\n[channels.steer_rad]\nlow_pass_hz = 0", "low_pass_hz = 0 must be a frequency above 0 in Hz"),
+    ("rate_hz = 100\n[channels.steer_rad]\nresolution = 0", "resolution = 0 must be a step above 0"),
+    ("rate_hz = 100\n[channels.steer_rad]\nscale_error = -1", "must be reading over truth minus one"),
+    ("rate_hz = 100\n[channels.steer_rad]\noffset = 'a'", "offset = 'a' must be a finite number"),
+    (
+        "rate_hz = 100\n[channels.steer_rad]\ncorrelation = 0.1\nbandwidth_hz = 3",
+        "correlation and bandwidth_hz say the same; keep one",
+    ),
+])  # fmt: skip
 def test_refused_files(content, words, file):
     file.write_text(content)
     with pytest.raises(InputError, match=f"sensors.toml: .*{words}"):
@@ -91,16 +88,13 @@ def test_the_motion_on_saturating_tyres_is_recorded(file, tmp_path, capsys):
     assert abs(runs[0][:both] - runs[1][:both]).max() > 0.01
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--noise"], "--noise is of sensors; add --sensors FILE.toml"),
-        (["--seed", "3"], "--seed 3 is of the noise; add --noise or leave --seed out"),
-        (["--sensors", "absent.toml"], "absent.toml: no such sensor file"),
-        (["--sensors", "FILE", "--step", "0.05"], "step = 0.05 s is longer than the 0.02 s between samples"),
-        (["--sensors", "FILE", "--duration", "0.2"], "11 samples at 50 Hz until 0.2 s are too few"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    (["--noise"], "--noise is of sensors; add --sensors FILE.toml"),
+    (["--seed", "3"], "--seed 3 is of the noise; add --noise or leave --seed out"),
+    (["--sensors", "absent.toml"], "absent.toml: no such sensor file"),
+    (["--sensors", "FILE", "--step", "0.05"], "step = 0.05 s is longer than the 0.02 s between samples"),
+    (["--sensors", "FILE", "--duration", "0.2"], "11 samples at 50 Hz until 0.2 s are too few"),
+])  # fmt: skip
 def test_refused_options(options, words, file, tmp_path, refused):
     given = [str(file) if option == "FILE" else option for option in options]
     assert words in refused("simulate", "benchmark", *RIDE, *given, "--out", tmp_path / "out")

@@ -12,6 +12,7 @@ from bicycle.model_family import ModelFamily
 from bicycle.model_file import build_model
 from studies.cli import main
 from studies.uncertainty import Quantity, Uncertainty, remarks, total_effects
+from tests.shared.refusals import refuses
 from tyre import TyreMap
 from tyre.errors import InputError
 
@@ -118,10 +119,8 @@ def test_sd_of_modes_and_critical_speeds_from_a_covariance_of_parameters():
     slope = propagation.critical_speed_gradients(model, crossings, names)
     assert propagation.standard_deviation(slope, spread)[0] == pytest.approx(expected[2], rel=1e-5)
     assert propagation.critical_speed_gradients(model, [], names).shape == (0, len(names))
-    with pytest.raises(InputError, match="unknown parameter 'tyre'"):
-        propagation.mode_sd(model, 8.0, 1j, ["tyre"], [[1.0]])
-    with pytest.raises(InputError, match="unknown parameter 'tyre'"):
-        propagation.critical_speed_gradients(model, crossings, ["tyre"])
+    refuses("unknown parameter 'tyre'", propagation.mode_sd, model, 8.0, 1j, ["tyre"], [[1.0]])
+    refuses("unknown parameter 'tyre'", propagation.critical_speed_gradients, model, crossings, ["tyre"])
 
 
 def test_matched_draws_have_the_moments_of_the_distribution():
@@ -133,8 +132,7 @@ def test_matched_draws_have_the_moments_of_the_distribution():
     found = uncertainty.quantities([8.0], samples=50, only=["weave"], matched=True)
     assert {q.name.split()[0] for q in found} == {"weave"}
     assert all(q.sampled_sd == pytest.approx(q.linear_sd, rel=0.02) for q in found)
-    with pytest.raises(InputError, match="4 samples of 3 numbers cannot be matched; take more samples"):
-        uncertainty.matched_draw(4, 3)
+    refuses("4 samples of 3 numbers cannot be matched; take more samples", uncertainty.matched_draw, 4, 3)
 
 
 def test_what_follows_another_parameter_moves_with_it():
@@ -180,8 +178,7 @@ def test_a_crossing_that_vanishes_is_counted_as_lost():
     np.testing.assert_allclose(found.samples, exact, rtol=1e-8)
     pytest.importorskip("SALib")
     words = r"wobble unstable above is missing up to 60 m/s for \d+ of \d+ bicycles, so its variance is not defined"
-    with pytest.raises(InputError, match=words):
-        total_effects(uncertainty, "wobble unstable above", base=16)
+    refuses(words, total_effects, uncertainty, "wobble unstable above", base=16)
 
 
 def test_critical_speeds_that_only_some_samples_have_are_counted():
@@ -259,19 +256,15 @@ def test_variance_shares_of_a_nearly_linear_case_are_the_linear_ones():
         assert total == pytest.approx(linear[name], abs=max(0.02, 2 * width))
 
 
-@pytest.mark.parametrize(
-    ("model", "options", "words"),
-    [
-        (GIVEN, {}, "nothing is uncertain: the bicycle states no sd and the model has no measured tyre"),
-        ({"bicycle": dict(load_bicycle("benchmark").values) | {"w": "1.02+/-0"}}, {},
-         "nothing is uncertain: the bicycle states an sd of 0 and the model has no measured tyre"),
-        (GIVEN, {"sd": {"mb": 1.0}}, "unknown parameter 'mb'; did you mean 'mB'"),
-        (GIVEN, {"relative_cornering_stiffness_sd": 0.1}, "needs a measured tyre in the model file"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "options", "words"), [
+    (GIVEN, {}, "nothing is uncertain: the bicycle states no sd and the model has no measured tyre"),
+    ({"bicycle": dict(load_bicycle("benchmark").values) | {"w": "1.02+/-0"}}, {},
+     "nothing is uncertain: the bicycle states an sd of 0 and the model has no measured tyre"),
+    (GIVEN, {"sd": {"mb": 1.0}}, "unknown parameter 'mb'; did you mean 'mB'"),
+    (GIVEN, {"relative_cornering_stiffness_sd": 0.1}, "needs a measured tyre in the model file"),
+])  # fmt: skip
 def test_refusals(model, options, words):
-    with pytest.raises(InputError, match=words):
-        Uncertainty(model, **options)
+    refuses(words, Uncertainty, model, **options)
 
 
 def test_salib_missing(monkeypatch):
