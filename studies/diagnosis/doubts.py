@@ -25,10 +25,8 @@ ABSURD = (
     "the stated standard deviations before anything else"
 )
 OTHER_BICYCLE = (
-    "the parameters went farther than their stated or assumed standard deviations allow ({farthest}; sum of squares "
-    "{squares:.3g} for {count}, and chance makes more than {most:.2g} once in a million at most): is the bicycle of "
-    "the file the one that was measured, as it was ridden? An effect that the library lacks, or deviations that are "
-    "stated too small, do the same"
+    "the parameters went farther than their stated or assumed standard deviations allow ({farthest}): is the bicycle "
+    "of the file the one that was measured, as it was ridden? A missing effect does the same"
 )
 IDENTIFIED = (
     "are the modes identified without bias? An error of the identification ({errors}) explains the data as well: "
@@ -58,7 +56,6 @@ def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
     if kind.model is None:
         return ()
     went = moved(judgement.final, judgement.final)
-    squares, most = sum(m.shift**2 for m in went), float(chdtri(max(len(went), 1), 1e-6))
+    chance = float(chdtri(max(len(went), 1), 1e-6))  # of the sum of squares: more is rarer than once in a million
     farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:3])
-    told = OTHER_BICYCLE.format(farthest=farthest, squares=squares, count=len(went), most=most)
-    return (told,) if squares > most else ()
+    return (OTHER_BICYCLE.format(farthest=farthest),) if sum(m.shift**2 for m in went) > chance else ()

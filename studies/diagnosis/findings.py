@@ -54,7 +54,7 @@ class Predicted:
     part: str  # empty if the measurement has no parts
     runs: tuple[str, ...]
     numbers: int  # how many are compared
-    # by model: nominal, nuisance_only, final, effect_alone if something is named, else single_effect, the best of all;
+    # by model: nominal, nuisance_only, final, effect_alone if something is named, single_effect (the best) if unknown,
     # with_torque if one was fitted
     chi2: Mapping[str, float]
     # by channel and model, in the channel's unit: root mean square of measured minus computed
@@ -231,7 +231,7 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicte
     fits_ = {"nuisance_only": diagnosis.hypotheses.null, "final": diagnosis.final}
     fits_ |= {} if diagnosis.alone is None else {"effect_alone": diagnosis.alone}
     fits_ |= {} if torque is None else {"with_torque": torque}
-    best = None if diagnosis.final.candidates else _best_single(diagnosis, unseen)
+    best = _best_single(diagnosis, unseen) if diagnosis.verdict.verdict == "unknown" else None
     fits_ |= {} if best is None else {"single_effect": best}
     told = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
     return tuple(replace(one, single=best.name if best else "") for one in told)
