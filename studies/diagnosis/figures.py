@@ -188,8 +188,9 @@ def _frame(axis: Any, seen: Array, computed: Mapping[str, Array]) -> None:
         f"{title}: {y.min():.2g} .. {y.max():.2g}" for title, y in computed.items() if y.min() < low or y.max() > high
     ]
     if lines:
-        text = "\n".join(["beyond the frame:", *lines])
-        axis.annotate(text, (0.02, 0.03), xycoords="axes fraction", fontsize="x-small", color=GREY, va="bottom")
+        text, behind = "\n".join(["beyond the frame:", *lines]), {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1}
+        place = {"xycoords": "axes fraction", "va": "bottom", "bbox": behind}
+        axis.annotate(text, (0.02, 0.03), fontsize="x-small", color=GREY, **place)
 
 
 TRACES: Figure = (
