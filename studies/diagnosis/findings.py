@@ -13,11 +13,7 @@ from studies.diagnosis.doubts import doubts
 from studies.diagnosis.residual import Residual, fit_residual
 from studies.diagnosis.story import Story, Where, farthest_off, tell
 from studies.inference import (
-    DOUBLED,
-    EACH_ALONE,
-    GAINS,
     RULES,
-    UNLIKELY,
     Candidate,
     Fit,
     Hypotheses,
@@ -41,7 +37,7 @@ from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.workers import one_blas_thread
 
-AGAINST_NOTHING = (UNLIKELY, GAINS, DOUBLED, EACH_ALONE)  # rules by which nothing may be missing
+AGAINST_NOTHING = ("nothing_unlikely", "predicts", "wide_priors", "each_alone")  # rules by which nothing may be missing
 
 Found = tuple[tuple[Candidate, ...], Mapping[str, Array]]
 """Candidates that were added, and coordinates: of nuisances by name, of candidates by identifier."""
@@ -192,7 +188,7 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     if word in ("none", "unknown"):
         return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
     if word == "tentative" and (
-        known.nothing >= RULES.nothing or any(c.what in AGAINST_NOTHING for c in judgement.verdict.failed)
+        known.nothing >= RULES.nothing or any(c.rule in AGAINST_NOTHING for c in judgement.verdict.failed)
     ):
         return (final, known.null)
     return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import combinations, pairwise
+from itertools import combinations
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -18,6 +18,7 @@ from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.doubts import NAMED, SPEEDS, readings_of
 from studies.diagnosis.family import Family
 from studies.diagnosis.figures import TRACES
+from studies.diagnosis.last_answer import LastAnswer
 from studies.diagnosis.mistakes import (
     BOX,
     SENSOR,
@@ -37,6 +38,7 @@ from studies.diagnosis.mistakes import (
 from studies.diagnosis.prescribed_steer import PrescribedSteer
 from studies.diagnosis.replay import Replay
 from studies.diagnosis.riding import CADENCE_HZ, WORDS, Course, Sizes, most_probable, riding_candidates, sizes_of
+from studies.diagnosis.run_pieces import loudest, means, pieces
 from studies.diagnosis.whitening import ChannelNoise, Marginal, integrated_out, limited, rough_noise
 from studies.inference.evidence import folds
 from studies.inference.fit import ROUGH, Fit, fit
@@ -75,46 +77,6 @@ def _scaled(states: Array, width: int) -> Array:
     return np.concatenate([states, np.ones(width - len(states))])
 
 
-def pieces(run: Run) -> list[Run]:
-    """A ``run`` in pieces of about 0.6 s, which are easier to fit: an error of the model has no time to grow."""
-    count = max(1, round(len(run.time) * run.step / 0.6))
-    edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
-    return [piece(run, a, b) for a, b in pairwise(edges)]
-
-
-def piece(run: Run, a: int, b: int) -> Run:
-    """Samples ``a`` to ``b`` of a ``run``."""
-    channels, inputs = ({c: x[a:b] for c, x in given.items()} for given in (run.channels, run.inputs))
-    return replace(run, name=f"{run.name} {a}", time=run.time[a:b], channels=channels, inputs=inputs)
-
-
-def loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
-    """The ``size`` samples of a ``run`` that stand out of the ``noise`` most, of those that begin at each half."""
-    starts = range(0, len(run.time) - size + 1, max(1, size // 2))
-    if len(starts) < 2:
-        return run
-    power = np.sum([(run.channels[c] / one.sd) ** 2 for c, one in noise.items()], axis=0)
-    a = max(starts, key=lambda k: float(power[k : k + size].sum()))
-    return piece(run, a, a + size)
-
-
-def means(run: Run, count: int, *, held: bool) -> Run:
-    """Means of ``count`` neighbouring samples of a ``run``, whose torques were ``held`` or are linear between samples.
-
-    Linear equations commute with a mean, so the means obey them as the samples did, from other starts. Of a motion of
-    f Hz they keep sin(x)/x, x = pi f times the length of a block, and of its information the square: of 0.01 s 99.2 %
-    at 5 Hz and 96.7 % at 10 Hz. Of white noise they keep all.
-    """
-
-    def mean(x: Array) -> Array:
-        return np.asarray(x[: len(x) // count * count].reshape(-1, count).mean(1))
-
-    # about the time of a sample, a torque that is held is half of it and half of the one before
-    inputs = {c: (x + np.append(x[:1], x[:-1])) / 2 if held else x for c, x in run.inputs.items()}
-    channels, inputs = ({c: mean(x) for c, x in given.items()} for given in (run.channels, inputs))
-    return replace(run, time=mean(run.time), channels=channels, inputs=inputs, between=AS_LINEAR)
-
-
 # ---- the kind ----
 
 SIZES = np.geomspace(3e-4, 0.2, 20)  # sd of a lean torque of the ride, weights times m
@@ -143,6 +105,7 @@ class Histories(BicycleKind, kind="histories"):
     # of a kind that is ready, by channel that is compared; rough until a fit is there unless it is stated
     noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
     ridden: tuple[Candidates, Array] | None = None  # model with which torques of the ride are estimated
+    courses: Mapping[str, Course] | None = None  # size of each torque of the ride; None: estimated when first asked
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
@@ -153,25 +116,29 @@ class Histories(BicycleKind, kind="histories"):
         return cls(**common, runs=runs, noise_sd=noise, notes=notes)
 
     def ready(self, **how: Any) -> Self:
-        found, told = super().ready(**how), self._in_blocks()
-        fitted = tuple(run for run in told.runs if not run.held_out)
-        noise, notes = {}, [*found.notes, *told.notes[len(self.notes) :]]
-        for name in fitted[0].channels:
-            if SENSORS.get(name, ("", 0.0))[1]:
-                sd = told.noise_sd.get(name)
-                stated = None if sd is None else ChannelNoise(sd, given=True)
-                noise[name] = stated or rough_noise([r.channels[name] for r in fitted])
-        if dropped := [name for name in fitted[0].channels if name not in noise]:
-            notes.append(f"{', '.join(dropped)}: not compared, the place of the sensor is not known")
-        held, stated_sd = tuple(run for run in told.runs if run.held_out), told.noise_sd
-        return replace(found, runs=fitted, unseen=held, noise=noise, noise_sd=stated_sd, notes=tuple(notes))
+        ready = super().ready(**how)
+        runs, noise_sd, notes = self._average_blocks()
+        fitted = tuple(run for run in runs if not run.held_out)
+        unseen = tuple(run for run in runs if run.held_out)
+        noise, unplaced = {}, []
+        for channel in fitted[0].channels:
+            _, bias_sd = SENSORS.get(channel, ("", 0.0))
+            if not bias_sd:
+                unplaced.append(channel)
+            elif channel in noise_sd:
+                noise[channel] = ChannelNoise(noise_sd[channel], given=True)
+            else:
+                noise[channel] = rough_noise([run.channels[channel] for run in fitted])
+        if unplaced:
+            notes.append(f"{', '.join(unplaced)}: not compared, the place of the sensor is not known")
+        return replace(ready, runs=fitted, unseen=unseen, noise=noise, noise_sd=noise_sd, notes=(*ready.notes, *notes))
 
-    def _in_blocks(self) -> Self:
-        """Much data of short steps as means of blocks, their stated noise alike; itself if there is nothing to gain."""
+    def _average_blocks(self) -> tuple[tuple[Run, ...], Mapping[str, float], list[str]]:
+        """Runs, their stated noise sd and a note; means of blocks stand for the samples of much data of short steps."""
         numbers, steps = sum(len(run.time) * len(run.channels) for run in self.runs), [run.step for run in self.runs]
         count = min(int(RULES.block / max(steps) + 1e-6), min(len(run.time) for run in self.runs) // FEWEST)
         if count < 2 or numbers <= 2 * RULES.thinned:
-            return self
+            return self.runs, self.noise_sd, []
         sd = {
             name: ChannelNoise(sd).of_means([run.channels[name] for run in self.runs if name in run.channels], count)
             for name, sd in self.noise_sd.items()
@@ -179,7 +146,7 @@ class Histories(BicycleKind, kind="histories"):
         held = self.replay_of(()).held
         runs = tuple(means(run, count, held=held) for run in self.runs)
         note = f"means of {count} samples ({runs[0].step:.2g} s) stand for the samples, which loses next to nothing"
-        return replace(self, runs=runs, noise_sd=sd, notes=(*self.notes, note))
+        return runs, sd, [note]
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction."""
@@ -240,23 +207,35 @@ class Histories(BicycleKind, kind="histories"):
         """The replay of the runs that gives these ``channels`` (columns)."""
         if self.prescribed:
             return PrescribedSteer(self.runs, channels, steer_noise=self.noise_sd.get(STEER))
-        return Replay(self.runs, channels, partial(getattr, self, "_riding"))
+        return Replay(self.runs, channels, self._courses_of_ride)
+
+    def _courses_of_ride(self) -> Mapping[str, Course]:
+        """Size of each torque of the ride, as it was set or else as the runs show it."""
+        return self._estimated_courses if self.courses is None else self.courses
 
     @cached_property
-    def _riding(self) -> dict[str, Course]:
+    def _estimated_courses(self) -> dict[str, Course]:
         """Most probable size of each torque of the ride, where the base model or :attr:`ridden` fits with it."""
         candidates, theta = self.ridden or ((), self.nominal)
-        found = {one.identifier: self._course(one, candidates, theta) for one in riding_candidates()}
-        for torque in () if self.ridden else riding_candidates():
-            name, at = torque.identifier, theta
-            for _ in range(ROUNDS):
-                sized = replace(self)
-                sized.__dict__["_riding"] = found
-                at = fit(sized, (torque,), starts=[at], turns=ROUGH).theta
-                before, found[name] = found[name], self._course(torque, (), at)
-                if found[name].sd > 0.6 * before.sd:
-                    break
-        return found
+        courses = {torque.identifier: self._course(torque, candidates, theta) for torque in riding_candidates()}
+        if self.ridden is None:
+            for torque in riding_candidates():
+                courses = self._settle_course(torque, courses)
+        return courses
+
+    def _settle_course(self, torque: Candidate, courses: dict[str, Course]) -> dict[str, Course]:
+        """The ``courses``, that of ``torque`` estimated again where a fit with it ends, until it shrinks no more.
+
+        A base model that is far off leaves much that is no torque of the ride: the first estimates are too large.
+        """
+        theta = self.nominal
+        for _ in range(ROUNDS):
+            theta = fit(replace(self, courses=courses), (torque,), starts=[theta], turns=ROUGH).theta
+            course, previous = self._course(torque, (), theta), courses[torque.identifier]
+            courses = courses | {torque.identifier: course}
+            if course.sd > 0.6 * previous.sd:
+                break
+        return courses
 
     def _course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
         """Most probable size of one ``torque`` of the ride beside ``candidates`` at ``theta``."""
@@ -316,15 +295,14 @@ class Histories(BicycleKind, kind="histories"):
         return self._white(self._replay.slopes(family, theta, 0.1 * family.stencil(theta)[1], starts))
 
     def _fitted(self, family: Family, candidates: Candidates, theta: Array) -> Marginal:
-        """The runs with their initial states marginalised; the last answer is kept, because a fit asks twice."""
-        key = (tuple(c.identifier for c in candidates), theta.tobytes())
-        if key not in self._last:
+        """The runs with their initial states integrated out."""
+
+        def integrate() -> Marginal:
             forced, free = self._replay.free(family, theta)
             white = self._white((self._measured - forced)[..., None])
-            found = self._marginal(free, white, candidates, start_sd(family))
-            self._last.clear()
-            self._last[key] = found
-        return self._last[key]
+            return self._marginal(free, white, candidates, start_sd(family))
+
+        return self._last_marginal.get((tuple(c.identifier for c in candidates), theta.tobytes()), integrate)
 
     @cached_property
     def _measured(self) -> Array:
@@ -332,8 +310,8 @@ class Histories(BicycleKind, kind="histories"):
         return self._bare.padded([run.channels[c] for c in self.noise] for run in self.runs)
 
     @cached_property
-    def _last(self) -> dict[Any, Marginal]:
-        return {}
+    def _last_marginal(self) -> LastAnswer[Marginal]:
+        return LastAnswer()
 
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
         """Sum of ln(1 + s^2) over the runs."""

@@ -1,12 +1,13 @@
 """From a kind to a verdict: the rules that a leading hypothesis must meet, and what is said of it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import chain, combinations, takewhile
 
 import numpy as np
 
+from studies.inference.acceptance import AcceptanceCheck
 from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
 from studies.inference.fit import Fit, default_starts, fit, prior
 from studies.inference.kind import Kind, Proposal
@@ -24,12 +25,6 @@ from studies.inference.search import (
     singles,
 )
 from studies.inference.verdict import (
-    DOUBLED,
-    EACH_ALONE,
-    GAINS,
-    LEFT_OVER,
-    UNLIKELY,
-    AcceptanceCheck,
     Judged,
     Mimic,
     Named,
@@ -59,12 +54,12 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     null_score = held_out(known.kind, known.null)
     if leader is None:
         if known.nothing > RULES.even or not known.fits:
-            check = AcceptanceCheck(UNLIKELY, f"{known.nothing:.3g}", False)
+            check = AcceptanceCheck("nothing_unlikely", f"{known.nothing:.3g}", False)
             return _nothing_named(known, null_score, (check,))
         leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
     members, wide = _class_of(known, leader)
     score = held_out(known.kind, leader)
-    rules = _rules(known, leader, (score, null_score), wide)
+    rules = check_rules(known, leader, (score, null_score), wide)
     checks = tuple(check for group in rules.values() for check in group)
     met = {group: all(check.passed for check in some) for group, some in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
@@ -126,49 +121,59 @@ def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypoth
     return members, wide
 
 
-def _rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
-    """Rules of any name, of a partial name too, of a name without reservation, and of the fit."""
-    (score, null_score), kind, low = scores, known.kind, RULES.poor_fit
-    gain = score.log_score - null_score.log_score
-    bounds, small, unsized, sizes = leader.at_bound(), leader.negligible(), leader.unsized(), leader.implausible()
-    within, white, left = within_uncertainty(leader), whiteness(kind, leader), _left(kind, leader)
-    under, instead = leader.undersized(), _in_its_place(known, leader)
+def check_rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
+    """Check the rules of any name, of a partial name too, of a name without reservation, and of the fit."""
+    kind, (score, null_score) = known.kind, scores
+    term = _in_its_place(known, leader)
     errors = [c.family for c in leader.candidates if c.mistake and c.family]
-    twice = {family for family in errors if errors.count(family) > 1}  # the law of this error is neither of them
-    found: dict[str, dict[str, tuple[str, bool]]] = {
-        "any name": {
-            "two speeds, loads or inputs": ("yes" if kind.varied else "one", kind.varied),
-            "the fit converged": ("yes" if leader.converged else "no", leader.converged),
-            "inside its bounds, physical sign": (", ".join(bounds) or "yes", not bounds),
-            "large enough to matter": (", ".join(small) or "yes", not small),
-            "no smaller than what occurs": (", ".join(under) or "yes", not under),
-            "more probable than terms without a cause": (instead or "yes", not instead),
-            "one law of each error": (", ".join(twice) or "yes", not twice),
-            "larger than its standard deviation": (", ".join(unsized) or "yes", not unsized),
-            "at most one of a size that seldom occurs": (f"{leader.unusual}", leader.unusual < 2),
-        },
-        "partial name": {
-            UNLIKELY: (f"{known.nothing:.3g}", known.nothing < RULES.nothing),
-            GAINS: (f"{gain:+.1f}" if score.possible else "one run: none to hold out", gain > 0),
-            DOUBLED: (f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}", wide.nothing < RULES.nothing),
-        },
-        "usual size": {"a size that occurs": (", ".join(sizes) or "yes", not sizes)},
-        "no reservation": {
-            "parameters within their uncertainty, p > 0.01": (f"{within:.2g}", within > low),
-            **({LEFT_OVER: left} if left else {}),
-        },
-        "fit": {
-            "goodness of fit p > 0.01": (f"{leader.goodness:.3g}", leader.goodness > low),
-            "residuals white, p > 0.01": (f"{white:.3g}", white > low),
-        },
-    }
+    any_name = [
+        AcceptanceCheck("varied", "yes" if kind.varied else "one", kind.varied),
+        AcceptanceCheck("converged", "yes" if leader.converged else "no", leader.converged),
+        _check_none("in_bounds", leader.at_bound()),
+        _check_none("matters", leader.negligible()),
+        _check_none("occurs", leader.undersized()),
+        _check_none("beats_terms", [term] if term else []),
+        # of an error that is named twice the true law is neither of the two
+        _check_none("one_law", {family for family in errors if errors.count(family) > 1}),
+        _check_none("exceeds_sd", leader.unsized()),
+        AcceptanceCheck("one_seldom", f"{leader.unusual}", leader.unusual < 2),
+    ]
+
+    gain = score.log_score - null_score.log_score
+    gain_words = f"{gain:+.1f}" if score.possible else "one run: none to hold out"
+    wide_words = f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}"
+    partial_name = [
+        AcceptanceCheck("nothing_unlikely", f"{known.nothing:.3g}", known.nothing < RULES.nothing),
+        AcceptanceCheck("predicts", gain_words, gain > 0),
+        AcceptanceCheck("wide_priors", wide_words, wide.nothing < RULES.nothing),
+    ]
     if len(leader.candidates) >= RULES.many:  # so many at once fit much
         nothing = null_score.log_score
         weak = [c.identifier for c in leader.candidates if not beats_nothing(known, c, nothing)]
-        found["partial name"][EACH_ALONE] = (f"not {', '.join(weak)}" if weak else "yes", not weak)
+        weak_words = f"not {', '.join(weak)}" if weak else "yes"
+        partial_name.append(AcceptanceCheck("each_alone", weak_words, not weak, culprit=", ".join(weak)))
+
+    shift_p, white_p = within_uncertainty(leader), whiteness(kind, leader)
+    no_reservation = [AcceptanceCheck("parameters", f"{shift_p:.2g}", shift_p > RULES.poor_fit)]
+    left = _check_what_is_left(kind, leader)
+    if left is not None:
+        no_reservation.append(left)
+
     return {
-        group: tuple(AcceptanceCheck(what, *answer) for what, answer in some.items()) for group, some in found.items()
+        "any name": tuple(any_name),
+        "partial name": tuple(partial_name),
+        "usual size": (_check_none("usual_size", leader.implausible()),),
+        "no reservation": tuple(no_reservation),
+        "fit": (
+            AcceptanceCheck("fits", f"{leader.goodness:.3g}", leader.goodness > RULES.poor_fit),
+            AcceptanceCheck("white", f"{white_p:.3g}", white_p > RULES.poor_fit),
+        ),
     }
+
+
+def _check_none(rule: str, culprits: Collection[str]) -> AcceptanceCheck:
+    """Check a rule that holds if there are no ``culprits`` (names of effects or their sizes)."""
+    return AcceptanceCheck(rule, ", ".join(culprits) or "yes", not culprits)
 
 
 def _in_its_place(known: Hypotheses, leader: Fit) -> str:
@@ -188,14 +193,25 @@ def _in_its_place(known: Hypotheses, leader: Fit) -> str:
     return best.candidates[-1].identifier if known.odds(best, found[0]) > RULES.likelier_odds else ""
 
 
-def _left(kind: Kind, leader: Fit) -> tuple[str, bool] | None:
-    """Answer to what terms without a cause would still explain; None if there is no such term."""
-    if rough := [c.identifier for c in leader.candidates if c.approximate]:
-        return f"not asked: {' and '.join(rough)} is modelled roughly", True
-    if (left := left_over(kind, leader)) is None:
+def _check_what_is_left(kind: Kind, leader: Fit) -> AcceptanceCheck | None:
+    """Check that terms without a cause explain nothing of the rest; None if there is no such term."""
+    rough = [c.identifier for c in leader.candidates if c.approximate]
+    if rough:
+        return AcceptanceCheck("nothing_left", f"not asked: {' and '.join(rough)} is modelled roughly", True)
+    left = left_over(kind, leader)
+    if left is None:
         return None
-    passed = left[0] > RULES.poor_fit
-    return f"{left[0]:.2g}" + ("" if passed else f", mostly {left[1]}"), passed
+    p, term = left
+    if p > RULES.poor_fit:
+        return AcceptanceCheck("nothing_left", f"{p:.2g}", True)
+    return AcceptanceCheck("nothing_left", f"{p:.2g}, mostly {term}", False, culprit=_describe_term(term))
+
+
+def _describe_term(term: str) -> str:
+    """A term without a cause as a sentence names it: "steer torque from lean" is one proportional to lean."""
+    if " from " in term:
+        return "a " + term.replace(" from ", " proportional to ")
+    return term or "a term without a cause"
 
 
 HELD = 1e-6  # of the prior sd: a parameter that does not move

@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from studies.inference.acceptance import AcceptanceCheck
+
 WORDS = {
     # members of a class
     "leads": "the most probable",
@@ -57,14 +59,6 @@ class Separation:
     gain: float
 
 
-LEFT_OVER = "nothing left for terms without a cause, p > 0.01"
-UNLIKELY = "P(nothing is missing) < 0.05"
-GAINS = "held-out log score improves"
-DOUBLED = "survives doubling the uncertainty of the parameters"
-EACH_ALONE = "each of three effects stands alone"
-"""Rules of acceptance that reports ask for by name."""
-
-
 @dataclass(frozen=True)
 class Named:
     """An effect with its fitted parameters."""
@@ -76,15 +70,6 @@ class Named:
     mistake: bool = False  # it is an error of the measurement or its file
     title: str = ""  # plain name
     family: str = ""  # what it is one answer with, in words
-
-
-@dataclass(frozen=True)
-class AcceptanceCheck:
-    """A rule that must hold before an effect is named: the question, the figure, and if it holds."""
-
-    what: str
-    figure: str
-    passed: bool
 
 
 @dataclass(frozen=True)
@@ -142,7 +127,7 @@ class Verdict:
     @property
     def leaves_more(self) -> bool:
         """More than noise is left: a significant gap, or after a tentative name what terms without a cause explain."""
-        left = any(c.what == LEFT_OVER for c in self.failed)
+        left = any(c.rule == "nothing_left" for c in self.failed)
         return self.verdict in ("unknown", "partial") or (self.verdict == "tentative" and left)
 
     def to_dict(self) -> dict[str, Any]:
@@ -165,9 +150,9 @@ class Verdict:
             "posterior": dict(self.posterior),
             "chi2": {name: x if math.isfinite(x) else None for name, x in self.chi2.items()},
             "held_out_gap": dict(self.held_out_gap),
-            **{
-                name: list(map(asdict, getattr(self, name))) for name in ("separating_measurements", "checks", "mimics")
-            },
+            "separating_measurements": [asdict(s) for s in self.separating_measurements],
+            "checks": [{"what": c.what, "figure": c.figure, "passed": c.passed} for c in self.checks],
+            "mimics": [asdict(m) for m in self.mimics],
             "goodness_of_fit_p": self.goodness_of_fit_p,
             "not_tried": dict(self.refused),
             "warnings": list(self.warnings),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies.diagnosis import leading_two
-from studies.inference import DOUBLED, GAINS, LEFT_OVER, AcceptanceCheck, Candidate, Fit, Hypotheses, UncertainParameter
+from studies.inference import AcceptanceCheck, Candidate, Fit, Hypotheses, UncertainParameter
 
 LEAST = 0.1
 NAMES = ("damper", "spring", "trail")
@@ -58,7 +58,8 @@ def test_the_named_effect_with_a_further_one_of_no_size_is_no_rival():
 
 
 @pytest.mark.parametrize(
-    ("failed", "rival"), [(DOUBLED, "none"), (GAINS, "none"), (LEFT_OVER, "spring"), ("a size that occurs", "spring")]
+    ("failed", "rival"),
+    [("wide_priors", "none"), ("predicts", "none"), ("nothing_left", "spring"), ("usual_size", "spring")],
 )
 def test_a_tentative_name_is_told_from_nothing_where_it_may_be_nothing(failed, rival):
     fits = hypothesis("damper", 16.0), hypothesis("spring", 12.0)
@@ -67,7 +68,7 @@ def test_a_tentative_name_is_told_from_nothing_where_it_may_be_nothing(failed, r
 
 
 def test_a_tentative_name_may_have_no_rival():
-    found = judged("tentative", "damper", hypothesis("damper", 100.0), failed=("a size that occurs",))
+    found = judged("tentative", "damper", hypothesis("damper", 100.0), failed=("usual_size",))
     assert names(found) == ("damper",)
 
 

@@ -28,8 +28,6 @@ from studies.diagnosis import (
     write_report,
 )
 from studies.inference import (
-    DOUBLED,
-    UNLIKELY,
     AcceptanceCheck,
     Candidate,
     Judged,
@@ -375,7 +373,8 @@ def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path
         ({"verdict": "partial", "effects": (Named("a", {}),)}, "In part a; the rest is not known"),
         (
             {"verdict": "tentative", "effects": (Named("a", {}),),
-             "checks": (AcceptanceCheck(UNLIKELY, "0.2", False), AcceptanceCheck(DOUBLED, "0.9", False))},
+             "checks": (AcceptanceCheck("nothing_unlikely", "0.2", False),
+                        AcceptanceCheck("wide_priors", "0.9", False))},
             "Probably a, not proven: possibly nothing is missing.",
         ),
     ],

@@ -26,7 +26,7 @@ from studies.diagnosis import (
     read_measurement,
     term_names,
 )
-from studies.inference import LEFT_OVER, AcceptanceCheck, HeldOut, Hypotheses, Linear, Verdict, fit
+from studies.inference import AcceptanceCheck, HeldOut, Hypotheses, Linear, Verdict, fit
 from tests.validation.blind.generator import HELD_OUT, modal_case
 from tests.validation.blind.hidden import Cause
 from tests.validation.blind.machine import Extras
@@ -119,7 +119,7 @@ def test_a_torque_that_leaves_twice_the_noise_does_not_describe_the_data(damped)
 
 
 def test_a_gap_that_is_explained_keeps_nothing(damped):
-    for verdict in (said("none", LEFT_OVER), said("named"), said("class"), said("tentative", "a size that occurs")):
+    for verdict in (said("none", "nothing_left"), said("named"), said("class"), said("tentative", "usual_size")):
         closed = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": verdict})
         assert fit_residual(closed) is None
     tyre = SimpleNamespace(verdict=said("unknown"), kind=SimpleNamespace(model=None), final=None)
@@ -127,7 +127,7 @@ def test_a_gap_that_is_explained_keeps_nothing(damped):
 
 
 def test_beside_a_tentative_name_a_torque_is_kept_if_one_is_left(damped):
-    tentative = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": said("tentative", LEFT_OVER)})
+    tentative = SimpleNamespace(**vars(damped.diagnosis) | {"verdict": said("tentative", "nothing_left")})
     assert fit_residual(tentative).values == damped.residual.values
 
 

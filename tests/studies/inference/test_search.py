@@ -150,7 +150,7 @@ def test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own():
     pair = inference.fit(forward, (tone, other), starts=[np.array([0.3, 1.5, 0.0])])
     assert stuck.converged
     assert stuck.objective > 100 > pair.objective
-    _, leader = inference.pruned(inference.Hypotheses(inference.fit(forward), (stuck, pair), forward), pair)
+    _, leader = inference.drop_unsupported(inference.Hypotheses(inference.fit(forward), (stuck, pair), forward), pair)
     assert leader.name == "tone"
     assert leader.theta[1] == pytest.approx(1.5, abs=0.05)
 
@@ -297,7 +297,7 @@ def test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it(a
     lost = replace(wave, converged=False, objective=1e6, log_evidence=-5e5)
     pair = inference.fit(forward, (square.candidates[0], cube.candidates[0]))
     begun = inference.Hypotheses(replace(known.null, converged=not astray), (lost, square, cube, pair), known.kind)
-    found, leader = inference.exchanged(begun, pair, names.append)
+    found, leader = inference.exchange_effect(begun, pair, names.append)
     if not astray:
         assert (found, leader, names) == (begun, pair, [])
         return

@@ -1,0 +1,20 @@
+"""One remembered answer, for what is asked twice in a row."""
+
+from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+
+Answer = TypeVar("Answer")
+
+
+class LastAnswer(Generic[Answer]):
+    """Keeps the last answer: a fit asks for residuals at a point, and then for their slopes at the same point."""
+
+    def __init__(self) -> None:
+        self._question: Hashable = None
+        self._answer: Answer | None = None
+
+    def get(self, question: Hashable, compute: Callable[[], Answer]) -> Answer:
+        """The answer to ``question``; computed unless it was the last one."""
+        if self._answer is None or question != self._question:
+            self._question, self._answer = question, compute()
+        return self._answer
