@@ -98,10 +98,14 @@ def _show_version(context: click.Context, parameter: click.Parameter, value: boo
     click.echo(f"velotyre, version {version_of('velotyre')}")
     if "--verbose" in context.meta[ARGUMENTS]:
         from bicycle.eigen import KERNEL
-        from tyre.formats.child import confinement
+        from tyre.formats.child import apart
+        from tyre.formats.limits import MEMORY, PROCESSOR
 
         click.echo(f"eigenvalues: {KERNEL}; numpy {version_of('numpy')}, scipy {version_of('scipy')}")
-        click.echo(f"readers of foreign files are kept from: {', '.join(confinement()) or 'nothing on this system'}")
+        limits = f"at most {MEMORY[-1] / 1e9:g} GB and {PROCESSOR[-1]:g} s a file"
+        click.echo(
+            f"binary files are parsed in {f'a process of {limits}' if apart() else 'this process, without limits'}"
+        )
     context.exit()
 
 

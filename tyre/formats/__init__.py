@@ -35,9 +35,15 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
         raise InputError(f"{path}: {'is a folder; give a file' if path.is_dir() else 'no such recording'}")
 
     if form not in OWN and child.apart():
-        return child.contents_apart(path, reading or Reading(), temporary=form == "mdf")
+        return child.contents_apart(path, reading or Reading())
+    return contents_here(path, reading or Reading())
+
+
+def contents_here(path: Path, reading: Reading) -> Contents:
+    """List the columns of a recording in this process."""
+    form = FORMATS[path.suffix.casefold()]
     module = import_module(f"tyre.formats.{form}")
-    found: Contents = _guarded(path, lambda: getattr(module, f"{form}_contents")(path, reading or Reading()))
+    found: Contents = _guarded(path, lambda: getattr(module, f"{form}_contents")(path, reading))
     if not found.columns:
         raise InputError(f"{path}: holds no channels")
     if (count := len(found.columns)) > 10_000:
@@ -47,8 +53,11 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
 
 def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
     """Read the rows, with places, of a workbook (its sheet ``kind``) or Parquet; of ``.mat`` one mapping."""
-    if child.apart():
-        return child.rows_apart(path, kind)
+    return child.rows_apart(path, kind) if child.apart() else rows_here(path, kind)
+
+
+def rows_here(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
+    """Read the rows of :func:`table_rows` in this process."""
     form = {".xlsx": "excel", ".mat": "matlab"}.get(path.suffix.casefold(), "parquet")
     module = import_module(f"tyre.formats.{form}")
     return _guarded(

@@ -1,8 +1,10 @@
 """Spreadsheets: names, units and samples as in a text table, or a whole sheet with its words."""
 
+import re
 import zipfile
 from collections.abc import Sequence
 from datetime import datetime, time, timedelta
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,9 @@ from tyre.signals import Column, Contents, Signal
 
 Rows = list[list[Any]]
 LARGEST = 250_000_000  # bytes of an unpacked spreadsheet
+CELLS = 20_000_000  # of a sheet, from its first row and column to its last
+BLOCK = 1 << 22  # bytes of a sheet that are looked at at once
+_PLACE = re.compile(rb'\br="([A-Z]{1,4})(\d{1,9})"')
 
 
 def excel_contents(path: Path, reading: Reading) -> Contents:
@@ -74,6 +79,8 @@ def _sheets(path: Path) -> dict[str, Rows]:
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as parts:
             size = sum(part.file_size for part in parts.infolist())
+            if size <= LARGEST:
+                _refuse_far_cells(path, parts)
     if size > LARGEST:
         raise InputError(
             f"{path}: holds {size / 1e6:,.0f} MB once unpacked, at most {LARGEST / 1e6:,.0f} MB are read of a "
@@ -81,6 +88,34 @@ def _sheets(path: Path) -> dict[str, Rows]:
         )
     with calamine.load_workbook(path) as book:
         return {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
+
+
+def _refuse_far_cells(path: Path, parts: zipfile.ZipFile) -> None:
+    """Ask the size of each sheet before it is read: two cells far apart make a table of all those between them."""
+    for part in parts.namelist():
+        if not re.fullmatch(r"xl/worksheets/[^/]*\.xml", part):
+            continue
+        rows, columns, end = 0, 0, b""
+        with parts.open(part) as stream:
+            while block := stream.read(BLOCK):
+                for letters, row in _PLACE.findall(end + block):
+                    rows = max(rows, int(row))
+                    columns = max(columns, _number_of(letters))
+                end = block[-40:]  # may hold the beginning of a place
+        if rows * columns > CELLS:
+            raise InputError(
+                f"{path}: its cells reach to row {rows:,} and column {columns:,}, which are {rows * columns:,} cells; "
+                f"at most {CELLS:,} are read: delete what lies far from the table, or export it as CSV"
+            )
+
+
+@cache
+def _number_of(letters: bytes) -> int:
+    """Number of a column from 1: ``AB`` is 28."""
+    number = 0
+    for letter in letters:
+        number = 26 * number + letter - ord("A") + 1
+    return number
 
 
 def _filled(row: list[Any]) -> bool:

@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tyre.channel_map import Reading
-from tyre.errors import InputError
+from tyre.errors import InputError, shown
 from tyre.files import DEEPEST
 from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal, check_budget, columns_of
@@ -21,9 +20,9 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
     """Datasets of numbers by their path: ``imu/gyro``, ``imu/gyro[0]`` of a matrix, ``imu.x`` of a compound."""
     h5py = optional_module("h5py", extra="formats")
     with h5py.File(path, "r") as file:
-        if reading.table and reading.table not in file:
+        refuse_foreign(h5py, path, file)
+        if reading.table and file.get(reading.table) is None:  # not there, or a link to what is not there
             raise InputError(f"{path}: no group {reading.table!r}; there are {', '.join(file)}")
-        refuse_foreign(h5py, path, file, reading.table)
         columns = {
             signal.name: (name, signal.unit)
             for name, dataset in _datasets(h5py, file, reading.table)
@@ -44,8 +43,17 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
     return Contents(tuple(Column(name, unit) for name, (_, unit) in columns.items()), load)
 
 
-def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
-    """Refuse datasets whose values lie in other files, which the one at ``path`` may name as it likes."""
+def refuse_foreign(h5py: Any, path: Path, file: Any) -> None:
+    """Refuse links and datasets that lead to other files, which the one at ``path`` may name as it likes.
+
+    All links of the file are looked at before one is followed: a soft link cannot leave a file that holds no others.
+    """
+
+    def name_foreign(name: str, link: Any) -> str | None:
+        return f"{name} (to {shown(link.filename)})" if isinstance(link, h5py.ExternalLink) else None
+
+    if foreign := file.visititems_links(name_foreign):  # stops at the first that has a name
+        raise InputError(f"{path}: {foreign} is a link to another file, which is not read; copy what it names into one")
 
     def check(name: str, item: Any) -> None:
         if name.count("/") > DEEPEST:  # to go through them takes the square of their number
@@ -55,13 +63,7 @@ def refuse_foreign(h5py: Any, path: Path, file: Any, root: str = "") -> None:
         if isinstance(item, h5py.Dataset):
             check_budget(path, [math.prod(item.chunks or ())])  # a chunk is unpacked whole
 
-    above = accumulate(root.strip("/").split("/"), "{}/{}".format)  # the group and all above it
-    if root and any(isinstance(file.get(part, getlink=True), h5py.ExternalLink) for part in above):
-        raise InputError(f"{path}: {root} is a link to another file, which is not read; copy it into one")
-    if root and isinstance(file[root], h5py.Dataset):
-        check(root, file[root])
-    else:
-        (file[root] if root else file).visititems(check)
+    file.visititems(check)
 
 
 def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:

@@ -1,9 +1,8 @@
-"""Foreign files are read in a child: what it gives, what it is kept from, and how its end is told."""
+"""Foreign files are read in a child: what it gives, what it may take, and how its end is told."""
 
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -13,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tyre.channel_map import Reading
 from tyre.errors import InputError
-from tyre.formats import child, contents, read_signals
+from tyre.formats import contents, limits, read_signals
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems read in the process itself")
 ROOT = Path(__file__).parents[3]
@@ -62,80 +62,43 @@ def test_a_file_written_anew_is_read_anew(tmp_path):
     np.testing.assert_array_equal(one.values, np.ones(4))
 
 
-def begin(code, *, temporary=""):
-    """Run ``code`` in a process that is confined as the child is."""
-    script = f"from tyre.formats.child import confine\nkept = confine(temporary={bool(temporary)})\n{code}"
+def begin(code, name="a.h5"):
+    """Run ``code`` in a process that is limited as the child is for a small file."""
+    script = "from pathlib import Path\nfrom tyre.channel_map import Reading\nfrom tyre.formats.limits import limit\n"
+    script += f"limit(Path({name!r}), Reading())\n{code}"
     return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
 
 
-@pytest.fixture(scope="module")
-def kept():
-    return child.confinement()
-
-
 def test_more_memory_than_is_allowed_is_an_error_not_a_swap():
-    shown = begin("try:\n    bytearray(7_000_000_000)\nexcept MemoryError:\n    print('refused')")
+    shown = begin("try:\n    bytearray(900_000_000)\nexcept MemoryError:\n    print('refused')")
     assert shown.stdout == "refused\n"
 
 
 def test_limits_that_are_lower_already_stay():
     code = "import resource; print(resource.getrlimit(resource.RLIMIT_AS), resource.getrlimit(resource.RLIMIT_FSIZE))"
     script = "import resource\nfor kind in (resource.RLIMIT_AS, resource.RLIMIT_FSIZE):\n"
-    script += "    resource.setrlimit(kind, (2_000_000_000,) * 2)\n"
-    script += f"from tyre.formats.child import confine\nconfine(temporary=True)\n{code}"
+    script += "    resource.setrlimit(kind, (600_000_000,) * 2)\n"
+    script += "from pathlib import Path\nfrom tyre.channel_map import Reading\nfrom tyre.formats import limits\n"
+    script += f"limits.MDF = ('.h5',)\nlimits.limit(Path('a.h5'), Reading())\n{code}"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=True)
-    assert shown.stdout == "(2000000000, 2000000000) (2000000000, 2000000000)\n"
+    assert shown.stdout == "(600000000, 600000000) (600000000, 600000000)\n"
 
 
-DEEDS = (
-    "open(path, 'w')", "open(path, 'a').write('x')", "os.unlink(path)", "os.mkdir(new)", "os.rename(path, new)",
-    "os.symlink(path, new)", "os.execv('/bin/true', ['x'])",
-)  # fmt: skip
-EACH = """
-import os
-path, new, deeds = {!r}, {!r}, {!r}
-for deed in deeds:
-    try:
-        exec(deed)
-    except PermissionError:
-        print(deed)
-"""
+def test_what_a_file_may_take_grows_with_its_size(tmp_path):
+    small = tmp_path / "a.h5"
+    small.write_bytes(b"")
+    assert limits.allowed((3, 1e-5, 60), small, Reading()) == 3
+    large = tmp_path / "b.dbc"
+    large.write_bytes(bytes(1_000_000))
+    assert limits.allowed((3, 1e-5, 60), small, Reading(dbc=(large,))) == 13
+    assert limits.allowed((3, 1e-5, 5), small, Reading(dbc=(large,))) == 5
 
 
-def test_it_changes_no_file(tmp_path, kept):
-    if "writing files" not in kept:
-        pytest.skip("this kernel has no Landlock")
-    path = tmp_path / "a.txt"
-    path.write_text("old")
-    refused = begin(EACH.format(str(path), str(tmp_path / "new"), DEEDS)).stdout.splitlines()
-    assert refused == list(DEEDS)
-    assert [(one.name, one.read_text()) for one in tmp_path.iterdir()] == [("a.txt", "old")]
-
-
-def test_only_the_temporary_folder_takes_files_of_one_that_may_write_some(tmp_path, kept, monkeypatch):
-    if "writing files" not in kept:
-        pytest.skip("this kernel has no Landlock")
-    code = "import tempfile\ntempfile.TemporaryFile().write(b'x'); print('written')\nopen({!r}, 'w')"
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))  # the test itself may run below the system's own
-    shown = begin(code.format(str(tmp_path / "never.txt")), temporary="yes")
-    assert shown.stdout == "written\n"
-    assert "PermissionError" in shown.stderr
-
-
-def test_no_file_grows_without_landlock_either(tmp_path):
+def test_no_file_grows_but_those_of_mdf(tmp_path):
     code = "with open({!r}, 'wb', 0) as file:\n    file.write(b'x')"
     begin(code.format(str(tmp_path / "a")))
-    assert [one.stat().st_size for one in tmp_path.iterdir()] in ([], [0])
-
-
-def test_it_reaches_no_network(kept):
-    if "the network" not in kept:
-        pytest.skip("this system gives no network namespaces to users")
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-        shown = begin(f"import socket\nsocket.create_connection(('127.0.0.1', {port}), 2)")
-    assert "OSError" in shown.stderr or "Error: [Errno" in shown.stderr
+    begin(code.format(str(tmp_path / "b")), name="a.mf4")
+    assert {one.name: one.stat().st_size for one in tmp_path.iterdir()} == {"a": 0, "b": 1}
 
 
 def children(parent=None):
@@ -180,7 +143,7 @@ def test_a_library_that_fails_ends_in_one_line(tmp_path, ending, words):
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     if "while" in ending:
-        code = code.replace("\ntry", "\nchild.LIMITS['clock'] = 1.0; child.LIMITS['processor'] = 1\ntry")
+        code = code.replace("\ntry", "\nchild.CLOCK = 1.0; child.PROCESSOR = (1, 0, 1)\ntry")
     shown = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True,
                            env=environment)  # fmt: skip
     (line,) = shown.stdout.splitlines()
