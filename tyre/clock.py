@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tyre.arrays import Array
 from tyre.channel_map import ChannelMap, Resampling
@@ -65,6 +66,26 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
     return tuple(notes)
 
 
+DAMAGED = 200
+"""Samples, one of which may have a time that is missing or runs back for it alone: it counts as a missing sample."""
+
+
+def damaged_times(time: Array) -> NDArray[np.bool_]:
+    """Samples (n,), True where a ``time`` (s) is missing or stands out of an otherwise rising order, as in a damaged
+    line; all False if more than one in :data:`DAMAGED` would have to go, or if others run back or repeat."""
+    bad = ~np.isfinite(time)
+    for place in np.flatnonzero(np.diff(time) < 0)[: time.size // DAMAGED + 1].tolist():
+        before = time[place - 1] if place else -np.inf
+        after = time[place + 2] if place + 2 < time.size else np.inf
+        if time[place] < after:  # without the later one of the two all is in order
+            bad[place + 1] = True
+        elif before < time[place + 1]:
+            bad[place] = True
+    sound = time[~bad]
+    in_order = bool((np.diff(sound) > 0).all())
+    return bad if in_order and DAMAGED * np.count_nonzero(bad) <= time.size else np.zeros(time.size, bool)
+
+
 ADVICE = "write [resampling] with rate_hz = {rate} (linear interpolation)"
 
 
@@ -99,11 +120,13 @@ def one_time_base(
     """Bring channels (SI units, each with its own number of samples) to one time base: time in s, values, notes."""
     where = signals.source
     times = _times(signals, channel_map, values)
+    times, values, lost = _without_damaged(times, values)
     first = next(iter(times.values()))
     alike = all(own is first or np.array_equal(own, first) for own in times.values())
     if alike and channel_map.resampling is None:
-        return first, dict(values), check_clock(first, where=where)
-    notes = [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
+        return first, dict(values), (*lost, *check_clock(first, where=where))
+    notes = [*lost]
+    notes += [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
     if channel_map.resampling is None:
         said = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
         raise InputError(
@@ -112,6 +135,20 @@ def one_time_base(
         )
     time, found, more = _resampled(times, values, channel_map.resampling, where)
     return time, found, (*notes, *more)
+
+
+def _without_damaged(
+    times: Mapping[str, Array], values: Mapping[str, Array]
+) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
+    """Take out the samples of :func:`damaged_times`; also a note."""
+    damaged = {key: damaged_times(time) for key, time in {id(time): time for time in times.values()}.items()}
+    count = sum(int(np.count_nonzero(bad)) for bad in damaged.values())
+    if not count:
+        return dict(times), dict(values), ()
+    sound = {id(time): time[~damaged[id(time)]] for time in times.values()}  # one array for the channels that share it
+    kept = {name: values[name][~damaged[id(time)]] for name, time in times.items()}
+    note = f"samples whose time is missing or out of order, which count as missing: {count}"
+    return {name: sound[id(time)] for name, time in times.items()}, kept, (note,)
 
 
 def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array]) -> dict[str, Array]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 
-from tyre.channel_map import Reading
+from tyre.channel_map import Clock, Reading
 from tyre.errors import InputError
 from tyre.formats import contents
 from tyre.signals import Column, listed
@@ -21,17 +21,17 @@ _NAMES = {
     "vertical_load": r"\bfz|load|vert.*force|normal.?force|radlast",
     "aligning_moment": r"\bmz|align|r(ü|ue)ckstell",
     "inclination": r"incl|camber|gamma|sturz|^ia$",
-    "speed": r"speed|veloc|^v$|geschw|trajvel",
+    "speed": r"speed|veloc|^v$|geschw|trajvel",  # of no rotation, see _ROTATION
     "temperature": r"temp",
     "pressure": r"press|druck|^p$|inflpres",
     "plate_displacement": r"plate|table|platte",
     "rim_displacement": r"rim|felge",
-    "roll_rate": r"roll.?(rate|vel|dot)|phi.?dot|(gyro(scope)?|omega|rate|gyr|w).?x$|lean.?rate|^p$",
+    "roll_rate": r"(roll|lean).?(rate|vel|dot)|phi.?dot|(gyro(scope)?|omega|rate|gyr|w|ang\w*.?vel(ocity)?).?x$|^p$",
     "lean": r"lean(?!.?(rate|torque))|roll(?!.?(rate|vel|acc|torque|dot))|phi$",
     "steer_rate": r"steer.*(rate|vel|speed|dot)|delta.?dot",
     "steer_torque": r"steer.*(torque|moment|trq|tq)|t.?delta$",
     "steer": r"steer(?!.*(rate|vel|torque|moment|speed|dot|trq|tq))|delta$|handlebar|lenk",
-    "yaw_rate": r"yaw.?(rate|vel)|(gyro(scope)?|omega|rate|gyr|w).?z$|psi.?dot|gier|^r$",
+    "yaw_rate": r"yaw.?(rate|vel)|(gyro(scope)?|omega|rate|gyr|w|ang\w*.?vel(ocity)?).?z$|psi.?dot|gier|^r$",
     "lateral_acceleration": r"lat.*acc|acc?(el)?.?y$|^ay$",
     "lean_torque": r"(lean|roll).*(torque|moment)",
     "lateral_force": r"\bfy|lat.*force",
@@ -40,7 +40,11 @@ _NAMES = {
 
 _TIMES = {"millis": "ms", "micros": "us", "nanos": "ns", "seconds": "s"}
 """Word in the name of a column of times -> its unit."""
+_ROTATION = re.compile(r"ang|rot|roll|yaw|pitch|lean|steer|gyro|spin|winkel|dreh|gier|lenk", re.IGNORECASE)
+"""Words in the name of a velocity that is no speed, unless its unit says so."""
 _OF_A_PHONE = "gyroscope"
+_OF_ROS = re.compile(r"angular_velocity[./][xyz]$")
+"""Name of a column of ROS's message sensor_msgs/Imu, whose definition says rad/s about the axes of the sensor."""
 
 UNKNOWN = "?"
 """Unit of a guess that only the user knows."""
@@ -57,12 +61,23 @@ all:
 class Guess:
     """A ``column`` that may be a channel, its ``unit`` if the file does not say it, and a ``doubt`` to be checked."""
 
-    column: Column
+    column: Column  # of an empty name: samples at equal steps
     unit: str = ""
     doubt: str = ""
+    rate: float = 0.0  # 1/s, with which the column counts; 0 of any other column
+
+    @property
+    def clock(self) -> Clock:
+        """The time of samples, if the guess is one of the time."""
+        if self.rate:
+            return Clock(index=self.column.name, rate=self.rate)
+        return Clock(self.column.name, self.unit)
 
     def line(self, name: str) -> str:
         """Write the line of the channel ``name`` of a channel map, in TOML."""
+        if self.rate:
+            index = f"index = {_quoted(self.column.name)}, " if self.column.name else ""
+            return f"{name} = {{{index}rate_hz = {self.rate:.10g}}}  # CHECK: {self.doubt}"
         said = f", unit = {_quoted(self.unit)}" if self.unit else ""
         note = f"  # the file says {self.column.unit}" if not said and self.column.unit else ""
         if self.unit == UNKNOWN:
@@ -95,6 +110,8 @@ def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[st
             phone = [c.name for c in columns if _OF_A_PHONE in c.name.casefold()]
             turned = found.name in phone and quantity == "angular rate"
             doubt = f"the axes of a phone are its own: {listed(phone)}" if turned else ""
+            if not said and quantity == "angular rate" and _OF_ROS.search(found.name):
+                of_name, doubt = "rad/s", "rad/s by the definition of the message; the axes are those of the sensor"
             taken[name] = Guess(found, "" if said else of_name or UNKNOWN, doubt)
     return taken
 
@@ -147,6 +164,8 @@ def _guess(name: str, quantity: str, columns: Sequence[Column]) -> Column | None
     for column in columns:
         measured = quantity_of(column.unit)
         if measured not in ("", quantity) and not (quantity == "time" and column.unit == "datetime"):
+            continue
+        if name == "speed" and not measured and _ROTATION.search(column.name):
             continue
         plain = re.sub(r"[_\W]*(?:" + "|".join(map(re.escape, _unit_words(column.name))) + r")$", "", column.name)
         if any(pattern.search(part) for part in (column.name, plain, column.spellings[1], re.sub("_", " ", plain))):

@@ -47,6 +47,7 @@ class Signals:
     source: str
     signals: Mapping[str, Signal]
     notes: tuple[str, ...] = ()
+    rates: tuple[float, ...] = ()  # Hz, rates of sampling that the header states
 
     def __getitem__(self, name: str) -> Signal:
         """Give the signal called ``name``, by its whole name or by any spelling that only one signal has."""
@@ -91,6 +92,7 @@ class Contents:
     load: Load
     notes: list[str] = field(default_factory=list)
     own_times: bool = False
+    rates: tuple[float, ...] = ()  # Hz, rates of sampling that the header states
 
 
 _SEVERAL = "{where}: {name!r} is several columns: {fitting}; give the whole name"

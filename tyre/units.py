@@ -37,7 +37,7 @@ SYMBOLS: dict[str, tuple[Fraction, tuple[int, int, int, int]]] = {
 _PRINTED = SYMBOLS | {
     "km": (Fraction(1000), (0, 1, 0, 0)), "um": (Fraction(1, 10**6), (0, 1, 0, 0)),
     "us": (Fraction(1, 10**6), (0, 0, 1, 0)), "ns": (Fraction(1, 10**9), (0, 0, 1, 0)),
-    "min": (Fraction(60), (0, 0, 1, 0)), "h": (Fraction(3600), (0, 0, 1, 0)),
+    "min": (Fraction(60), (0, 0, 1, 0)), "h": (Fraction(3600), (0, 0, 1, 0)), "d": (Fraction(86_400), (0, 0, 1, 0)),
     "rev": (2 * _PI, (0, 0, 0, 1)), "mph": (Fraction("0.44704"), (0, 1, -1, 0)),
     "gn": (_GRAVITY, (0, 1, -2, 0)), "mgn": (_GRAVITY / 1000, (0, 1, -2, 0)),
     "daN": (Fraction(10), _FORCE), "kgf": (_GRAVITY, _FORCE), "kp": (_GRAVITY, _FORCE),
@@ -60,7 +60,7 @@ _QUANTITIES: dict[str, tuple[str, str]] = {
     "length": ("m", "m meter metre mm cm km um inch in ft"),
     "pressure": ("Pa", "Pa hPa kPa MPa mbar bar psi atm kgf/cm^2 kp/cm^2"),
     "speed": ("m/s", "m/s km/h kmh=km/h kph=km/h mph mm/s cm/s ft/s"),
-    "time": ("s", "s sec=s second=s seconds=s ms msec=ms us ns min h"),
+    "time": ("s", "s sec=s second=s seconds=s ms msec=ms us ns min h d day=d days=d"),
     "temperature": ("degC", "c degC k degF f"),
 }
 SI = {quantity: si for quantity, (si, _) in _QUANTITIES.items()}

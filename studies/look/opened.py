@@ -1,5 +1,6 @@
 """Open a recording: all its channels that hold numbers, their time, and which column is which channel."""
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,8 +11,8 @@ import numpy as np
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
 from studies.reporting.markdown_text import one_line, render_file
 from tyre.arrays import Array
-from tyre.channel_map import ChannelMap, Clock, Reading
-from tyre.clock import GAP, check_clock, usual_rate
+from tyre.channel_map import ChannelMap, Reading
+from tyre.clock import GAP, check_clock, damaged_times, usual_rate
 from tyre.draft import UNKNOWN, Guess, guesses
 from tyre.errors import InputError
 from tyre.formats import contents
@@ -21,7 +22,10 @@ from tyre.recording_files import Sidecar, file_and_sidecar
 from tyre.signals import Column, Contents, Signals, listed
 from tyre.units import GRAVITY, SI, find_unit, quantity_of
 
-CLOCK_UNITS = (("s", 1.0, 0.0), ("ms", 1e-3, 0.0), ("us", 1e-6, 2e3), ("ns", 1e-9, 1e6))  # with the least usual step
+CLOCK_UNITS = (  # with the factor to s and the least usual step; days are those of a spreadsheet
+    ("s", 1.0, 1.2e-5), ("ms", 1e-3, 1e-3), ("us", 1e-6, 2e3), ("ns", 1e-9, 1e6), ("d", 86_400.0, 1e-9),
+)  # fmt: skip
+SAME_RATE = 0.02  # relative difference of two rates that mean the same
 LONGEST_STEP = 1.0  # s; a column of times with longer steps is rather in ms, or counts samples
 
 
@@ -65,7 +69,8 @@ def _load(path: Path, source: Contents) -> tuple[Signals, dict[str, str]]:
     """All columns at once; one by one where one of them cannot be read."""
 
     def load(names: Sequence[str]) -> Signals:
-        return Signals(str(path), {signal.name: signal for signal in source.load(names, None)}, tuple(source.notes))
+        signals = {signal.name: signal for signal in source.load(names, None)}
+        return Signals(str(path), signals, tuple(source.notes), source.rates)
 
     names, unread = [column.name for column in source.columns], dict[str, str]()
     try:
@@ -93,7 +98,7 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
             return None, None, ("no column could be the time",)
         if guess.unit == UNKNOWN:
             return guess, None, (f"{guess.column.name}: its unit cannot be guessed, so no rate is known",)
-        clock = Clock(guess.column.name, guess.unit)
+        clock = guess.clock
     name = clock.column or clock.index
     try:
         stamps = signals[name] if name else None
@@ -104,8 +109,22 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
     except InputError as error:
         return None, None, (str(error).removeprefix(f"{signals.source}: "),)
     guess = guess or (Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None)
-    said = (f"{guess.column.name}: {guess.doubt}",) if guess and guess.doubt else ()
-    return guess, time, (*said, *_odd(time))
+    said = (f"{guess.column.name or 'no column'}: {guess.doubt}",) if guess and guess.doubt else ()
+    return guess, time, (*said, *_odd(time), *_against_header(signals, time))
+
+
+def _against_header(signals: Signals, time: Array) -> list[str]:
+    """Say that the times (s) have another rate than every one that the header states."""
+    rate = usual_rate(time)
+    if not signals.rates or not np.isfinite(rate) or any(_alike(rate, stated) for stated in signals.rates):
+        return []
+    stated = " and ".join(f"{stated:.6g}" for stated in signals.rates)
+    return [f"the header states {stated} Hz, the times make it {rate:.6g} Hz: which of them is right?"]
+
+
+def _alike(rate: float, other: float) -> bool:
+    """Tell if two rates (Hz) mean the same."""
+    return abs(rate / other - 1) < SAME_RATE
 
 
 def guess_clock(signals: Signals) -> Guess | None:
@@ -118,7 +137,9 @@ def guess_clock(signals: Signals) -> Guess | None:
     if not candidates:
         known = ("time", "datetime")
         timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in known]
-        return Guess(timed[0], "", "a rising column in a unit of time, its name says little") if timed else None
+        if timed:
+            return Guess(timed[0], "", "a rising column in a unit of time, its name says little")
+        return _at_equal_steps(signals)
     ranked = []
     for place, guess in enumerate(candidates):
         x = values[guess.column.name]
@@ -131,22 +152,61 @@ def guess_clock(signals: Signals) -> Guess | None:
                  if least <= usual and usual * factor < LONGEST_STEP and not (unit == "ms" and usual == 1.0)),
                 (9, UNKNOWN),
             )  # fmt: skip
-            hertz = 1 / (usual * next((factor for name, factor, _ in CLOCK_UNITS if name == unit), 1.0))
-            doubt = f"the file says no unit of time; taken as {unit}: {hertz:.6g} Hz" * (unit != UNKNOWN)
-            guess = replace(guess, unit=unit, doubt=doubt)
-        ranked.append((guess.column.name not in rising, rank, place, guess))
-    return min(ranked, key=lambda one: one[:3])[3]
+            guess = _by_header(replace(guess, unit=unit), x, signals)
+        name = guess.column.name
+        uneven = bool(steps.size) and bool(np.ptp(np.quantile(steps, [0.05, 0.95])) > 0.1 * abs(usual))
+        arrival = not _MEASURED.search(name)
+        ranked.append((name not in rising, rank, arrival, uneven, place, guess))
+    return min(ranked, key=lambda entry: entry[:-1])[-1]
+
+
+_MEASURED = re.compile(r"header.*stamp", re.IGNORECASE)
+"""Name of a time that ROS takes where a sample is measured; its others are times of arrival."""
+
+
+def _by_header(guess: Guess, values: Array, signals: Signals) -> Guess:
+    """Weigh the unit guessed of a column of times against the rates that the header states: these beat a guess."""
+    counts = 1 / usual_rate(values)  # a sample; not rounded stamps' median
+    hertz = next((1 / (counts * factor) for name, factor, _ in CLOCK_UNITS if name == guess.unit), np.nan)
+    agrees = any(_alike(hertz, rate) for rate in signals.rates)
+    if signals.rates and not agrees:
+        if len(signals.rates) > 1:
+            return replace(guess, unit=UNKNOWN)
+        if not (values == np.round(values)).all():
+            return _at_equal_steps(signals) or guess
+        (rate,) = signals.rates
+        doubt = f"the header states {rate:.6g} Hz, so a sample lasts {counts:.6g} counts"
+        return Guess(guess.column, "", doubt, rate=rate * counts)
+    if guess.unit == UNKNOWN:
+        return guess
+    word = "days of a spreadsheet" if guess.unit == "d" else guess.unit
+    doubt = f"the file says no unit of time; taken as {word}: {hertz:.6g} Hz"
+    doubt += ", as the header states" if agrees else ""
+    doubt += "; the time of measurement, not of arrival" if _MEASURED.search(guess.column.name) else ""
+    return replace(guess, doubt=doubt)
+
+
+def _at_equal_steps(signals: Signals) -> Guess | None:
+    """Guess samples at equal steps of the only rate that the header states."""
+    if len(signals.rates) != 1:
+        return None
+    (rate,) = signals.rates
+    return Guess(Column(""), "", f"equal steps at the {rate:.6g} Hz that the header states", rate=rate)
 
 
 def _is_uneven(time: Array) -> bool:
     """Tell if steps differ or single samples are missing, without a gap that resampling leaves open."""
-    longest = float(np.diff(time).max(initial=0.0)) * usual_rate(time) if np.isfinite(time).all() else 0.0
+    sound = time[~damaged_times(time)]
+    longest = float(np.diff(sound).max(initial=0.0)) * usual_rate(sound) if np.isfinite(sound).all() else 0.0
     return 1.05 < longest <= GAP
 
 
 def _odd(time: Array) -> list[str]:
+    damaged = damaged_times(time)
+    count = int(np.count_nonzero(damaged))
+    said = [f"samples whose time is missing or out of order, which count as missing: {count}"] if count else []
     try:
-        return list(check_clock(time, where="time"))
+        return [*said, *check_clock(time[~damaged], where="time")]
     except InputError as error:
         return [str(error).removeprefix("time: ")]
 

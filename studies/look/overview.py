@@ -37,7 +37,7 @@ class Look:
         for name, column in names.items():
             whole = self.opened.signals.find(column)
             found[whole] = f"{found[whole]}, {name}" if whole in found else name
-        if self.opened.clock is not None:
+        if self.opened.clock is not None and self.opened.clock.column.name:
             found[self.opened.clock.column.name] = "time"
         return found
 

@@ -64,7 +64,7 @@ SECOND = {
     "speed": {"m/s": 1, "km/h": c.kmh, "kmh": c.kmh, "kph": c.kmh, "mph": c.mph, "mm/s": c.milli, "cm/s": c.centi,
               "ft/s": c.foot},
     "time": {"s": 1, "sec": 1, "second": 1, "seconds": 1, "ms": c.milli, "msec": c.milli, "us": c.micro,
-             "ns": c.nano, "min": c.minute, "h": c.hour},
+             "ns": c.nano, "min": c.minute, "h": c.hour, "d": c.day, "day": c.day, "days": c.day},
 }  # fmt: skip
 # of a table or key of ours, with the SI unit of its quantity
 IN_KEYS = {

@@ -83,7 +83,7 @@ def read_signals(
         wanted = [entry.column for entry in map.channels.values()] + ([clock] if clock else [])
         names = list(dict.fromkeys(find_column(name, found.columns, where=str(path)) for name in wanted))
     signals = {signal.name: signal for signal in found.load(names, most)}
-    return Signals(str(path), signals, tuple(found.notes))
+    return Signals(str(path), signals, tuple(found.notes), found.rates)
 
 
 def _guarded(path: Path, action: Callable[[], T]) -> T:

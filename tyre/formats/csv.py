@@ -17,7 +17,7 @@ from tyre.files import refuse_special
 from tyre.progress import progress_bar
 from tyre.signals import Column, Contents, Signal
 from tyre.table import fast_numbers, number_in
-from tyre.units import quantity_of
+from tyre.units import find_unit, quantity_of
 
 MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NOTAVAIL", "-")
 """Texts that stand for a missing sample."""
@@ -30,6 +30,17 @@ _NUMBER = {sign: re.compile(rf"[+-]?(\d+{re.escape(sign)}?\d*|{re.escape(sign)}\
 _BRACKETS = re.compile(r"^(.*\S)\s*[\[(]([^\[\]()]*)[\])]$")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?)?")
 _OF_DAY = re.compile(r"(\d{1,2}):(\d\d):(\d\d)(?:[:.,](\d+))?")
+_NUMBER_OF_RATE = r"(?P<number>\d+(?:[.,]\d+)?)"
+_RATE = re.compile(
+    r"\b(?P<word>(?:sampl\w*|update|output|acquisition|logging|scan|data|abtast|mess)[\s_-]*"
+    r"(?:rate|freq(?:uency|uenz)?)|fs)\b\W*(?P<label>k?Hz)?\W*" + _NUMBER_OF_RATE +
+    r"\s*(?P<unit>k?Hz|S/s|sps|samples/s\w*)?(?![\w.])", re.IGNORECASE,
+)  # fmt: skip
+_INTERVAL = re.compile(
+    r"\b(?:sampl\w*|abtast)[\s_-]*(?:interval|intervall|period|periode)\b\W*(?P<label>ms|us|sec|s)?\W*"
+    + _NUMBER_OF_RATE + r"\s*(?P<unit>ms|us|sec|s)?(?![\w.])", re.IGNORECASE,
+)  # fmt: skip
+_COMMENTS = ("#", "%", "//")  # signs with which a line of comment begins
 GARBLED = 200  # lines, one of which may be damaged: it counts as a missing sample
 _CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,")
 _MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
@@ -41,6 +52,7 @@ class _Layout:
     0."""
 
     encoding: str
+    line_end: str | None  # between lines; None if it is a carriage return, which may else be a damaged byte
     delimiter: str
     decimal: str
     names: tuple[str, ...]
@@ -50,6 +62,7 @@ class _Layout:
     first_line: int
     trailing: bool
     notes: tuple[str, ...]
+    rates: tuple[float, ...] = ()  # Hz, that the lines above the samples state
 
     @property
     def width(self) -> int:
@@ -69,7 +82,7 @@ def csv_contents(path: Path, reading: Reading) -> Contents:
         return [Signal(layout.names[p], x, layout.units[p]) for p, x in zip(places, values, strict=True)]
 
     columns = tuple(Column(name, unit) for name, unit in zip(layout.names, layout.units, strict=True))
-    return Contents(columns, load, notes)
+    return Contents(columns, load, notes, rates=layout.rates)
 
 
 def names_and_units(cells: Sequence[str]) -> list[tuple[str, str]]:
@@ -113,30 +126,44 @@ def read_header(
     names = [f"{name} (column {place})" if name in twice else name for place, name in enumerate(names, 1)]
     passed = len([index for index in above if index < min(block, default=0)])
     notes = [f"lines above the names of the columns that were passed over: {passed}"] if passed else []
+    used = {*block, units_row}
+    between = len([index for index in above if index > min(block, default=first) and index not in used])
+    notes += [f"lines of comment below the names of the columns that were passed over: {between}"] if between else []
     return tuple(names), tuple(units), notes
 
 
 def _lines_of_names(
     where: str, rows: list[list[str]], above: list[int], width: int, reading: Reading, decimal: str
 ) -> list[int]:
-    """Lines with names, and perhaps units, right above the samples: as wide as they, without numbers or blank lines."""
+    """Lines with names, and perhaps units, right above the samples: as wide as they, without numbers or blank lines.
+
+    A line that begins with the sign of a comment is a title or a remark, unless no other line can hold the names.
+    """
     block: list[int] = []
+    remarks: list[int] = []  # comments that would fit as names
+    fitting = True
     for index in reversed(above):
         if reading.units_line and index == reading.units_line - 1:
             continue
         row = _stripped(rows[index], width)
+        numbers = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)] if not _are_places(row) else []
+        if is_comment(rows[index]):
+            fitting = fitting and len(row) == width and not numbers
+            if fitting:
+                remarks.insert(0, index)
+            continue
         apart = bool(block) and (index + 1 not in above or sum(map(bool, row)) < 0.5 * width)  # a title, padded
         if len(row) != width or apart:
             break
-        wrong = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)] if not _are_places(row) else []
-        if wrong and not block and len(wrong) < width:
+        if numbers and not block and len(numbers) < width:
             raise InputError(
                 f"{where}, line {index + 1}: names of columns were expected above the samples, it holds "
-                f"{wrong[0]!r}; correct the line, or give names_line and first_line in [reading]"
+                f"{numbers[0]!r}; correct the line, or give names_line and first_line in [reading]"
             )
-        if wrong:
+        if numbers:
             break
         block.insert(0, index)
+    block = _with_remarks(block, remarks, rows, width)
     if above and not block and not reading.first_line:
         raise InputError(
             f"{where}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
@@ -145,11 +172,31 @@ def _lines_of_names(
     return block
 
 
+def _with_remarks(block: list[int], remarks: list[int], rows: list[list[str]], width: int) -> list[int]:
+    """Add to the lines of a header those comments (``remarks``, of the width of the table) that it cannot do without:
+    the nearest one if no line names the columns, and one right above the samples in which every word is a unit."""
+    units = [index for index in remarks if _are_units(_stripped(rows[index], width), strict=True)]
+    last = max([*block, *remarks], default=-1)
+    named = [index for index in block if len(block) > 1 or not _are_units(_stripped(rows[index], width))]
+    if named:
+        return [*block, last] if last in units else block
+    names = [index for index in remarks if index not in units and index < min(block, default=len(rows))]
+    if not names:
+        return block or remarks[-1:]
+    return [names[-1], *block, *([last] if last in units and not block else [])]
+
+
+def is_comment(row: Sequence[str]) -> bool:
+    """Tell if a line of a header begins with the sign of a comment."""
+    return bool(row) and row[0].startswith(_COMMENTS)
+
+
 def _stripped(row: list[str], width: int) -> list[str]:
     """A line of the header without the mark of a comment and without a delimiter at its end."""
     cells = list(row)
-    if cells and cells[0][:1] in ("#", "%"):
-        cells[0] = cells[0][1:].strip()
+    if is_comment(cells):
+        mark = next(mark for mark in _COMMENTS if cells[0].startswith(mark))
+        cells[0] = cells[0].removeprefix(mark).strip()
         if not cells[0] and len(cells) == width + 1:
             cells = cells[1:]
     while len(cells) > width and not cells[-1]:
@@ -157,10 +204,10 @@ def _stripped(row: list[str], width: int) -> list[str]:
     return cells
 
 
-def _are_units(cells: list[str]) -> bool:
-    """True if at least half of the filled cells of a line are units, and one is known."""
+def _are_units(cells: list[str], *, strict: bool = False) -> bool:
+    """True if at least half of the filled cells of a line (``strict``: all of them) are units, and one is known."""
     known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
-    return sum(known) >= 0.5 * len(known) and any(map(quantity_of, cells))
+    return sum(known) >= (1.0 if strict else 0.5) * len(known) and any(map(quantity_of, cells))
 
 
 def _are_places(cells: list[str]) -> bool:
@@ -183,7 +230,7 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _find_layout(path: Path, reading: Reading) -> _Layout:
-    lines, encoding, notes = _head(path, reading)
+    lines, encoding, line_end, notes = _head(path, reading)
     delimiter, decimal, width, first = _table(path, lines, reading)
     rows = [_split(line, delimiter) for line in lines]
     following = rows[first + 1] if first + 1 < len(rows) else []
@@ -209,11 +256,45 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
         if place in dates or _share_of_numbers([row[place] for row in body if len(row) > place], signs) > 0.5
     )  # fmt: skip
     units = tuple("datetime" if place in dates else unit for place, unit in enumerate(units))
-    return _Layout(encoding, delimiter, decimal, names, units, dates, numeric, first + 1, trailing, (*notes, *said))
+    rates = stated_rates(lines[:first])
+    return _Layout(
+        encoding,
+        line_end,
+        delimiter,
+        decimal,
+        names,
+        units,
+        dates,
+        numeric,
+        first + 1,
+        trailing,
+        (*notes, *said),
+        rates,
+    )
 
 
-def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
-    """First lines of a file, its encoding, and a note if that was guessed."""
+def stated_rates(lines: Sequence[str]) -> tuple[float, ...]:
+    """Rates of sampling, Hz, that the ``lines`` of a header state: ``Sample rate: 100 Hz``, ``sample interval;10 ms``.
+
+    Other rates may stand there (of a serial line, a filter), so a number without Hz is taken of sampling alone.
+    """
+    found: list[float] = []
+    for line in lines:
+        if match := _RATE.search(line):
+            unit = (match["unit"] or match["label"] or "").casefold()
+            number = float(match["number"].replace(",", ".")) * (1000.0 if unit.startswith("k") else 1.0)
+            if number > 0 and (unit or match["word"].casefold().startswith(("sampl", "abtast", "fs"))):
+                found.append(number)
+        elif match := _INTERVAL.search(line):
+            unit = (match["unit"] or match["label"] or "").casefold()
+            number = float(match["number"].replace(",", "."))
+            if number > 0 and unit:
+                found.append(1.0 / (number * find_unit(unit, "time", where=line).factor))
+    return tuple(dict.fromkeys(found))
+
+
+def _head(path: Path, reading: Reading) -> tuple[list[str], str, str | None, list[str]]:
+    """First lines of a file, its encoding and line end, and a note if the encoding was guessed."""
     refuse_special(path)
     try:
         with path.open("rb") as file:
@@ -223,25 +304,33 @@ def _head(path: Path, reading: Reading) -> tuple[list[str], str, list[str]]:
     notes: list[str] = []
     encoding = reading.encoding or next((name for mark, name in _MARKS.items() if raw.startswith(mark)), "")
     if not encoding:
-        encoding = "utf-8"
-        try:
-            raw.decode(encoding)
-        except UnicodeDecodeError as error:
-            if error.end < len(raw) - 4:
-                encoding = "cp1252"
-                notes.append("not UTF-8: read as Windows-1252; else give encoding in [reading]")
+        encoding = "utf-8" if _is_utf8(raw) else "cp1252"
+        if encoding == "cp1252":
+            notes.append("not UTF-8: read as Windows-1252; else give encoding in [reading]")
     try:
         text = raw.decode(encoding, errors="replace")
     except LookupError:
         raise InputError(f"{path}: [reading]: encoding = {encoding!r} is not known") from None
-    if "\0" in text:
+    line_end = "\n" if "\n" in text else None
+    text = text.replace("\r\n", "\n")
+    lines = (text if line_end else text.replace("\r", "\n")).split("\n")
+    if GARBLED * sum("\0" in line for line in lines) > len(lines):
         raise InputError(f"{path}: no text table (it holds zero bytes); is it another format, or UTF-16 without mark?")
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if len(raw) == _HEAD and len(lines) > 1:
         lines.pop()  # cut by us
     if not any(line.strip() for line in lines):
         raise InputError(f"{path}: the file is empty")
-    return lines, encoding, notes
+    return lines, encoding, line_end, notes
+
+
+def _is_utf8(raw: bytes) -> bool:
+    """Tell if a text is in UTF-8: its first line beyond ASCII decides, for later ones may be damaged."""
+    first = next((line for line in raw.split(b"\n") if not line.isascii()), b"")
+    try:
+        first.decode("utf-8")
+    except UnicodeDecodeError as error:
+        return error.end >= len(first) - 4 and raw.endswith(first)  # cut by us
+    return True
 
 
 def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, int, int]:
@@ -263,8 +352,9 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
         first = _first(lines, filled, delimiter, decimal, width, numeric, start) if numeric else None
         if first is None:
             continue
-        above = [index for index in filled if index < first]
-        header = not above or len(_split(lines[above[-1]], delimiter)) in (width, width - 1, width + 1)
+        above = [_split(lines[index], delimiter) for index in filled if index < first]
+        named = [row for row in above if not is_comment(row)] or above
+        header = not named or len(named[-1]) in (width, width - 1, width + 1)
         columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
         filled_share = sum(shares[place] for place in numeric) / columns
         head = [cell for index in filled[:_SAMPLE] for cell in _split(lines[index], delimiter)]
@@ -335,7 +425,7 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
             bar.update(done)
             if most is not None and rows >= most:
                 break
-    if len(garbled) * GARBLED > rows:
+    if len(garbled) * GARBLED > rows + len(garbled):
         raise InputError(garbled[0])
     if garbled:
         first = garbled[0].removeprefix(f"{path}, ")
@@ -345,18 +435,22 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
     found = [x[: rows if most is None else min(rows, most)] for x in found]
     for k, place in enumerate(places):
         if place in layout.dates:
-            # times without a date begin anew at midnight
-            midnights = np.cumsum(np.diff(found[k], prepend=found[k][0]) < -43_200)
-            found[k] = np.round(found[k] - found[k][0] + 86_400 * midnights, 6)
+            found[k] = since_first(found[k])
     return found, notes
+
+
+def since_first(seconds: Array) -> Array:
+    """Times in s since the first one, of dates or of times of the day, which begin anew at midnight."""
+    midnights = np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43_200)
+    return np.asarray(np.round(seconds - seconds[0] + 86_400 * midnights, 6))
 
 
 def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]:
     """Text of whole lines, number of its first line, bytes read, and whether its last line has an end."""
     line, rest, ready = 1, "", False
-    with path.open("r", encoding=layout.encoding, errors="replace", newline=None) as file:
+    with path.open("r", encoding=layout.encoding, errors="replace", newline=layout.line_end) as file:
         while text := file.read(BLOCK):
-            text = rest + text
+            text = (rest + text).replace("\r\n", "\n")
             cut = text.rfind("\n") + 1
             text, rest = text[:cut], text[cut:]
             if not ready:
@@ -374,7 +468,7 @@ def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]
 
 def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> tuple[list[Array], list[str]]:
     """Samples of a block, and what is wrong with the damaged lines that are left out: fast if every row is sound."""
-    if '"' not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
+    if '"' not in text and "\0" not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
         fast = fast_numbers(
             text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING
         )  # fmt: skip

@@ -3,7 +3,7 @@
 import re
 import zipfile
 from collections.abc import Sequence
-from datetime import datetime, time, timedelta
+from datetime import date, datetime, time, timedelta
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from tyre.arrays import Array
 from tyre.channel_map import Reading
 from tyre.errors import InputError, hint
-from tyre.formats.csv import MISSING, read_header
+from tyre.formats.csv import MISSING, read_header, since_first
 from tyre.progress import optional_module
 from tyre.signals import Column, Contents, Signal
 
@@ -46,7 +46,7 @@ def excel_contents(path: Path, reading: Reading) -> Contents:
     text = [[cell if isinstance(cell, str) else repr(cell) for cell in row[:width]] for row in rows[: first + 1]]
     names, units, notes = read_header(where, text, first, width, reading, ".")
     body = [row for row in rows[first:] if _filled(row)]
-    dates = [any(isinstance(row[place], datetime) for row in body[:20]) for place in range(width)]
+    dates = [any(isinstance(row[place], datetime | time) for row in body[:20]) for place in range(width)]
     units = tuple("datetime" if dated else unit for dated, unit in zip(dates, units, strict=True))
 
     def load(wanted: Sequence[str], most: int | None) -> list[Signal]:
@@ -132,21 +132,26 @@ def _first_row(rows: Rows, reading: Reading) -> int | None:
 
 
 def _column(rows: Rows, first: int, place: int, where: str, name: str) -> Array:
-    found, start = [], None
+    found, start = list[float](), None
+    of_day = False
     for line, row in enumerate(rows[first:], first + 1):
         if not _filled(row):
             continue
         cell = row[place]
+        if isinstance(cell, date) and not isinstance(cell, datetime):  # at midnight a moment reads as a day
+            cell = datetime.combine(cell, time())
         if isinstance(cell, datetime):
             start = start or cell
             found.append((cell - start).total_seconds())
         elif isinstance(cell, timedelta):
             found.append(cell.total_seconds())
+        elif isinstance(cell, time):
+            of_day = True
+            found.append(3600.0 * cell.hour + 60.0 * cell.minute + cell.second + 1e-6 * cell.microsecond)
         elif isinstance(cell, int | float) and not isinstance(cell, bool):
             found.append(float(cell))
         elif isinstance(cell, str) and cell.strip() in MISSING:
             found.append(np.nan)
         else:
-            what = "a time of day without a date" if isinstance(cell, time) else "not a number"
-            raise InputError(f"{where}, row {line}: {name} = {cell!r:.60} is {what}; empty cells are missing")
-    return np.array(found, float)
+            raise InputError(f"{where}, row {line}: {name} = {cell!r:.60} is not a number; empty cells are missing")
+    return since_first(np.array(found)) if of_day else np.array(found, float)

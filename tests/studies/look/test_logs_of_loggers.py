@@ -25,6 +25,8 @@ def lines(time=None, mark=",", decimal="."):
 
 
 NAMES = "time (s),roll rate (rad/s),pitch rate (rad/s),yaw rate (rad/s)"
+BLANKS = "time[s] roll_rate[rad/s] pitch_rate[rad/s] yaw_rate[rad/s]"
+ROS = "%time,field.header.stamp" + "".join(f",field.angular_velocity.{axis}" for axis in "xyz")
 PHONE = "Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s)"
 
 
@@ -50,6 +52,18 @@ LOGS = {
                          *lines([f"{1e3 * t:.0f}" for t in TIME], ";", ",")], 400),
     "quoted commas": ([NAMES, *('"' + line + '"' for line in lines([f"{t:.6f}".replace(".", ",") for t in TIME],
                                                                     '","', ","))], 400),
+    "ticks": (["// Sample rate: 50 Hz", NAMES.replace("time (s)", "TimeTicks"),
+               *lines([f"{10**6 + 2500 * k}" for k in range(400)])], 400),
+    "ticks without whole numbers": (["# sample interval (ms): 20", NAMES.replace("time (s)", "Timer"),
+                                     *lines([f"{2500.5 * k:.1f}" for k in range(400)])], 400),
+    "no time but a rate": (["Abtastrate;50 Hz", NAMES.partition(",")[2].replace(",", ";"),
+                            *(line.partition(";")[2] for line in lines(None, ";"))], 400),
+    "days of a spreadsheet": ([NAMES.replace(" (s)", ""), *lines([f"{45413.5 + t / 86400:.10f}" for t in TIME])], 400),
+    "time of arrival": ([ROS, *lines([f"{stamp + 2 * jitter},{stamp}" for stamp, jitter in zip(
+        17 * 10**17 + 2 * 10**7 * np.arange(400), RNG.integers(0, 10**6, 400), strict=True)])], 400),
+    "a title of as many words": (["# made by bench seven", BLANKS, *lines(None, " ")], 400),
+    "a remark below the names": ([BLANKS, "# sensor in deg/s m", *lines(None, " ")], 400),
+    "a remark of other words below the names": ([NAMES, "# a, b", *lines()], 400),
     "another sign halfway": ([NAMES.replace(",", ";"), *lines([f"{t:.6f}".replace(".", ",") for t in TIME], ";",
                                                               ",")[:180], *lines(None, ";")[180:]], 400),
 }  # fmt: skip
@@ -90,3 +104,38 @@ def test_candidates_are_listed_by_what_they_measure(tmp_path):
     assert 'time = {column = "Clk"}' in draft.text
     assert '# roll_rate or steer_rate or yaw_rate = {column = "A"}' in draft.text
     assert '# NAME = {column = "B [mV]", unit = "?"}' in draft.text
+
+
+@pytest.mark.parametrize(("rate", "line"), [
+    ("50", 'time = {column = "micros", unit = "us"}'),  # the name states the unit
+    ("40", 'time = {column = "micros", unit = "us"}'),
+])  # fmt: skip
+def test_a_unit_that_is_stated_goes_before_the_rate_of_the_header_which_is_told(tmp_path, rate, line):
+    path = tmp_path / "log.csv"
+    text = [
+        f"# sampling rate: {rate} Hz",
+        NAMES.replace("time (s)", "micros"),
+        *lines([f"{2e4 * k:.0f}" for k in range(400)]),
+    ]
+    path.write_text("\n".join([*text, ""]))
+    found = look(path)
+    assert any(line in draft.text for draft in drafts(found, tmp_path))
+    assert any("the header states 40 Hz, the times make it 50 Hz" in note for note in found.opened.clock_notes) == (
+        rate == "40"
+    )
+
+
+def test_two_rates_of_a_header_leave_the_unit_of_ticks_open(tmp_path):
+    path = tmp_path / "log.csv"
+    head = ["# sample rate: 100 Hz", "# output rate: 25 Hz", NAMES.replace("time (s)", "Ticks of time")]
+    path.write_text("\n".join([*head, *lines([f"{2500 * k}" for k in range(400)]), ""]))
+    assert any("its unit cannot be guessed" in note for note in look(path).opened.clock_notes)
+
+
+def test_a_velocity_of_rotation_is_no_speed(tmp_path):
+    path = tmp_path / "log.csv"
+    head = "time (s),angularVelocityY,wheel rotation speed,Drehgeschwindigkeit"
+    path.write_text("\n".join([head, *lines(), ""]))
+    assert "speed" not in look(path).roles.guessed
+    path.write_text("\n".join([head.replace("wheel rotation speed", "rotor speed [km/h]"), *lines(), ""]))
+    assert look(path).roles.guessed["speed"].column.name == "rotor speed"

@@ -185,3 +185,53 @@ def test_a_delimiter_at_the_end_of_each_line_is_no_column(file):
     found = read(file("t, f,\n0, 1,\n1, 2,\n2, 5,\n"))
     assert set(found.signals) == {"t", "f"}
     np.testing.assert_array_equal(found["f"].values, [1, 2, 5])
+
+
+DAMAGE = {
+    "zeros": b"\0" * 40, "a zero in a number": b"4.4,0.9\x0000,0.3", "a zero at the end": b"4.4,0.94,-0.88\0",
+    "no UTF-8": b"\xff\xfe\xfd\x80,\x81\x82", "a degree sign of Windows": b"4.4\xb00,0.94,0.3",
+    "a line end": b"4.4\r0,0.94,0.3", "a quote": b'4.4,"0.94,0.3', "another mark": b"4;4;4;4;4",
+    "lines of Unicode": "4.4\u2028\x85\x1c0,0.9,0.3".encode(), "too many cells": b"1,2,3,4,5,6",
+    "infinity": b"inf,0.1,0.2", "too large": b"4.4,1e999,0.3", "another base": b"0x1F,0.1,0.2",
+    "other digits": "٤.٤,0.9,0.3".encode(), "words": b"ERROR,SENSOR,LOST", "two points": b"4.40.2,0.94,-0.3",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_one_damaged_line_in_200_counts_as_missing_whatever_it_holds(file, damage):
+    """The lines around it, their units and their numbers stay."""
+    rows = [f"{0.02 * k:.6f},{0.001 * k + 0.5:.6f},{-0.002 * k:.6f}".encode() for k in range(200)]
+    for at in (2, 120, 198):
+        lines = [*rows[:at], DAMAGE[damage], *rows[at + 1 :]]
+        found = read(file(b"\n".join(["t (s),roll rate (°/s),a (m/s²)".encode(), *lines, b""])))
+        there = np.delete(np.arange(200), at)
+        np.testing.assert_array_equal(found["t"].values, np.round(0.02 * there, 6))
+        np.testing.assert_array_equal(found["roll rate"].values, np.round(0.001 * there + 0.5, 6))
+        assert [s.unit for s in found.signals.values()] == ["s", "°/s", "m/s²"]
+        assert any(f"count as missing samples: 1, the first line {at + 2}" in note for note in found.notes)
+    refuses("line 4|zero bytes", read, file(b"\n".join([b"t,f,g", *rows[:2], DAMAGE[damage], *rows[3:150], b""])))
+
+
+@pytest.mark.parametrize(("head", "names", "units"), [
+    ("# made by bench\nt[s] x[N] y[m]", "t x y", "s N m"), ("t x y\n# sensor in deg/s", "t x y", "  "),
+    ("t x y\n# s N mm", "t x y", "s N mm"), ("# t x y\n# s N mm", "t x y", "s N mm"),
+    ("# t x y\ns N mm", "t x y", "s N mm"),
+    ("# a log of 3 runs\n# t x y", "t x y", "  "), ("// t x y", "t x y", "  "),
+    ("% one two three\n// four five six\nt x y\ns N mm", "t x y", "s N mm"),
+    ("t x y\n# a remark, of more words than columns", "t x y", "  "), ("t x y\n# a remark\ns N mm", "t x y", "s N mm"),
+])  # fmt: skip
+def test_a_comment_is_no_part_of_names_or_units(file, head, names, units):
+    found = read(file(f"{head}\n0 1.5 2\n1 2.5 3\n"))
+    assert [s.name for s in found.signals.values()] == names.split(" ")
+    assert [s.unit for s in found.signals.values()] == units.split(" ")
+
+
+@pytest.mark.parametrize(("head", "rates"), [
+    ("// Sample rate: 100 Hz", [100]), ("// Update Rate: 100.0Hz", [100]), ("Sampling Frequency [Hz];0,25", [0.25]),
+    ("sampling rate = 1 kHz", [1000]), ("Abtastrate: 100 Hz", [100]), ("fs = 200", [200]),
+    ("Sample interval (ms): 20", [50]),
+    ("Data rate: 115200 baud", []), ("Filter frequency: 20 Hz", []), ("update rate: 5", []), ("Sample no 12", []),
+    ("sample rate 100 Hz\nGPS update rate 5 Hz\nSample rate: 100", [100, 5]),
+])  # fmt: skip
+def test_rates_that_a_header_states(file, head, rates):
+    assert list(contents(file(f"{head}\nt;f\n0;1,5\n1;2,5\n")).rates) == pytest.approx(rates)

@@ -372,8 +372,13 @@ def test_dates_and_words_in_sheets(tmp_path):
     assert found["t"].unit == "datetime"
     write_sheets(path, A=[["t", "f"], [0, 1], [1, "x"], [2, 3]])
     refuses("sheet 'A', row 3: f = 'x' is not a number; empty cells are missing", all_of, path)
-    write_sheets(path, A=[["t", "f"], [time(12, 0, 1), 1], [time(12, 0, 2), 2]])
-    refuses("row 2: t = .* is a time of day without a date", all_of, path)
+    clock = [time(23, 59, 58, 500_000), time(23, 59, 59, 500_000), time(0, 0, 0, 500_000), time(0, 0, 1, 500_000)]
+    write_sheets(path, A=[["t", "f"], *([moment, 1] for moment in clock)])
+    np.testing.assert_allclose(all_of(path)["t"].values, range(4), atol=1e-3)
+    write_sheets(
+        path, A=[["t", "f"], *([datetime(2026, 3, 1, 23, 59, 58) + timedelta(seconds=k), k] for k in range(5))]
+    )
+    np.testing.assert_allclose(all_of(path)["t"].values, range(5), atol=1e-3)  # at midnight a cell holds a day
 
 
 # Any of them
