@@ -113,8 +113,10 @@ class Hypotheses:
     @property
     def worth(self) -> float:
         """Decrease of the objective that a first step must promise; if a fit is dear, what clear odds ask for."""
-        clear = 2 * math.log(RULES.clear_odds * 2 * len(self.kind.library))
-        return clear if self.kind.dear else RULES.worth_a_fit
+        if not self.kind.dear:
+            return RULES.worth_a_fit
+        rivals = max(1, len(self.kind.library))  # an empty library may still meet terms that others make possible
+        return 2 * math.log(RULES.clear_odds * 2 * rivals)
 
     @property
     def explained(self) -> bool:

@@ -57,6 +57,35 @@ def test_what_absorbs_much_is_tried_only_where_nothing_else_explains():
     assert inference.judge(Waves(data(0.8), (slope, gusts))).verdict.equivalent == ("slope",)
 
 
+@dataclass(frozen=True)
+class ManyReadings(inference.Kind):
+    """Readings of a level alone, sd 1 (synthetic): so many that a fit is dear."""
+
+    readings: np.ndarray
+    candidates: tuple = ()
+    nuisances: tuple = (LEVEL,)
+
+    @property
+    def rows(self):
+        n = len(self.readings)
+        return inference.Rows(("x",) * n, np.arange(n) % 5.0, ("x",) * n, np.arange(n) % 5)
+
+    def residual(self, candidates, theta, *, slopes=True):
+        n = len(self.readings)
+        return self.readings - theta[0], np.full((n, 1), -1.0) if slopes else np.empty((n, 0))
+
+
+@pytest.mark.parametrize(("level", "verdict"), [(0.5, "none"), (50.0, "unknown")])
+def test_much_data_are_judged_though_the_library_is_empty(level, verdict):
+    """All effects may be left out by request; 50 is that many prior sd from the level that is stated."""
+    readings = level + np.random.default_rng(4).standard_normal(8_001)
+    kind = ManyReadings(readings * (1.0 if verdict == "none" else np.linspace(0.5, 1.5, 8_001)))
+    assert kind.dear
+    found = inference.judge(kind)
+    assert found.verdict.verdict == verdict
+    assert found.hypotheses.worth == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
+
+
 @pytest.mark.parametrize("n", [8_000, 8_001])
 def test_more_than_8_000_numbers_are_much(n):
     """As docs/measurement_files.md says."""
