@@ -13,7 +13,7 @@ FILES = {
     "figures": ("BEFORE_AFTER", "draw_before_after", "draw_traces", "residuals"),
     "findings": ("Findings", "Predicted", "coordinates_of", "find", "leading_two", "predict", "with_stability"),
     "frequency_response": ("FrequencyResponses",), "histories": ("Histories",),
-    "labels": ("fate", "listed", "misfit", "number", "probability", "said", "term_name", "titles"),
+    "labels": ("fate", "listed", "misfit", "number", "probability", "said", "sentence", "term_name", "titles"),
     "measurement_file": ("available_measurements", "example_measurement", "packaged_measurement"),
     "modal": ("Modal", "ModalPoint"),
     "report": ("draw_all", "model_files", "page", "record", "terminal", "write_report"),

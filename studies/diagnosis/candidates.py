@@ -243,7 +243,8 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
             bounds = declared.bounds if declared else (-math.inf, math.inf)
             sets = dict.fromkeys((key, *followers.get(key, ())), 1.0)
             unit = declared.unit if declared else UNITS.get(key, "")
-            found.append(UncertainParameter(key, unit, sets, values[key], deviation.sd, *bounds))
+            by_default = deviation.origin == ASSUMED
+            found.append(UncertainParameter(key, unit, sets, values[key], deviation.sd, *bounds, assumed=by_default))
     return tuple(found), notes
 
 

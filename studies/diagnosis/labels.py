@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any
 
 from bicycle.effect import Effect
-from studies.inference import RULES, Candidate, Judgement, Verdict
+from studies.inference import RULES, Candidate, Judgement, Moved, Verdict
 from studies.reporting.markdown_text import cell, cells, make_environment
 
 BASE, ADJUSTED = "base model", "parameters adjusted"
@@ -38,13 +38,20 @@ def titles(judgement: Judgement) -> dict[str, str]:
 PARAMETERS = {"c": "trail", "lam": "steer axis tilt", "w": "wheelbase", "mB": "mass of frame and rider"}
 
 
-def small(value: float, unit: str) -> str:
-    """A size ``value`` with its ``unit``, in mm or degrees where these are more familiar."""
-    if unit == "m" and abs(value) < 0.2:
-        value, unit = 1e3 * value, "mm"
+def as_moved(m: Moved) -> dict[str, str]:
+    """Value now, stated value and stated sd of a parameter and their unit, to the digits that the sd bears.
+
+    In mm or degrees where these are more familiar.
+    """
+    factor, unit = 1.0, m.unit
+    if unit == "m" and max(abs(m.value), abs(m.prior)) < 0.2:
+        factor, unit = 1e3, "mm"
     elif unit == "rad":
-        value, unit = math.degrees(value), "deg"
-    return f"{number(abs(value), 2)}{unit_of(unit)}"
+        factor, unit = math.degrees(1.0), "deg"
+    sd = factor * m.prior_sd
+    digits = max(0, 1 - math.floor(math.log10(sd)))
+    now, stated = (f"{factor * x:.{digits}f}" for x in (m.value, m.prior))
+    return {"now": now, "stated": stated, "sd": number(sd, 2), "unit": unit_of(unit)}
 
 
 def bar(value: float, most: float) -> str:
@@ -136,7 +143,7 @@ def _environment(*, markdown: bool) -> Any:
     from markupsafe import Markup
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
-    shown = (said, listed, unit_of, probability, number, misfit, term_name, cells, small, bar)
+    shown = (said, listed, unit_of, probability, number, misfit, term_name, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in shown}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS}

@@ -18,7 +18,7 @@ from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, rendered, sen
 from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
-from studies.inference import OF, Judgement, Verdict
+from studies.inference import OF, RULES, Judgement, Verdict
 from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import page as html_page
@@ -88,7 +88,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
         "report.md.j2", markdown=True, **_content(diagnosis, findings, made or Corrected({})), name=kind.name,
         description=kind.description, source=kind.source, captions=captions, titles=list(drawn(diagnosis).values()),
         tried=likely if diagnosis.final in likely else [*likely, diagnosis.final], fates=fate(diagnosis),
-        far=[m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > 0.5][:MOST],
+        far=[m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > RULES.told_shift][:MOST],
         parts=_parts(diagnosis, findings), places=_places(diagnosis), not_tried=list(diagnosis.verdict.refused),
         most=MOST,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from studies.diagnosis.diagnose import Diagnosis
-from studies.inference import Judgement, held_out, moved
+from studies.inference import Judgement, Moved, held_out, moved
 
 LOUD = 2.0  # sd, from which a value is off
 
@@ -56,7 +56,7 @@ class Story:
     gap: Gap
     held_out: Gap | None
     unseen: bool  # what is held out are runs that were never fitted
-    far: tuple[tuple[str, float, str, float], ...]  # parameter, by how much, unit, in sd
+    far: tuple[Moved, ...]  # at most three, the farthest first
     # where nothing is named: the hypothesis of one effect that predicts these runs best, and the share that it leaves
     single: tuple[str, float | None] | None = None
 
@@ -68,8 +68,8 @@ def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float
     """
     null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
     named = bool(final.candidates and null.nuisances)
-    went = sorted(moved(null, null), key=lambda m: -abs(m.shift))
-    far = tuple((m.name, m.value - m.prior, m.unit, m.shift) for m in went[:3] if abs(m.shift) > LOUD)
+    went = moved(null, null)
+    far = tuple(m for m in went[:3] if abs(m.shift) > LOUD)
     most = max((abs(m.shift) for m in went), default=0.0)
     base = float(diagnosis.nominal @ diagnosis.nominal)
     chi2 = {"alone": alone.chi2 if alone else None, "final": final.chi2, "without": null.chi2 if named else None}

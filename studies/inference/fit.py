@@ -448,6 +448,7 @@ class Moved:
     sd: float  # the same after the final fit
     alone: float  # how far it went if only nuisances float, in prior sd
     shift: float  # how far it went in the final fit, in prior sd
+    assumed: bool = False  # nobody stated its prior sd
 
 
 def moved(null: Fit, final: Fit) -> tuple[Moved, ...]:
@@ -458,5 +459,6 @@ def moved(null: Fit, final: Fit) -> tuple[Moved, ...]:
         x, start = float(final.theta[k]), float(null.theta[k])
         stated = float(u.value(u.centre)), u.slope(u.centre) * u.scale
         fitted = float(u.value(x)), u.slope(x) * float(sd[k])
-        found.append(Moved(u.name, u.unit, *stated, *fitted, (start - u.centre) / u.scale, (x - u.centre) / u.scale))
+        ways = (start - u.centre) / u.scale, (x - u.centre) / u.scale
+        found.append(Moved(u.name, u.unit, *stated, *fitted, *ways, assumed=u.assumed))
     return tuple(sorted(found, key=lambda one: -abs(one.shift)))

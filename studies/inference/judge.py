@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from itertools import chain, combinations, takewhile
 
 import numpy as np
+from scipy.special import chdtrc
 
 from studies.inference.acceptance import AcceptanceCheck
 from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
-from studies.inference.fit import Fit, default_starts, fit, prior
+from studies.inference.fit import Fit, Moved, default_starts, fit, moved, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
@@ -343,7 +344,16 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
         titles={c.identifier: c.title for f in (*members, *filter(None, (acceptance.leader, *converged[:1])))
                 for c in f.candidates if c.title},
         members="effects" if all(real) else "both" if any(real) else "mistakes",
+        absorbed=_absorbed(known.null, nominal) if acceptance.verdict == "none" else (),
     )  # fmt: skip
+
+
+def _absorbed(null: Fit, nominal: Array) -> tuple[Moved, ...]:
+    """Parameters that closed the gap of a base model whose residual (n,) is more than noise, the farthest first."""
+    if chdtrc(len(nominal), float(nominal @ nominal)) > RULES.poor_fit:
+        return ()
+    went = moved(null, null)
+    return went[:1] + tuple(m for m in went[1:] if abs(m.shift) > RULES.told_shift)
 
 
 def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:

@@ -35,6 +35,7 @@ class UncertainParameter:
     smallest: float = 0.0  # smallest size that occurs where the effect is there at all
     # the value is the exponential less one: a wrong factor, which is as probable as its reciprocal
     relative: bool = False
+    assumed: bool = False  # nobody stated its scale: it is a documented default
 
     def __post_init__(self) -> None:
         if not self.least >= 0:

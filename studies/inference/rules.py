@@ -20,6 +20,7 @@ class Rules:
     partial_rest: float = 2.0  # held-out gap, in sd, beyond which a name would be a guess; counted
     far: float = 1e-4  # p below which partial names come mostly from causes outside the library; counted
     far_share: float = 0.1  # of the gap that a name may leave then; counted
+    told_shift: float = 0.5  # of its sd: how far a parameter went that a sentence or table names
     # what joins a class
     alike_cosine: float = 0.95  # of marginalised directions that count as one; counted
     hopeless_odds: float = 1e4  # : 1, beyond which a look-alike is out unless it explains as much

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from studies.inference.acceptance import AcceptanceCheck
+from studies.inference.fit import Moved
 
 WORDS = {
     # members of a class
@@ -30,6 +31,9 @@ WORDS = {
     "not clear": "not clearly so (above {limit:g} : 1)",
     "elsewhere": "the search adds an effect only where it is clear and data left out gain by it",
 }
+
+
+NOTHING = "none"  # name of the hypothesis without an effect
 
 
 class Reason:
@@ -117,12 +121,20 @@ class Verdict:
     judged: Judged | None = None  # what was judged, if nothing is named
     nearest: Judged | None = None  # then the most probable hypothesis that converged, of those that fit if one does
     titles: Mapping[str, str] = field(default_factory=dict)  # plain name of each effect that a sentence may name
+    # parameters that closed the gap of the base model if nothing is missing, the farthest first; empty if it has none
+    absorbed: tuple[Moved, ...] = ()
     members: str = "effects"  # what the class holds: effects, mistakes of the measurement or its file, or both
 
     @property
     def failed(self) -> tuple[AcceptanceCheck, ...]:
         """The rules that do not hold."""
         return tuple(c for c in self.checks if not c.passed)
+
+    @property
+    def look_alike(self) -> Judged | None:
+        """What comes nearest to explaining the data, if nothing is named and any effect does."""
+        found = self.nearest or self.judged
+        return found if found is not None and found.name != NOTHING else None
 
     @property
     def leaves_more(self) -> bool:

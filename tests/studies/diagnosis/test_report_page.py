@@ -5,6 +5,7 @@ import html
 import json
 import re
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from studies.diagnosis import (
     record,
     residuals,
     said,
+    sentence,
     terminal,
     titles,
     with_stability,
@@ -32,6 +34,7 @@ from studies.inference import (
     Candidate,
     Judged,
     Kind,
+    Moved,
     Named,
     Reason,
     Rows,
@@ -191,10 +194,52 @@ def test_the_terminal_has_twelve_lines_at_most(one, nothing, several):
 
 def test_where_nothing_is_named_nothing_is_said_to_be(nothing):
     text = written(nothing)
-    assert "**What.** Nothing is missing: the base model fits with its parameters adjusted." in text
+    assert "**What.** No missing effect is detected: the base model fits as it stands." in text
+    assert "could hide" not in text
+    share = probability(nothing.verdict.posterior["none"])
+    assert f"**How sure.** Probability that nothing is missing: {share}." in text
     assert list(titles(nothing).values()) == ["base model", "parameters adjusted"]
     assert find(nothing).story.gap.effect_alone is None
     assert list(residuals(nothing)) == ["base model", "parameters adjusted"]
+
+
+def test_where_parameters_alone_close_a_gap_the_words_say_which_and_that_an_effect_may_hide(nothing):
+    """Readings of a level of 3, stated as 2 +- 0.5: by hand, the posterior mean of level and swing."""
+    found = diagnosed(0.0, "bias", level=3.1)
+    assert found.verdict.verdict == "none"
+    away, columns = found.kind.readings - 2.0, np.stack([np.ones(24), np.where(PLACES > 3, 0.3, -0.3)], 1)
+    level, swing = np.linalg.solve(columns.T @ columns + 4 * np.eye(2), columns.T @ away)
+    assert found.verdict.absorbed[0].name == "level"
+    assert found.verdict.absorbed[0].shift == pytest.approx(level / 0.5, rel=1e-6)
+    words = record(found, find(found))["sentence"]
+    assert "No missing effect is detected: the base model fits with its parameters adjusted." in words
+    assert (
+        f"What closed its gap: level {2 + level:.2f} instead of 2.00 ± 0.50 m ({level / 0.5:+.1f} of the stated sd)"
+        in words
+    )
+    assert ("swing" in words) == (abs(swing / 0.5) > 0.5)
+    assert words.endswith("A missing effect could hide there.")
+    assert nothing.verdict.absorbed == ()
+
+
+def test_a_parameter_that_went_far_is_told_whole_beside_what_was_stated_of_it():
+    """A trail of 42 +- 30 mm that becomes 104 mm, and a tilt whose sd nobody stated."""
+    trail = Moved("c", "m", 0.0420, 0.030, 0.1041, 0.02, 2.07, 2.07)
+    tilt = Moved("lam", "rad", 0.3665, 0.010, 0.3364, 0.006, -3.01, -3.01, assumed=True)
+    mass = Moved("mB", "kg", 81.2, 10.0, 120.4, 4.0, 3.92, 3.92)
+    one = sentence(
+        SimpleNamespace(
+            verdict="none",
+            absorbed=(trail, tilt, mass),
+            members="effects",
+            equivalent=(),
+            refused_leaders=(),
+            posterior={"none": 0.5},
+        )
+    )
+    assert "trail 104 instead of 42 ± 30 mm (+2.1 of the stated sd), " in one
+    assert "steer axis tilt 19.27 instead of 21.00 ± 0.57 deg (-3.0 of an assumed sd), " in one
+    assert "mass of frame and rider 120 instead of 81 ± 10 kg (+3.9 of the stated sd)." in one
 
 
 def test_figures_and_tables_call_a_hypothesis_alike(one, folder):
