@@ -1,233 +1,22 @@
 """Bicycles as files: TOML, JSON, flat text, MATLAB or YAML as neighbouring projects write them, and tables of many."""
 
 import json
-import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from collections.abc import Callable, Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from bicycle import parameters
-from bicycle.parameter_covariance import ParameterCovariance, read_covariance
-from bicycle.parameters import ALIASES, HEAD_ANGLE, KINDS, UNITS, UNUSED, Bicycle
-from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
+from bicycle.bicycle_numbers import BODIES, KEYS, LEFT_OUT, WORDS, GivenNumbers, si_unit
+from bicycle.parameter_covariance import read_covariance
+from bicycle.parameters import ALIASES, KINDS, UNITS, Bicycle
 from tyre import schema
-from tyre.arrays import Array
-from tyre.errors import InputError, is_number, nearest, refuse_unknown, shown, unknown
+from tyre.errors import InputError, shown, unknown
 from tyre.files import data_root, read_toml, refuse_deep
-from tyre.measured_number import MeasuredNumber, key_value_lines, measured_number, written
+from tyre.measured_number import key_value_lines, written
 from tyre.plausible import WAY_OUT
 from tyre.sheet import ENDINGS, Sheet, read_sheet, split_unit
 from tyre.units import factor_to_si, is_unit
-
-LEFT_OUT = {"v": "", "yB": "", "yH": "", "IRzz": "IRxx", "IFzz": "IFxx"}  # key -> the key whose value it must have
-KEYS = (*UNITS, *UNUSED)
-WORDS = ("description", "source", "kind")
-GROUPS = {"length": "m", "angle": "rad", "mass": "kg", "inertia": "kg m^2"}
-"""Names under which a file states the unit of all parameters of one sort."""
-
-NOT_USED = {
-    "v": "{where}: the speed v = {number:g} m/s is not a property of the bicycle and is not used",
-    "yB": "{where}: {key} = {number:g} is not used: the bicycle is taken as symmetric",
-    "IRzz": "{where}: {key} = {number:g} is not used: a wheel is symmetric about its axle, so {twin} is taken",
-}
-NOT_USED |= {"yH": NOT_USED["yB"], "IFzz": NOT_USED["IRzz"]}
-PI = re.compile(r"(?P<sign>-?)(?:(?P<times>[\d.]+)\s*\*?\s*)?pi(?:\s*/\s*(?P<over>[\d.]+))?")
-PENDULUM = re.compile(r"T[ct][A-Z]\w*\d")  # period of a compound or torsional pendulum, named as BicycleParameters does
-
-BODY = schema.table(
-    {
-        schema.needed("mass"): schema.number(above=0, most=300, says="must be a mass in kg, up to 300"),
-        schema.needed("place"): schema.list_of(
-            schema.number(), "must be [m before the rear contact, m above the ground]", least=2, most=2
-        ),
-        schema.maybe("size", [0.0, 0.0, 0.0]): schema.list_of(
-            schema.number(least=0), "must be [length, width, height] in m", least=3, most=3
-        ),
-        schema.maybe("name", ""): schema.text(),
-        schema.maybe("on", "frame"): schema.text("must be 'frame' or 'front'", allowed=("frame", "front")),
-    }
-)
-BODIES = schema.list_of(BODY, "must be tables: write [[bodies]] with mass, place and size", strict=False)
-"""Luggage, a child seat, a battery: boxes that are fixed to the rear frame, or turn with the front one."""
-
-
-def si_unit(key: str) -> str:
-    """The SI unit of a ``key`` of a bicycle file, also of one that is left out."""
-    return "m/s" if key == "v" else "m" if key in ("yB", "yH") else UNITS.get(key, "kg m^2")
-
-
-@dataclass
-class GivenNumbers:
-    """Content of a file: numbers, one :meth:`add` each, in its order, and the words beside them."""
-
-    # unit of what is written without one, by key or by a name of :data:`GROUPS`; else SI
-    units: Mapping[str, str] = field(default_factory=dict)
-    values: dict[str, Any] = field(default_factory=dict)  # SI, lam in rad
-    sd: dict[str, Any] = field(default_factory=dict)  # SI, lam in rad
-    notes: list[str] = field(default_factory=list)  # what is not used
-    words: dict[str, str] = field(default_factory=dict)  # of :data:`WORDS`
-    allow_unusual: bool = False  # the file lets values pass that are far from those of other bicycles
-    covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
-    bodies: list[Mapping[str, Any]] = field(default_factory=list)  # as :data:`BODIES` has them
-    _left_out: dict[str, tuple[str, float]] = field(default_factory=dict)
-    _others: list[str] = field(default_factory=list)  # keys that are not those of a bicycle
-
-    def __post_init__(self) -> None:
-        refuse_unknown("key of units:", self.units, [*KEYS, *GROUPS])
-        for key, unit in self.units.items():
-            if not isinstance(unit, str):
-                raise InputError(f'units: {key} = {shown(unit)} must be a unit in quotes, such as "mm"')
-            factor_to_si(unit, GROUPS.get(key) or si_unit(key), where=f"units: {key}")
-
-    def add(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
-        """Add the value of a parameter."""
-        if key == HEAD_ANGLE:
-            angle = self._number("lam", value, where, unit or "deg")
-            self.sd |= {} if angle.sd is None else {"lam": angle.sd}
-            key, value, unit = "lam", math.pi / 2 - angle.value, "rad"
-        key = ALIASES.get(key, key)
-        if key in self.values or key in self._left_out or key in self._others:
-            raise InputError(f"{where}: {key} is given twice; keep one")
-        if key not in KEYS and key not in LEFT_OUT:
-            self._others.append(key)
-            return
-        number = self._number(key, value, where, unit)
-        if key in LEFT_OUT:
-            self._left_out[key] = (where, number.value)
-            return
-        self.values[key] = number.value
-        if number.sd is not None:
-            self.sd[key] = number.sd
-
-    def add_sd(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
-        """Add a standard deviation that stands by itself."""
-        key, unit = ("lam", unit or "deg") if key == HEAD_ANGLE else (ALIASES.get(key, key), unit)
-        if key in self.sd:
-            raise InputError(f"{where}: the standard deviation of {key} is given twice; keep one")
-        if key in LEFT_OUT or key in self._others:
-            return
-        refuse_unknown("key", [key], KEYS, where=f"{where}: standard deviation")
-        number = self._number(key, value, where, unit)
-        if number.sd is not None:
-            raise InputError(
-                f"{where}: the standard deviation of {key} = {value!r} has one of its own; give one number"
-            )
-        self.sd[key] = number.value
-
-    def add_word(self, key: str, value: Any, *, where: str) -> None:
-        """Add a text of :data:`WORDS`, or the flag that lets unusual values pass."""
-        text = str(value) if key in ("description", "source") else str(value).strip()
-        if key == "kind":
-            refuse_unknown("kind of vehicle", [text], KINDS, where=where)
-        if key != WAY_OUT:
-            self.words[key] = text
-        elif text.lower() not in ("true", "false"):
-            raise InputError(f"{where}: {WAY_OUT} = {shown(value)} must be true or false")
-        else:
-            self.allow_unusual = text.lower() == "true"
-
-    def bicycle(self, name: str, kind: str, *, place: str = "", allow_unusual: bool = False) -> Bicycle:
-        """The bicycle of a ``kind`` of file; ``place`` begins an error."""
-        allow, notes = allow_unusual or self.allow_unusual, list(self.notes)
-        vehicle = self.words.get("kind", "bicycle")
-        for key, (where, number) in self._left_out.items():
-            twin = LEFT_OUT[key]
-            if key == "v" or number != self.values.get(twin, 0.0):  # else symmetry gives its value
-                notes.append(NOT_USED[key].format(where=where, key=key, number=number, twin=twin))
-        begin = f"{place}: " if place else ""
-        if self._others:
-            notes.append(f"{begin}not used, as the lateral motion does not hold them: {', '.join(self._others)}")
-        try:
-            self._refuse_incomplete()
-            if not allow:
-                way = f"write {WAY_OUT} = true at the top of the {kind}"
-                parameters.refuse_unlikely(self.values, self.sd, way, vehicle)
-            for wheel in "RF":  # a skate: without mass and spin the size of a wheel has no effect
-                parts = (f"r{wheel}", f"m{wheel}", f"I{wheel}xx", f"I{wheel}yy")
-                if not any(self.values.get(key, 1.0) for key in parts):
-                    notes.append(f"{begin}r{wheel} = 0 m: a wheel that is nothing; 0.3 m is taken, of no effect")
-                    self.values[f"r{wheel}"] = 0.3
-            if self.bodies and set(UNITS) <= set(self.values):
-                self._load()
-            return Bicycle(
-                name, self.values, self.sd, notes=tuple(notes), covariance=self.covariance, unusual=allow, **self.words
-            )
-        except InputError as error:
-            # a centre of mass in cm is a wheel without load, so an error names the unusual number too
-            doubts = [one for one in parameters.doubts_about(self.values, vehicle) if one.explained]
-            causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
-            remedy = [parameters.NAME_THE_UNIT] if doubts and parameters.NAME_THE_UNIT not in str(error) else []
-            raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
-
-    def _refuse_incomplete(self) -> None:
-        """Refuse a file without all parameters, with the keys it has in their place, or named for what it is."""
-        missing = [key for key in UNITS if key not in self.values]
-        periods = [key for key in self._others if PENDULUM.fullmatch(key)]
-        if missing and periods:
-            raise InputError(
-                f"holds raw measurements (periods of pendulums {', '.join(periods[:3])}, ...), not the parameters that "
-                f"follow from them ({', '.join(missing[:3])}, ...); give the file that BicycleParameters computes of it"
-            )
-        near = {other: nearest(other, missing, cutoff=0.75) for other in self._others}
-        hints = [f"did you mean {key!r} by {other!r}?" for other, key in near.items() if key]
-        if missing and self._others:
-            raise InputError("; ".join([
-                f"missing {', '.join(missing)}", *hints, f"not known: {', '.join(self._others)}",
-                f"give every parameter ({', '.join(UNITS)})",
-            ]))  # fmt: skip
-
-    def _load(self) -> None:
-        """Join the bodies to the frames: values, and their standard deviations to first order."""
-        carried: dict[str, list[RigidBody]] = {"B": [], "H": []}
-        for one in self.bodies:
-            (x, height), (length, width, tall) = one["place"], one["size"]
-            squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
-            box = RigidBody(one["mass"], np.array([x, 0.0, -height]), np.diag(one["mass"] / 12 * squares))
-            carried["H" if one["on"] == "front" else "B"].append(box)
-
-        def loaded(values: Mapping[str, float]) -> dict[str, float]:
-            found = dict(values)
-            for part, boxes in carried.items():
-                found |= as_rear_frame(join([rear_frame(values, part), *boxes]), part) if boxes else {}
-            return found
-
-        def slopes(names: Sequence[str]) -> Array:
-            columns = []
-            for name in names:
-                more, less = (loaded({**self.values, name: self.values[name] + step}) for step in (1e-4, -1e-4))
-                columns.append([(more[key] - less[key]) / 2e-4 for key in names])
-            return np.array(columns).T
-
-        own = {key: sd for key, sd in self.sd.items() if key in UNITS}
-        if own:
-            variances = slopes(list(own)) ** 2 @ np.array(list(own.values())) ** 2
-            self.sd |= dict(zip(own, np.sqrt(variances).tolist(), strict=True))
-        if self.covariance.names:
-            j = slopes(self.covariance.names)
-            self.covariance = replace(self.covariance, matrix=j @ self.covariance.matrix @ j.T)
-        self.values = loaded(self.values)
-
-    def _number(self, key: str, value: Any, where: str, unit: str) -> MeasuredNumber:
-        si = si_unit(key)
-        unit = unit or self.units.get(key) or next((u for n, u in self.units.items() if GROUPS.get(n) == si), si)
-        if isinstance(value, str):
-            match = PI.fullmatch(value.strip())
-            if match is None:
-                return measured_number(value, where=where, key=key, si=si, unit=unit)
-            sign, times, over = match.group("sign", "times", "over")
-            try:
-                value = float(f"{sign}1") * float(times or 1) * math.pi / float(over or 1)
-            except (ValueError, ZeroDivisionError):
-                raise InputError(f"{where}: {key} = {value!r} is not a number; write for example pi/10") from None
-        if unit == si or not is_number(value) or value - value != 0:
-            return MeasuredNumber(value)  # the bicycle itself refuses what is no finite number
-        return MeasuredNumber(float(Fraction(float(value)) * factor_to_si(unit, si, where=where)))
 
 
 def read_flat_text(path: Path | Traversable) -> GivenNumbers:
@@ -508,19 +297,6 @@ def bicycle_place(text: str, folder: Path) -> str:
     if not (folder / path).is_file():
         return text
     return (folder / path).resolve().as_posix() + (f"{ROW}{row}" if row else "")
-
-
-def given_numbers(
-    values: Mapping[str, Any], sd: Mapping[str, Any] | None = None, units: Mapping[str, Any] | None = None, *,
-    place: str = "[values]",
-) -> GivenNumbers:  # fmt: skip
-    """Numbers of the tables of a TOML file, each a number or text such as ``"18.3(2) deg"``."""
-    numbers = GivenNumbers(units or {})
-    for key, value in values.items():
-        (numbers.add_word if key in WORDS else numbers.add)(key, value, where=place)
-    for key, value in (sd or {}).items():
-        numbers.add_sd(key, value, where="[sd]")
-    return numbers
 
 
 def _words(bicycle: Bicycle) -> dict[str, str]:

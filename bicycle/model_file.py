@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_files import bicycle_place, given_numbers, load_bicycle
+from bicycle.bicycle_files import bicycle_place, load_bicycle
+from bicycle.bicycle_numbers import given_numbers
 from bicycle.default_sd import MODEL_FILE
 from bicycle.effect import Effect
 from bicycle.effect_registry import effect_class

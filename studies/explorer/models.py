@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bicycle.bicycle_files import available_bicycles, given_numbers, load_bicycle
+from bicycle.bicycle_files import available_bicycles, load_bicycle
+from bicycle.bicycle_numbers import given_numbers
 from bicycle.critical import CriticalSpeed, critical_speeds
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
