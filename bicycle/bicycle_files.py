@@ -7,9 +7,20 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_numbers import BODIES, KEYS, LEFT_OUT, WORDS, GivenNumbers, si_unit
-from bicycle.parameter_covariance import read_covariance
-from bicycle.parameters import ALIASES, KINDS, UNITS, Bicycle
+from bicycle.bicycle_numbers import (
+    BODIES,
+    COVARIANCE,
+    FLAGS,
+    FORK_OFFSET,
+    KEYS,
+    LEFT_OUT,
+    NAMES,
+    WORDS,
+    GivenNumbers,
+    covariance_table,
+    si_unit,
+)
+from bicycle.parameters import KINDS, UNITS, Bicycle
 from tyre import schema
 from tyre.errors import InputError, shown, unknown
 from tyre.files import data_root, read_toml, refuse_deep
@@ -27,8 +38,8 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
     found = GivenNumbers()
     for where, key, text in key_value_lines(path):
         key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
-        if key == WAY_OUT:
-            found.add_word(key, text, where=where)
+        if key in FLAGS:
+            found.add_word(key, text.rstrip("; "), where=where)
         else:
             found.add(key, text.rstrip("; "), where=where)
     for line in path.read_bytes().decode("utf-8-sig", errors="replace").split("\n"):
@@ -50,12 +61,12 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
         content = read_toml(path, "bicycle file") if ending == "toml" else _json(path)
         _refuse_model_file(content, path)
         top = _placed(content, str(path))
-    tables = {name: top.pop(name) for name in ("values", "sd", "units", "covariance") if name in top}
+    tables = {name: top.pop(name) for name in ("values", "sd", "units", COVARIANCE) if name in top}
     for name, (_, value) in tables.items():
         if not isinstance(value, Mapping):
             raise InputError(f"{path}: {name} = {shown(value)} must be a table: write [{name}] and the keys below it")
     bodies = schema.read(BODIES, top.pop("bodies", ("", []))[1], where=str(path), section="bodies")
-    words = [key for key in (*WORDS, WAY_OUT) if key in top]
+    words = [key for key in (*WORDS, *FLAGS) if key in top]
     parameterization = top.get("parameterization", ("", "benchmark"))
     if str(parameterization[1]).strip().lower() not in ("benchmark", "meijaard2007"):
         raise InputError(
@@ -80,11 +91,9 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
             found.notes.append(f"{where}: {key} = {text} is not used")
     for key, (where, value) in tables.get("sd", ("", {}))[1].items():
         found.add_sd(key, value, where=where)
-    if "covariance" in tables:
-        plain = {key: value for key, (_, value) in tables["covariance"][1].items()}
-        found.covariance = read_covariance(plain, found.values, where=f"{path}: [covariance]")
-        for key in set(found.covariance.names) & set(found.sd):
-            raise InputError(f"{path}: [covariance]: {key} has an sd in [sd] already; keep one of them")
+    if COVARIANCE in tables:
+        plain = {key: value for key, (_, value) in tables[COVARIANCE][1].items()}
+        found.add_covariance(plain, where=f"{path}: [{COVARIANCE}]")
     return found
 
 
@@ -119,6 +128,9 @@ def _refuse_model_file(given: Mapping[str, Any], path: Path | Traversable) -> No
     )
 
 
+LISTS = ("bodies", "parameters", "matrix", "factor")  # keys whose values are lists, in any format
+
+
 def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
     """Key -> place and text of a YAML file, of tables likewise; numbers stay text, as they may be written 1.02(3)."""
     import yaml
@@ -134,11 +146,15 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
         found: dict[str, tuple[str, Any]] = {}
         for key_node, value in node.value:
             where, key = f"{path}, line {key_node.start_mark.line + 1}", key_node.value
-            if not isinstance(key_node, yaml.ScalarNode) or isinstance(value, yaml.SequenceNode):
+            lists = isinstance(value, yaml.SequenceNode) and key not in LISTS
+            if not isinstance(key_node, yaml.ScalarNode) or lists:
                 raise InputError(f"{where}: expected one 'key: value' a line, found a nested value")
             if key in found:
                 raise InputError(f"{where}: {key} is given twice; keep one")
-            found[key] = (where, entries(value) if isinstance(value, yaml.MappingNode) else value.value)
+            if isinstance(value, yaml.SequenceNode):
+                found[key] = (where, yaml.SafeLoader("").construct_object(value, deep=True))
+            else:
+                found[key] = (where, entries(value) if isinstance(value, yaml.MappingNode) else value.value)
         return found
 
     return entries(node)
@@ -175,7 +191,7 @@ def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:
     keys = [key for key, _ in columns]
     if twice := [key for key in keys if keys.count(key) > 1]:
         raise InputError(f"{path}: two columns are of {twice[0]}; keep one")
-    missing = [key for key in ("name", *UNITS) if key not in keys]
+    missing = [key for key in ("name", *UNITS) if key not in keys and not (key == "c" and FORK_OFFSET in keys)]
     if missing:
         raise InputError(f"{path}: the column {', '.join(missing)} is missing; a row needs a name and every parameter")
     found: dict[str, Bicycle] = {}
@@ -190,11 +206,11 @@ def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:
 
 def _column(name: str, sheet: Sheet) -> tuple[str, str]:
     """The key of a column, with ``_sd`` for a standard deviation, and its unit (empty: SI)."""
-    words, known = ("name", *WORDS, WAY_OUT), (*KEYS, *LEFT_OUT)
+    words, known = ("name", *WORDS, *FLAGS), (*KEYS, *LEFT_OUT)
     allowed = {*words, *known, *(key + SD for key in known)}
     base, unit = split_unit(name)
-    for alias in [alias for alias in ALIASES if base == alias or base.startswith(f"{alias}_")]:
-        base = ALIASES[alias] + base.removeprefix(alias)
+    for alias in [alias for alias in NAMES if base == alias or base.startswith(f"{alias}_")]:
+        base = NAMES[alias] + base.removeprefix(alias)
     if base not in allowed and not unit:
         start, _, end = base.partition("_")
         with_sd = end == "sd" or end.startswith("sd_")
@@ -210,13 +226,14 @@ def _column(name: str, sheet: Sheet) -> tuple[str, str]:
 
 
 def _row_bicycle(place: str, row: dict[str, tuple[Any, str, str]], *, allow_unusual: bool) -> Bicycle:
-    words = {key: str(row.pop(key)[0]) for key in ("name", *WORDS, WAY_OUT) if key in row}
-    name, flag = words.pop("name"), words.pop(WAY_OUT, "")
+    words = {key: str(row.pop(key)[0]) for key in ("name", *WORDS, *FLAGS) if key in row}
+    name = words.pop("name")
+    flags = {key: words.pop(key) for key in FLAGS if words.get(key)}
     if not name or ROW in name:
         raise InputError(f"{place}, column 'name': {name!r} must be a name without {ROW!r}")
-    numbers = GivenNumbers(words=words)
-    if flag:
-        numbers.add_word(WAY_OUT, flag, where=place)
+    numbers = GivenNumbers(words={key: text for key, text in words.items() if key in WORDS})
+    for key, text in flags.items():
+        numbers.add_word(key, text, where=place)
     for key, (cell, unit, column) in sorted(row.items(), key=lambda item: item[0].endswith(SD)):
         where, of = f"{place} ({name}), column {column!r}", key.removesuffix(SD)
         if cell == "" and key in UNITS:
@@ -309,19 +326,21 @@ def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
 
     content: dict[str, Any] = {WAY_OUT: True} if allow_unusual else {}
     content |= {"description": "", "source": ""} | _words(bicycle) | {"values": dict(bicycle.values)}
-    names, spread = bicycle.covariance.names, bicycle.covariance.matrix
-    sd = {key: value for key, value in bicycle.sd.items() if key not in names}
-    content |= {"sd": sd} if sd else {}
-    content |= {"covariance": {"parameters": list(names), "matrix": spread.tolist()}} if names else {}
-    return tomli_w.dumps(content)
+    return tomli_w.dumps(content | _uncertainty(bicycle))
+
+
+def _uncertainty(bicycle: Bicycle) -> dict[str, Any]:
+    """Tables ``sd``, of what was measured one by one, and ``covariance``."""
+    sd = {key: value for key, value in bicycle.sd.items() if key not in bicycle.covariance.names}
+    return ({"sd": sd} if sd else {}) | covariance_table(bicycle.covariance)
 
 
 def to_yaml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
-    """Flat ``key: value`` YAML, the neighbouring projects' form: first the numbers, then words and ``sd``."""
+    """Flat ``key: value`` YAML, the neighbouring projects' form: the numbers, then words, ``sd`` and ``covariance``."""
     import yaml
 
     content: dict[str, Any] = dict(bicycle.values) | _words(bicycle) | ({WAY_OUT: True} if allow_unusual else {})
-    content |= {"sd": dict(bicycle.sd)} if bicycle.sd else {}
+    content |= _uncertainty(bicycle)
     return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=2**31 - 1))
 
 
@@ -332,7 +351,18 @@ def to_text(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
         plain = text.isprintable() and text == text.strip() and not text.startswith('"')
         lines += [f"# {key}: {text if plain else json.dumps(text)}\n"]
     lines += [f"{WAY_OUT} = true\n"] if allow_unusual else []
+    lines += [f"# {note}\n" for note in lost_in_text(bicycle)]
     return "".join([*lines, *(f"{key} = {written(x, bicycle.sd.get(key))}\n" for key, x in bicycle.values.items())])
+
+
+def lost_in_text(bicycle: Bicycle) -> tuple[str, ...]:
+    """Notes on what ``key = value+/-sd`` lines cannot hold of a bicycle."""
+    count = len(bicycle.covariance.names)
+    note = (
+        f"the covariance of {count} parameters is not in this text, which holds one sd a number: their correlations "
+        "are lost; .toml and .yml keep them"
+    )
+    return (note,) if count else ()
 
 
 READERS: Mapping[str, Callable[[Any], GivenNumbers]] = (

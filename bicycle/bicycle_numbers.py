@@ -10,18 +10,24 @@ from typing import Any
 import numpy as np
 
 from bicycle import parameters
-from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.parameters import ALIASES, HEAD_ANGLE, KINDS, UNITS, UNUSED, Bicycle
+from bicycle.parameter_covariance import FILE, ParameterCovariance, read_covariance
+from bicycle.parameters import ALIASES, HEAD_ANGLE, KINDS, ODD_IN_Z, UNITS, UNUSED, Z_UP, Bicycle
 from bicycle.rider_body import RigidBody, as_rear_frame, join, rear_frame
 from tyre import schema
 from tyre.arrays import Array
 from tyre.errors import InputError, is_number, nearest, refuse_unknown, shown
 from tyre.measured_number import MeasuredNumber, measured_number
 from tyre.plausible import WAY_OUT
+from tyre.schema import any_table
 from tyre.units import factor_to_si
 
 LEFT_OUT = {"v": "", "yB": "", "yH": "", "IRzz": "IRxx", "IFzz": "IFxx"}  # key -> the key whose value it must have
-KEYS = (*UNITS, *UNUSED)
+FORK_OFFSET = "fork_offset"
+"""Key in place of the trail c: distance of the front hub before the steer axis, at right angles to it (rake), m."""
+KEYS = (*UNITS, *UNUSED, FORK_OFFSET)
+NAMES = {**ALIASES, "rake": FORK_OFFSET}  # everyday name -> key
+FLAGS = (WAY_OUT, Z_UP)
+COVARIANCE = "covariance"  # table of a bicycle, in its file or in a model file
 WORDS = ("description", "source", "kind")
 GROUPS = {"length": "m", "angle": "rad", "mass": "kg", "inertia": "kg m^2"}
 """Names under which a file states the unit of all parameters of one sort."""
@@ -33,6 +39,7 @@ NOT_USED = {
 }
 NOT_USED |= {"yH": NOT_USED["yB"], "IFzz": NOT_USED["IRzz"]}
 PI = re.compile(r"(?P<sign>-?)(?:(?P<times>[\d.]+)\s*\*?\s*)?pi(?:\s*/\s*(?P<over>[\d.]+))?")
+USUAL_OFFSET = (0.0, 0.12)  # m, of a fork that is not reversed; far outside, the unit is wrong
 PENDULUM = re.compile(r"T[ct][A-Z]\w*\d")  # period of a compound or torsional pendulum, named as BicycleParameters does
 
 BODY = schema.table(
@@ -54,7 +61,7 @@ BODIES = schema.list_of(BODY, "must be tables: write [[bodies]] with mass, place
 
 def si_unit(key: str) -> str:
     """The SI unit of a ``key`` of a bicycle file, also of one that is left out."""
-    return "m/s" if key == "v" else "m" if key in ("yB", "yH") else UNITS.get(key, "kg m^2")
+    return "m/s" if key == "v" else "m" if key in ("yB", "yH", FORK_OFFSET) else UNITS.get(key, "kg m^2")
 
 
 @dataclass
@@ -68,6 +75,7 @@ class GivenNumbers:
     notes: list[str] = field(default_factory=list)  # what is not used
     words: dict[str, str] = field(default_factory=dict)  # of :data:`WORDS`
     allow_unusual: bool = False  # the file lets values pass that are far from those of other bicycles
+    z_up: bool = False  # its z axis points up
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
     bodies: list[Mapping[str, Any]] = field(default_factory=list)  # as :data:`BODIES` has them
     _left_out: dict[str, tuple[str, float]] = field(default_factory=dict)
@@ -86,7 +94,7 @@ class GivenNumbers:
             angle = self._number("lam", value, where, unit or "deg")
             self.sd |= {} if angle.sd is None else {"lam": angle.sd}
             key, value, unit = "lam", math.pi / 2 - angle.value, "rad"
-        key = ALIASES.get(key, key)
+        key = NAMES.get(key, key)
         if key in self.values or key in self._left_out or key in self._others:
             raise InputError(f"{where}: {key} is given twice; keep one")
         if key not in KEYS and key not in LEFT_OUT:
@@ -102,7 +110,7 @@ class GivenNumbers:
 
     def add_sd(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
         """Add a standard deviation that stands by itself."""
-        key, unit = ("lam", unit or "deg") if key == HEAD_ANGLE else (ALIASES.get(key, key), unit)
+        key, unit = ("lam", unit or "deg") if key == HEAD_ANGLE else (NAMES.get(key, key), unit)
         if key in self.sd:
             raise InputError(f"{where}: the standard deviation of {key} is given twice; keep one")
         if key in LEFT_OUT or key in self._others:
@@ -115,17 +123,24 @@ class GivenNumbers:
             )
         self.sd[key] = number.value
 
+    def add_covariance(self, given: Mapping[str, Any], *, where: str) -> None:
+        """Add the joint covariance (SI) of parameters whose values are there: a table with its matrix or factor."""
+        self.covariance = read_covariance(given, self.values, where=where)
+        for key in self.covariance.names:
+            if key in self.sd:
+                raise InputError(f"{where}: {key} has an sd of its own already; keep one of them")
+
     def add_word(self, key: str, value: Any, *, where: str) -> None:
-        """Add a text of :data:`WORDS`, or the flag that lets unusual values pass."""
+        """Add a text of :data:`WORDS`, or one of :data:`FLAGS`."""
         text = str(value) if key in ("description", "source") else str(value).strip()
         if key == "kind":
             refuse_unknown("kind of vehicle", [text], KINDS, where=where)
-        if key != WAY_OUT:
+        if key not in FLAGS:
             self.words[key] = text
         elif text.lower() not in ("true", "false"):
-            raise InputError(f"{where}: {WAY_OUT} = {shown(value)} must be true or false")
+            raise InputError(f"{where}: {key} = {shown(value)} must be true or false")
         else:
-            self.allow_unusual = text.lower() == "true"
+            setattr(self, key, text.lower() == "true")
 
     def bicycle(self, name: str, kind: str, *, place: str = "", allow_unusual: bool = False) -> Bicycle:
         """The bicycle of a ``kind`` of file; ``place`` begins an error."""
@@ -139,6 +154,8 @@ class GivenNumbers:
         if self._others:
             notes.append(f"{begin}not used, as the lateral motion does not hold them: {', '.join(self._others)}")
         try:
+            self._turn_down()
+            self._find_trail()
             self._refuse_incomplete()
             if not allow:
                 way = f"write {WAY_OUT} = true at the top of the {kind}"
@@ -157,7 +174,8 @@ class GivenNumbers:
             # a centre of mass in cm is a wheel without load, so an error names the unusual number too
             doubts = [one for one in parameters.doubts_about(self.values, vehicle) if one.explained]
             causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
-            remedy = [parameters.NAME_THE_UNIT] if doubts and parameters.NAME_THE_UNIT not in str(error) else []
+            units = [one for one in doubts if one.key not in ODD_IN_Z]
+            remedy = [parameters.NAME_THE_UNIT] if units and parameters.NAME_THE_UNIT not in str(error) else []
             raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
 
     def _refuse_incomplete(self) -> None:
@@ -176,6 +194,53 @@ class GivenNumbers:
                 f"missing {', '.join(missing)}", *hints, f"not known: {', '.join(self._others)}",
                 f"give every parameter ({', '.join(UNITS)})",
             ]))  # fmt: skip
+
+    def _turn_down(self) -> None:
+        """Turn a file whose z axis points up, with y to the left: what is odd in z changes its sign."""
+        if not self.z_up:
+            return
+        for key in ("zB", "zH"):
+            if self.values.get(key, 0.0) < 0:
+                raise InputError(
+                    f"{Z_UP} = true, but {key} = {self.values[key]:g} m: heights are positive then; take {Z_UP} out if "
+                    "z points down"
+                )
+        self.values |= {key: -self.values[key] for key in ODD_IN_Z if key in self.values}
+        signs = np.array([-1.0 if key in ODD_IN_Z else 1.0 for key in self.covariance.names])
+        self.covariance = replace(self.covariance, matrix=self.covariance.matrix * np.outer(signs, signs))
+
+    def _find_trail(self) -> None:
+        """Put the trail c = (rF sin lam - offset) / cos lam in the place of the fork's offset.
+
+        Where the offset has an sd, c hangs together with the offset's neighbours lam and rF: their joint covariance.
+        """
+        if FORK_OFFSET not in self.values:
+            return
+        if "c" in self.values:
+            raise InputError(f"c and {FORK_OFFSET} both say the trail; keep one")
+        if not {"lam", "rF"} <= set(self.values):
+            raise InputError(f"the trail of {FORK_OFFSET} needs lam and rF; give them")
+        offset = self.values.pop(FORK_OFFSET)
+        odd = parameters.doubt(FORK_OFFSET, offset, unit="m", typical=USUAL_OFFSET)
+        if odd and odd.absurd:
+            raise InputError(f"{odd.text}; {parameters.NAME_THE_UNIT}")
+        lam, radius = self.values["lam"], self.values["rF"]
+        self.values["c"] = (radius * math.sin(lam) - offset) / math.cos(lam)
+        if FORK_OFFSET not in (*self.sd, *self.covariance.names):
+            return
+        slopes = {
+            "lam": (radius - offset * math.sin(lam)) / math.cos(lam) ** 2, "rF": math.tan(lam),
+            FORK_OFFSET: -1 / math.cos(lam),
+        }  # fmt: skip
+        alone = {key: self.sd.pop(key) for key in slopes if key in self.sd}
+        single = ParameterCovariance(tuple(alone), np.diag(np.square(list(alone.values()))))
+        before = self.covariance.and_also(single)
+        staying = [key for key in before.names if key != FORK_OFFSET]
+        rows = np.array([
+            *([float(key == name) for key in before.names] for name in staying),
+            [slopes.get(key, 0.0) for key in before.names],
+        ])  # fmt: skip
+        self.covariance = ParameterCovariance((*staying, "c"), rows @ before.matrix @ rows.T, origin=FILE)
 
     def _load(self) -> None:
         """Join the bodies to the frames: values, and their standard deviations to first order."""
@@ -232,7 +297,29 @@ def given_numbers(
     """Numbers of the tables of a TOML file, each a number or text such as ``"18.3(2) deg"``."""
     numbers = GivenNumbers(units or {})
     for key, value in values.items():
-        (numbers.add_word if key in WORDS else numbers.add)(key, value, where=place)
+        if key in (*WORDS, Z_UP):
+            numbers.add_word(key, value, where=place)
+        elif key != COVARIANCE:
+            numbers.add(key, value, where=place)
     for key, value in (sd or {}).items():
         numbers.add_sd(key, value, where="[sd]")
+    if COVARIANCE in values:
+        numbers.add_covariance(any_table(values[COVARIANCE]), where=f"{place}: {COVARIANCE}")
     return numbers
+
+
+def model_table(bicycle: Bicycle) -> dict[str, Any]:
+    """Write a bicycle as the table of a model file, which :func:`given_numbers` reads back: all that is known of it."""
+    together = bicycle.covariance.names
+    table: dict[str, Any] = {} if bicycle.kind == "bicycle" else {"kind": bicycle.kind}
+    for key, value in bicycle.values.items():
+        alone = key in bicycle.sd and key not in together
+        table[key] = f"{value!r} +/- {bicycle.sd[key]!r}" if alone else value
+    return table | covariance_table(bicycle.covariance)
+
+
+def covariance_table(covariance: ParameterCovariance) -> dict[str, Any]:
+    """Write a joint covariance as the table ``covariance`` of a file; nothing if there is none."""
+    if not covariance.names:
+        return {}
+    return {COVARIANCE: {"parameters": list(covariance.names), "matrix": covariance.matrix.tolist()}}

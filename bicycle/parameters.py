@@ -75,6 +75,11 @@ BOUNDS: Mapping[str, tuple[float, float]] = MappingProxyType(
 UNUSED = ("IByy", "IHyy")
 """Keys of the published sets that do not enter the lateral motion; accepted and kept."""
 
+Z_UP = "z_up"
+"""Key of a file whose z axis points up: true turns the signs of :data:`ODD_IN_Z`."""
+ODD_IN_Z = ("zB", "zH", "IBxz", "IHxz")
+"""Parameters that change their sign when z is turned, with y so that the axes stay right-handed."""
+
 ALIASES: Mapping[str, str] = MappingProxyType(
     {"wheelbase": "w", "trail": "c", "steer_axis_tilt": "lam", "lambda": "lam"}
 )
@@ -227,10 +232,15 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
             )
     upwards = [one.key for one in doubts if one.key in ("zB", "zH") and values[one.key] > 0]
     if upwards:
-        negative = ", ".join(f"{key} = {-values[key]:g}" for key in upwards)
         given = ", ".join(f"{key} = {values[key]:g} m" for key in upwards)
+        turned = upwards
+        z_up = ""
+        if set(ODD_IN_Z) <= set(values) and all(values[key] >= 0 for key in ("zB", "zH")):
+            turned = list(ODD_IN_Z)
+            z_up = f"{Z_UP} = true if z points up here (it turns {', '.join(ODD_IN_Z)}), or all these signs: "
+        signs = ", ".join(f"{key} = {0.0 - values[key]:g}" for key in turned)
         raise InputError(
-            f"{given}: below the ground, as z points down; heights are negative: write {negative}, {meant}"
+            f"{given}: below the ground, as z points down; heights are negative: write {z_up}{signs}, {meant}"
         )
     for one in doubts:
         if one.absurd:
@@ -360,7 +370,7 @@ def _oddities(p: Mapping[str, float], kind: str) -> list[str]:
         if p[key] > 0 and p[mass] > 0:
             found.append(
                 f"the mass centre of the {part} lies below the ground ({key} = {p[key]:g} m): z points down, so "
-                "heights are negative (wrong sign?)"
+                "heights are negative (wrong sign? if z points up, IBxz and IHxz have the other sign too)"
             )
     for wheel, across, spin, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
         if p[mass] == 0 and p[spin] > 0 and kind == "bicycle":  # published motorcycles put it so

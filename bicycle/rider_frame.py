@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bicycle import rider_body, rider_posture
+from bicycle.parameter_covariance import FILE, ParameterCovariance
 from bicycle.parameters import Bicycle
 from bicycle.rider_body import RiderMeasurements, RigidBody, Segment
 from bicycle.rider_posture import Contacts, Lengths, Seated, SeatGeometry
@@ -16,6 +17,9 @@ from tyre.arrays import Array
 from tyre.errors import InputError
 
 KEYS = ("xB", "zB", "mB", "IBxx", "IByy", "IBzz", "IBxz")
+FRAME_TOGETHER, PART = "frame: what is known together", ", part "
+"""Cause of the uncertainty of a frame with a covariance; its independent parts are numbered."""
+
 ANGLE_SD = math.radians(5)
 """One sd of torso lean, rounding of the back and turn of the elbows."""
 
@@ -77,11 +81,30 @@ class RiderOnBicycle:
         return {"mass": 2 * mass, "half_width": float(width), "x": float(x), "z": float(z)}
 
     def bicycle(self, name: str, description: str, source: str) -> Bicycle:
-        """As a parameter set; the sds of the other parameters are the frame's, correlations are left out."""
+        """As a parameter set; the uncertainty of the other parameters is the frame's.
+
+        Correlations are left out, which is on the safe side, unless the frame states some of its own.
+        """
+        covariance = self._joint_covariance
+        sd = {key: spread for key, spread in {**self.frame.sd, **self.sd}.items() if key not in covariance.names}
         return Bicycle(
-            name, {**self.frame.values, **self.values}, {**self.frame.sd, **self.sd}, description, source,
-            self.frame.notes,
-        )  # fmt: skip
+            name, {**self.frame.values, **self.values}, sd, description, source, self.frame.notes, covariance
+        )
+
+    @property
+    def _joint_covariance(self) -> ParameterCovariance:
+        """Of a frame whose numbers are known together: their covariance with the rider on it; else an empty one."""
+        if not self.frame.covariance.names:
+            return ParameterCovariance()
+        names = tuple(dict.fromkeys((*self.frame.covariance.names, *self.values)))
+        together = _steps_together(self.frame)
+        rows = []
+        for cause, step in self.causes.items():
+            ridden = {key: change for key, change in zip(KEYS, step.tolist(), strict=True) if key in self.values}
+            change = together.get(cause, {}) | ridden
+            rows.append([change.get(key, 0.0) for key in names])
+        steps = np.array(rows)
+        return ParameterCovariance(names, steps.T @ steps, origin=FILE)
 
 
 def felt_mass(arm: tuple[RigidBody, RigidBody], points: tuple[Array, Array, Array], way: Array) -> float:
@@ -137,6 +160,19 @@ def rider_on_bicycle(
     return RiderOnBicycle(frame, rider, posture, angles, geometry, at, seated, parts, body)
 
 
+def _steps_together(frame: Bicycle) -> dict[str, dict[str, float]]:
+    """Changes of a frame's numbers by one sd of each independent cause of those that are known together."""
+    names, matrix = frame.covariance.names, frame.covariance.matrix
+    sd = np.sqrt(np.diag(matrix))
+    scale = np.where(sd > 0, sd, 1.0)
+    variances, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
+    columns = (scale[:, None] * axes * np.sqrt(np.maximum(variances, 0.0))).T
+    return {
+        f"{FRAME_TOGETHER}{PART}{number}": dict(zip(names, column.tolist(), strict=True))
+        for number, column in enumerate(columns, 1)
+    }
+
+
 def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, angles: Angles) -> dict[str, Array]:
 
     def whole(
@@ -163,8 +199,12 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
     for key, sd in geometry.sd.items():
         name = f"seat: {key.rpartition('_')[0].replace('_', ' ')}"
         changes[name] = lambda s, k=key, d=sd: {"geometry": geometry.changed(k, s * d)}  # type: ignore[misc]
+    for cause, shifts in _steps_together(frame).items():
+        changes[cause] = lambda s, shifts=shifts: {  # type: ignore[misc]
+            "frame_values": {**frame.values, **{key: frame[key] + s * shift for key, shift in shifts.items()}}
+        }
     for key in KEYS:
-        if frame.sd.get(key, 0.0) > 0:
+        if frame.sd.get(key, 0.0) > 0 and key not in frame.covariance.names:
             changes[f"frame: {key}"] = lambda s, k=key: {  # type: ignore[misc]
                 "frame_values": {**frame.values, k: frame[k] + s * frame.sd[k]}
             }

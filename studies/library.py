@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bicycle.bicycle_numbers import covariance_table, model_table
 from bicycle.effect import PerWheel
 from bicycle.model import DEFAULT_CONTACT, Model
+from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import Bicycle, by_key
 from tyre.errors import InputError, shown
 from tyre.plausible import WAY_OUT
@@ -41,16 +43,12 @@ def content_of(model: AnyModel) -> dict[str, Any]:
         model = Model(model)
     if isinstance(model, Model):
         effects = {e.identifier: e for e in model.effects if e.identifier != DEFAULT_CONTACT}
-        sd, values = model.bicycle.sd, model.bicycle.table
-        found: dict[str, Any] = {
-            "bicycle": {k: f"{v!r} +/- {sd[k]!r}" if sd.get(k) else v for k, v in values.items()}, WAY_OUT: True,
-            "effects": {
-                name: {p.name: _plain(getattr(e, p.name)) for p in e.parameters if hasattr(e, p.name)}
-                for name, e in effects.items()
-            },
-        }  # fmt: skip
-        names, matrix = model.covariance.names, model.covariance.matrix
-        return found | ({"covariance": {"parameters": list(names), "matrix": matrix.tolist()}} if names else {})
+        tables = {
+            name: {p.name: _plain(getattr(e, p.name)) for p in e.parameters if hasattr(e, p.name)}
+            for name, e in effects.items()
+        }
+        found: dict[str, Any] = {"bicycle": model_table(model.bicycle), WAY_OUT: True, "effects": tables}
+        return found | covariance_table(_beside_bicycle(model))
     if hasattr(model, "state_matrix"):
         raise InputError("a LinearModel has no parameters any more; give the Model it was made of")
     if hasattr(model, "keys"):
@@ -58,6 +56,15 @@ def content_of(model: AnyModel) -> dict[str, Any]:
     if not isinstance(model, str) and not hasattr(model, "joinpath"):
         raise InputError(f"{shown(model)} is no model; give a bicycle's name, a file, a Bicycle or a Model")
     return dict(choose(str(model)).content)
+
+
+def _beside_bicycle(model: Model) -> ParameterCovariance:
+    """What a model states of its parameters beside its bicycle: their covariance, and sd that stand alone."""
+    alone = {name: sd for name, sd in model.sd.items() if name not in model.covariance.names}
+    together = [name for name in model.covariance.names if name not in model.bicycle.covariance.names]
+    variances = [0.0] * len(together) + [sd**2 for sd in alone.values()]
+    names = (*together, *alone)
+    return ParameterCovariance(names, model.covariance.among(names) + np.diag(variances))
 
 
 def _plain(value: Any) -> Any:

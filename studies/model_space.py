@@ -10,7 +10,7 @@ a measured tyre gives, except where that is itself among the numbers.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle.bicycle_numbers import COVARIANCE, WORDS, model_table
 from bicycle.linear_model import LinearModel
 from bicycle.model import Model, impossible_bicycles
 from bicycle.model_family import ModelFamily
 from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
 from bicycle.parameter_covariance import WHEELS, ParameterKey
-from bicycle.parameters import UNITS
+from bicycle.parameters import UNITS, UNUSED
 from bicycle.wheel_tyres import EXTRAPOLATE, MOST_BAR, TYRE_KEYS, tyre_loads, values_of_tyres, wheel_sources
 from studies.axes import SPEED, Axis, axis_of, base_value, effect_parameter
 from tyre.arrays import Array
@@ -323,16 +324,12 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
 
 
 def _bicycle(space: ModelSpace, changed: set[str], values: Mapping[str, float]) -> dict[str, Any]:
-    given = space.content["bicycle"]
-    if isinstance(given, Mapping):
-        sd = {key: space.model.bicycle.sd[key] for key in changed if key in space.model.bicycle.sd}
-        return dict(given) | {key: _with_sd(values[key], sd.get(key)) for key in changed}
     bicycle = space.model.bicycle
-    return {key: _with_sd(values.get(key, bicycle[key]), bicycle.sd.get(key)) for key in bicycle.values}
-
-
-def _with_sd(value: float, sd: float | None) -> float | str:
-    return value if sd is None else f"{value!r} +/- {sd!r}"
+    given = space.content["bicycle"]
+    whole = model_table(replace(bicycle, values=dict(bicycle.values) | {key: values[key] for key in changed}))
+    # a table that says it by other names (trail, z_up) would contradict the key that is changed
+    keeps = isinstance(given, Mapping) and set(given) <= {*UNITS, *UNUSED, *WORDS, COVARIANCE}
+    return dict(given) | {key: whole[key] for key in changed} if keeps else whole
 
 
 def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:

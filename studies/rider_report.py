@@ -1,6 +1,7 @@
 """A rider on a bicycle: a picture, and the numbers that a user sees."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from bicycle.bicycle_files import to_toml
 from bicycle.parameters import Bicycle
 from bicycle.rider_body import Segment, yeadon_version
-from bicycle.rider_frame import KEYS, RiderOnBicycle
+from bicycle.rider_frame import KEYS, PART, RiderOnBicycle
 from bicycle.rider_posture import LEG_SHARE, POSTURES
 from studies.reporting.markdown_text import render_file
 from studies.reporting.plotting import GREY, drawing
@@ -128,13 +129,14 @@ def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
     )  # fmt: skip
     made = found.bicycle(name, WORDS["description"].format(**_names(found), mass=found.body.mass), source)
     values = {k: float(f"{v:.7g}") if k in KEYS else v for k, v in made.values.items()}
-    sd = {k: float(f"{v:.3g}") if k in KEYS else v for k, v in made.sd.items()}
-    return Bicycle(name, values, sd, made.description, made.source, made.notes)
+    sd = {k: float(f"{v:.3g}") if k in KEYS and k not in made.covariance.names else v for k, v in made.sd.items()}
+    return replace(made, values=values, sd=sd)
 
 
 def file_text(found: RiderOnBicycle, bicycle: Bicycle, command: str) -> str:
     """Text of the bicycle's file, with joint angles and the largest causes of uncertainty as comments."""
-    said = [f"made by: {command}", *notes(found), "the sds are stated one by one; their correlations are left out"]
+    correlations = "the sds are stated one by one; their correlations are left out"
+    said = [f"made by: {command}", *notes(found), *([] if bicycle.covariance.names else [correlations])]
     said += [f"{key}: sd mainly from {cause}" for key, cause in main_causes(found)]
     angles = {k: v for k, v in found.seated.configuration.items() if v and k[:2] not in ("CB", "B1", "PK", "K1")}
     said.append("joint angles, deg (left side): " + ", ".join(f"{k} {math.degrees(v):.2f}" for k, v in angles.items()))
@@ -156,7 +158,10 @@ def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:
     for column, key in enumerate(KEYS):
         if key not in found.values:
             continue
-        variance = {cause: float(step[column] ** 2) for cause, step in found.causes.items()}
+        variance: dict[str, float] = {}
+        for cause, step in found.causes.items():
+            name = cause.partition(PART)[0]
+            variance[name] = variance.get(name, 0.0) + float(step[column] ** 2)
         total = sum(variance.values())
         largest = sorted(variance, key=lambda cause: -variance[cause])[:2]
         named = [cause for cause in largest if variance[cause] >= 0.05 * total]

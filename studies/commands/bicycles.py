@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.reporting.command_context import example
+from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
     from bicycle.parameters import Bicycle
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     help="List the packaged bicycles, or show every parameter of one (or of a bicycle file).",
     epilog=example("velotyre bicycles", "velotyre bicycles pista"),
 )
+@verbose
 @click.argument("bicycle", required=False)
 @click.option("--json", "json_file", metavar="FILE", help="Write the bicycles as JSON; - is standard output.")
 def command(bicycle: str | None, json_file: str | None) -> None:
@@ -21,7 +22,7 @@ def command(bicycle: str | None, json_file: str | None) -> None:
 
     from bicycle.bicycle_files import available_bicycles, load_bicycle
     from bicycle.parameters import UNITS
-    from studies.reporting.output import print_table, write_json
+    from studies.reporting.output import print_table, print_warnings, write_json
 
     found = [load_bicycle(name) for name in (available_bicycles() if bicycle is None else [bicycle])]
     records = [_record(one) for one in found]
@@ -34,6 +35,9 @@ def command(bicycle: str | None, json_file: str | None) -> None:
         click.echo(f"{one.name}: {one.description or 'no description'}\nsource: {one.source or 'not stated'}\n")
         rows = [[key, value, UNITS.get(key, "kg m^2"), one.sd.get(key)] for key, value in one.values.items()]
         print_table(rows, ["parameter", "value", "unit", "sd"])
+        if one.covariance.names:
+            click.echo(f"\ntheir correlations are known too: [covariance] of {', '.join(one.covariance.names)}")
+        print_warnings(one.warnings)
         return
     rows = [
         [r["name"], r["mass_kg"], r["rear_load_N"], r["front_load_N"],
@@ -45,9 +49,11 @@ def command(bicycle: str | None, json_file: str | None) -> None:
 
 
 def _record(bicycle: "Bicycle") -> dict[str, Any]:
+    from bicycle.bicycle_numbers import covariance_table
+
     rear, front = bicycle.static_loads
     return {
         "name": bicycle.name, "description": bicycle.description, "source": bicycle.source,
         "mass_kg": sum(bicycle[key] for key in ("mR", "mB", "mH", "mF")), "rear_load_N": rear, "front_load_N": front,
-        "values": dict(bicycle.values), "sd": dict(bicycle.sd),
+        "values": dict(bicycle.values), "sd": dict(bicycle.sd), **covariance_table(bicycle.covariance),
     }  # fmt: skip

@@ -17,7 +17,7 @@ from studies.reporting.command_context import example, verbose
 @click.option("--to", "target", required=True, metavar="FILE", type=PATH, help=".toml, .yml or .txt")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
-    from bicycle.bicycle_files import WRITERS, load_bicycle
+    from bicycle.bicycle_files import WRITERS, load_bicycle, lost_in_text
     from studies.reporting.output import print_warnings
     from tyre.errors import InputError
     from tyre.files import write_text
@@ -28,6 +28,7 @@ def command(bicycle: str, target: Path, *, force: bool) -> None:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
     found = load_bicycle(bicycle)
     write_text(target, WRITERS[target.suffix.lower()](found, allow_unusual=found.unusual))
-    print_warnings(found.warnings)
+    lost = lost_in_text(found) if target.suffix.lower() == ".txt" else ()
+    print_warnings((*found.warnings, *lost))
     known = f", sd of {len(found.sd)}" if found.sd else ""
     click.echo(f"{target}: {found.name}, {len(found.values)} parameters{known}")

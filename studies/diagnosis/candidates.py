@@ -233,6 +233,13 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
     notes: tuple[str, ...] = ()
     if assumed:
         notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (1 sigma)",)
+    together = [key for key in model.covariance.names if key in deviations and deviations[key].sd > 0]
+    correlations = model.covariance.among(together)
+    if (correlations != np.diag(np.diag(correlations))).any():
+        notes += (
+            f"{', '.join(together)}: their sd are used, their stated correlations are not; each is fitted as known by "
+            "itself",
+        )
     found = []
     for key, deviation in deviations.items():
         if deviation.sd > 0:

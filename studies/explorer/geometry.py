@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from bicycle.parameters import Bicycle
@@ -64,8 +65,7 @@ def moved(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
         values[SLIDERS[key].parameter] = turned
     for key in geometry:  # the slider that was moved is named if it is in doubt
         _refuse(key, values)
-    words = bicycle.description, bicycle.source, bicycle.notes
-    return Bicycle(bicycle.name, values, bicycle.sd, *words, kind=bicycle.kind)
+    return replace(bicycle, values=values)
 
 
 def _refuse(key: str, p: Mapping[str, float]) -> None:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.bicycle_numbers import given_numbers
+from bicycle.bicycle_numbers import given_numbers, model_table
 from bicycle.critical import CriticalSpeed, critical_speeds
 from bicycle.limit_cycles import find_limit_cycles
 from bicycle.linear_model import LinearModel
@@ -153,7 +153,7 @@ def model_content(state: State) -> dict[str, Any]:
         unmoved = tuple((key, value) for key, value in state.model if not key.startswith(f"{GEOMETRY}."))
         before, after = _bicycle(replace(state, model=unmoved)), _bicycle(state)
         effects = kept_on_the_axis(content.get("effects", {}), before, after)
-        return TYRES.located(content | {"bicycle": as_table(after), "effects": effects})
+        return TYRES.located(content | {"bicycle": model_table(after), "effects": effects})
     return TYRES.located(content | _rider(state, content))
 
 
@@ -179,14 +179,6 @@ def _packaged_tyres() -> tuple[str, ...]:
     return (*available_tyres(), *packaged_formulas())
 
 
-def as_table(bicycle: Bicycle) -> dict[str, Any]:
-    """Write a bicycle as the table of a model file, each value with its sd if one is stated."""
-    return {
-        key: f"{value!r} +/- {bicycle.sd[key]!r}" if key in bicycle.sd else value
-        for key, value in bicycle.table.items()
-    }
-
-
 def view_from_the_side(state: State) -> dict[str, Any]:
     """Drawing of the bicycle of a state from the side, with its name."""
     found = side_view(_bicycle(state), model_content(state).get("effects", {}))
@@ -210,9 +202,8 @@ def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(given, str):
         frame = load_bicycle(given)
     else:
-        numbers = given_numbers(given, place="bicycle")
-        frame = Bicycle(state.name or "own", numbers.values, numbers.sd, "", "", tuple(numbers.notes))
-    return {"bicycle": as_table(_with_rider(frame, state.rider, state.posture))}
+        frame = given_numbers(given, place="bicycle").bicycle(state.name or "own", "model file", allow_unusual=True)
+    return {"bicycle": model_table(_with_rider(frame, state.rider, state.posture))}
 
 
 @lru_cache(maxsize=32)

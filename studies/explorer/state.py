@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 from urllib.parse import quote, unquote
 
+from bicycle.bicycle_numbers import COVARIANCE
 from bicycle.effect import WHEELS
 from bicycle.effect_registry import registry
 from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS
@@ -19,7 +20,7 @@ from tyre import schema
 from tyre.errors import InputError, is_number, refuse_unknown, shown, unknown
 from tyre.schema import number, remarked, text
 
-FILE_KEYS = ("bicycle", "effects", "allow_unusual", "covariance", "description")
+FILE_KEYS = ("bicycle", "effects", "allow_unusual", COVARIANCE, "description")
 TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"
 ON = "on"  # value of effects.NAME for an effect that is there without numbers of its own
 
@@ -38,7 +39,7 @@ def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
                 raise InputError(f"address: {key} is given beside {part} as a whole; keep one")
         if last in place:
             raise InputError(f"address: {key} is given as a value and as a table; keep one")
-        place[last] = {} if outer == ["effects"] else json.loads(str(value)) if key == "covariance" else value
+        place[last] = {} if outer == ["effects"] else json.loads(str(value)) if last == COVARIANCE else value
     return content
 
 
@@ -47,8 +48,8 @@ def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
     flat: dict[str, Value] = {}
 
     def add(key: str, value: Any) -> None:
-        if key == "covariance":
-            flat[key] = json.dumps(value)
+        if key in (COVARIANCE, f"bicycle.{COVARIANCE}"):
+            flat[key] = json.dumps(value, separators=(",", ":"))
         elif isinstance(value, Mapping) and (value or key == "effects"):
             for name, inner in value.items():
                 add(f"{key}.{name}", inner)
@@ -94,14 +95,14 @@ def model_value(key: str, value: str) -> Value:
     parts = key.split(".")
     if key in ("bicycle", "description") or (parts[0] == "effects" and len(parts) > 2 and parts[2] in TEXT_KEYS):
         return value
-    if key == "covariance":
+    if key in (COVARIANCE, f"bicycle.{COVARIANCE}"):
         try:
             table = json.loads(value)
         except (ValueError, RecursionError):
             table = None
         if not isinstance(table, dict):
-            raise InputError(f"address: covariance = {shown(value)} must be a table as JSON")
-        return json.dumps(table)
+            raise InputError(f"address: {key} = {shown(value)} must be a table as JSON")
+        return json.dumps(table, separators=(",", ":"))
     if value in ("true", "false") and parts[-1] in ("allow_unusual", "extrapolate"):
         return value == "true"
     if parts[0] == "effects" and (value, len(parts)) == (ON, 2):

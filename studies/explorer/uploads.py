@@ -9,9 +9,10 @@ from pathlib import Path, PurePath, PureWindowsPath
 from typing import Any
 
 from bicycle.bicycle_files import WRITERS, load_bicycle
+from bicycle.bicycle_numbers import model_table
 from bicycle.model_file import MODEL
 from bicycle.parameters import UNITS
-from studies.explorer.models import as_table, refuse_other_files
+from studies.explorer.models import refuse_other_files
 from studies.explorer.state import State, flattened, parse_state
 from studies.explorer.tyre_files import TYRES, shown_name, tyre_names, with_tyres
 from studies.model_argument import choose
@@ -64,7 +65,7 @@ def start_state(model: str | None) -> State:
     bicycle = content.get("bicycle")
     if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
         found = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
-        content["bicycle"], name = as_table(found), found.name
+        content["bicycle"], name = model_table(found), found.name
     return parse_state(State(model=flattened(content), name=name[:80]).address)
 
 
@@ -80,7 +81,7 @@ def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
     bicycle = load_bicycle(path)
     others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
     others |= {WAY_OUT: True} if bicycle.unusual else {}
-    made = _kept(state, flattened({"bicycle": as_table(bicycle)} | others), bicycle.name)
+    made = _kept(state, flattened({"bicycle": model_table(bicycle)} | others), bicycle.name)
     return made, tuple(" ".join(note.split()) for note in bicycle.warnings)
 
 

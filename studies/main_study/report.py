@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bicycle.critical import CriticalSpeed
 from bicycle.default_sd import CORNERING_STIFFNESS
 from studies.main_study import figures
 from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
@@ -74,7 +75,8 @@ def facts(study: Study) -> dict[str, Any]:
     quantities = [(one.result, q) for one in study.checks for q in one.quantities]
     a, shares = answer(study), study.sources.shares
     return {
-        "study": study, "settings": settings, "limits": LIMITS, "a": a, "intervals": partial(intervals, study),
+        "study": study, "settings": settings, "limits": LIMITS, "a": a,
+        "checked": partial(checked, study), "doubted": partial(doubted, study),
         "assumed_of_tyre": {name for name in ("trail", "twisting", "camber_share")
                             if getattr(study.focus.on(reference), name) == getattr(settings, name)
                             and EFFECTS[name] not in settings.further
@@ -84,7 +86,7 @@ def facts(study: Study) -> dict[str, Any]:
         "shares": shares, "assumed_sds": study.sources.assumed, "exact_reasons": exact, "quantities": quantities,
         "groups": [group for group in dict.fromkeys(g for one in shares.values() for g in one)
                    if max(one.get(group, 0.0) for one in shares.values()) >= 0.005],
-        "different": [(r, q) for r, q in quantities if differs(q)],
+        "different": [(r, q) for r, q in quantities if not is_linear(q)],
         "ranges": vars(settings.ranges), "assumed_stiffness_sd": CORNERING_STIFFNESS,
         "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
         "extrapolated": [(case, wheel, p) for case in study.cases
@@ -95,13 +97,26 @@ def facts(study: Study) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def intervals(study: Study, result: Result, edge: Any) -> tuple[float, float] | None:
-    """Interval of 95 % of the draws of an ``edge`` whose linear standard deviation is not valid; else None."""
+def checked(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
+    """An ``edge`` of wobble with its random bicycles; None where none were drawn."""
+    case = (result.setup, result.case.name, result.case.condition)  # a result of another process is another object
     for check in study.checks:
-        for q in check.quantities if check.result is result else ():
-            if q.crossing and math.isclose(q.value, edge.speed, rel_tol=1e-9) and (differs(q) or q.lost):
-                return q.band()
+        if (check.result.setup, check.result.case.name, check.result.case.condition) == case:
+            for q in check.quantities:
+                if q.crossing and math.isclose(q.value, edge.speed, rel_tol=1e-9):
+                    return q
     return None
+
+
+def doubted(study: Study, edge: CriticalSpeed) -> bool:
+    """True if the linear standard deviation of such an ``edge`` is not valid in one of the cases that were checked."""
+    crossings = (q.crossing for check in study.checks for q in check.quantities if q.crossing and not is_linear(q))
+    return any((one.mode, one.destabilising) == (edge.mode, edge.destabilising) for one in crossings)
+
+
+def is_linear(q: Quantity) -> bool:
+    """True if the linear standard deviation is valid: the draws have the same, and none has lost the quantity."""
+    return not differs(q) and not q.lost
 
 
 class Printed(NamedTuple):
@@ -186,4 +201,4 @@ def two_digits(sd: float) -> str:
 
 
 FILTERS = {"plain": plain_name, "like": like, "signed": signed, "span_of": span_of, "excess": excess,
-           "digits": two_digits}  # fmt: skip
+           "linear": is_linear, "digits": two_digits}  # fmt: skip

@@ -92,7 +92,7 @@ def test_zero_everywhere_is_said(tmp_path):
     ("b.yaml", {"w": "1,02"}, r"line 1: w = '1,02' has a decimal comma; write a point"),
     ("b.txt", {"lam": "pi/0"}, r"lam = 'pi/0' is not a number; write for example pi/10"),
     ("b.toml", {"zB": 0.9, "zH": 0.7}, r"zB = 0.9 m, zH = 0.7 m: below the ground, as z points down; heights are "
-     r"negative: write zB = -0.9, zH = -0.7, or write allow_unusual = true at the top"),
+     r"negative: write z_up = true .* signs: zB = -0.9, zH = -0.7, IBxz = -2.4, IHxz = 0.00756, or write allow"),
     ("b.txt", {"allow_unusual": "yes"}, r"allow_unusual = 'yes' must be true or false"),
 ])  # fmt: skip
 def test_refused_values(tmp_path, name, values, words):

@@ -10,6 +10,7 @@ from small_study import chosen as cases_of
 from small_study import small
 
 from bicycle.critical import CrossingIdentity
+from bicycle.parameter_covariance import ParameterCovariance
 from studies import main_study
 from studies.uncertainty import Quantity
 from tyre.errors import InputError
@@ -103,6 +104,24 @@ def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draw
     assert cell.partition(" – ")[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f})"
     assert "The linear one is not valid for wobble unstable above at 3.5 bar: there the interval" in told
     assert "±" not in row(*alike[:-1], np.nan)[0].partition("–")[0]  # some draws have lost the edge
+
+    # a result of another process is another object; where the linear one fails, no other row has it either
+    samples = at + 3 * alike
+    q = Quantity("wobble unstable above", "m/s", at, np.array([0.6, 0.8]), {}, samples, identity)
+    rows = table(report(replace(racing, checks=(main_study.Check(replace(result), (q,)),))), "### Unstable wobble")
+    starts = [row[2].partition(" – ")[0] for row in rows]
+    assert starts[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f})"
+    assert all(re.fullmatch(r"[\d.]+|none", start) for start in starts[1:])
+
+
+def test_what_is_known_together_is_not_called_independent(racing, report):
+    assert "All numbers of the bicycle are taken as independent" in report(racing)
+    bicycle = racing.settings.bicycle
+    joint = ParameterCovariance(("mB", "zB"), np.array([[1.0, 0.01], [0.01, 0.0004]]))
+    together = replace(bicycle, sd={}, covariance=joint)
+    told = report(replace(racing, settings=replace(racing.settings, bicycle=together)))
+    assert "2 numbers of the bicycle are known together ([covariance] of its file: mB, zB)" in told
+    assert "All numbers of the bicycle are taken" not in told
 
 
 def test_the_sentence_about_the_lag_says_only_what_the_lag_does(racing, written):
