@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from tests.shared.refusals import refuses
 from tyre import InputError, MeasuredTable, TyreMap
-from tyre.map_files import read_folder, read_named_columns, read_table, write_table
+from tyre.map_files import read_folder, read_table, write_table
+from tyre.plain_table import read_named_columns
 from tyre.tables import common_lateral_stiffness
 
 CSV = """load_N,pressure_bar,cornering_stiffness_N_per_deg,relaxation_length_mm
