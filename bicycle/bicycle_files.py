@@ -26,7 +26,7 @@ from tyre.errors import InputError, shown, unknown
 from tyre.files import data_root, read_toml, refuse_deep
 from tyre.measured_number import key_value_lines, written
 from tyre.plausible import WAY_OUT
-from tyre.sheet import ENDINGS, Sheet, read_sheet, split_unit
+from tyre.sheet import ENDINGS, ROW, Sheet, read_sheet, split_row, split_unit
 from tyre.units import factor_to_si, is_unit
 
 
@@ -167,21 +167,12 @@ def _unquoted(text: str) -> str:
         return text
 
 
-ROW = "#"  # bicycles.csv#NAME is one of the bicycles
 SD = "_sd"
 
 
 def is_bicycle_table(text: str) -> bool:
     """True if ``text`` names a table of bicycles, or one of its rows."""
     return any(Path(name).suffix.lower() in ENDINGS for name in (text, text.rpartition(ROW)[0]))
-
-
-def split_row(text: str) -> tuple[Path, str]:
-    """The file of a table and the name of the row, empty where none is named (``FILE#NAME``)."""
-    file, mark, name = text.rpartition(ROW)
-    if mark and Path(file).suffix.lower() in ENDINGS and not Path(text).is_file():
-        return Path(file), name
-    return Path(text), ""
 
 
 def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:

@@ -39,8 +39,9 @@ class ChosenModel:
     @cached_property
     def each(self) -> "dict[str, ChosenModel]":
         """One model for each bicycle of a table by its name; without a table this one without a name."""
-        from bicycle.bicycle_files import ROW, is_bicycle_table, read_bicycles, split_row
+        from bicycle.bicycle_files import is_bicycle_table, read_bicycles
         from bicycle.model_file import allows_unusual
+        from tyre.sheet import ROW, split_row
 
         given = self.content.get("bicycle")
         if not isinstance(given, str) or not is_bicycle_table(given) or split_row(given)[1]:

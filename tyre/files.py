@@ -183,6 +183,8 @@ def texts_in(content: Any) -> Iterator[str]:
     """Give every text of a TOML file that may name another file: all but its words on itself."""
     if isinstance(content, str):
         yield content
+        if "#" in content:  # a row of a table: bicycles.csv#NAME
+            yield content.rpartition("#")[0]
     elif isinstance(content, dict):
         yield from texts_in([value for key, value in content.items() if key not in _WORDS])
     elif isinstance(content, list):

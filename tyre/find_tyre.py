@@ -11,6 +11,7 @@ from tyre.errors import InputError
 from tyre.files import data_root, read_toml
 from tyre.map_files import available_tyres, no_tyre
 from tyre.properties import TyreSource
+from tyre.sheet import split_row
 from tyre.tyre_map import TyreMap
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ FILE_ENDINGS = (".csv", ".tir", ".toml", ".json", ".yaml", ".yml", ".mat")
 
 def is_file_name(tyre: str) -> bool:
     """Tell if a tyre is given by a file, not by name."""
-    return tyre.lower().partition(CHOICE)[0].endswith(FILE_ENDINGS)
+    return str(split_row(tyre)[0]).lower().partition(CHOICE)[0].endswith(FILE_ENDINGS)
 
 
 def read_tyre(tyre: str | Path, *, surface: str | None = None, camber_moment: str | None = None) -> TyreSource:
@@ -34,8 +35,9 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None, camber_moment: st
     ----------
     tyre : str or Path
         Name of a packaged tyre (a measured table or Pacejka-89 coefficients), or a file: a table (``.csv`` with its
-        ``.toml``, or a plain one with units in its header), a tyre property file (``.tir``), a ``.toml`` of
-        ``kind = "pacejka89"``, or the same mapping as ``.json``, ``.yaml`` or ``.mat``.
+        ``.toml``, or a plain one with units in its header; ``two_tyres.csv#A`` is one of several tyres), a tyre
+        property file (``.tir``), a ``.toml`` of ``kind = "pacejka89"``, or the same mapping as ``.json``, ``.yaml`` or
+        ``.mat``.
     surface : str, optional
         ``flat`` or ``drum``: of a packaged tyre measured on both (flat if none is given); of any other its own.
     camber_moment : str, optional
@@ -79,7 +81,7 @@ def packaged_formulas() -> Mapping[str, "Pacejka89Tyre"]:
 
 
 def _from_file(path: Path, camber_moment: str = "") -> TyreSource:
-    ending = path.suffix.lower()
+    ending = split_row(str(path))[0].suffix.lower()
     if ending == ".tir":
         from tyre.tir import read_tir
 

@@ -15,9 +15,10 @@ import numpy as np
 from tyre.arrays import Array
 from tyre.errors import InputError, nearest
 from tyre.files import data_root, read_text, read_toml, replacing, write_text
-from tyre.plain_table import read_named_columns
+from tyre.plain_table import PlainTable, read_plain_table
 from tyre.plausible import LARGEST, SMALLEST, table_doubts
 from tyre.schema import Check, flag, list_of, maybe, needed, number, read, table, text
+from tyre.sheet import split_row
 from tyre.table import read_cells, read_columns
 from tyre.tables import CommonCalibration, MeasuredColumn, MeasuredTable, common_lateral_stiffness, listed
 from tyre.units import PASCAL_PER_BAR
@@ -54,9 +55,9 @@ def read_sidecar(path: Traversable) -> dict[str, Any]:
         raise InputError(f"{path.name}: {error}.") from error
 
 
-def without_sidecar(table: Path) -> dict[str, Any]:
-    """Return the keys of a table that has no sidecar: from comments such as ``# tyre: ...``, else assumed and noted."""
-    said: dict[str, str] = {}
+def without_sidecar(table: Path, words: Mapping[str, str]) -> dict[str, Any]:
+    """Keys of a table that has no sidecar: ``words`` of its columns, comments such as ``# tyre: ...``, else assumed."""
+    said = dict(words)
     for line in read_text(table, fallback="latin-1").splitlines():
         match = re.fullmatch(r"\s*#\s*(tyre|surface|source|description)\s*[:=]\s*(.*?)\s*", line)
         if match:
@@ -72,7 +73,7 @@ REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
 STIFFNESS = ("relaxation_length_mm", "lateral_stiffness_N_per_mm")
 SD = ("cornering_stiffness_sd_N_per_deg", "relaxation_length_sd_mm", "lateral_stiffness_sd_N_per_mm")
 CORRELATION, DOF = "stiffness_correlation", ("cornering_stiffness_dof", "lateral_stiffness_dof")
-TRAIL = "pneumatic_trail"
+TRAIL, CAMBER = "pneumatic_trail", "camber_stiffness"
 DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxation_length_two_rates"}
 
 # field of a MeasuredTable -> its column, and the factor to SI units
@@ -85,6 +86,7 @@ FIELDS = {
     **{name: (name, 1.0) for name in (CORRELATION, *DOF)},
 }  # fmt: skip
 
+ONLY_OWN = (CORRELATION, *DOF, *(f"{name}{end}" for name in DIRECT.values() for end in ("_mm", "_sd_mm", "_dof")))
 _NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
 _FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
 _ANY = number(least=-LARGEST, most=LARGEST, says="must be finite, or empty where it was not measured")
@@ -95,6 +97,10 @@ COLUMNS: dict[str, Check] = (
         f"{name}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
         for name in (TRAIL, *DIRECT.values())
         for end, check in (("_mm", _ANY), ("_sd_mm", _NOT_NEGATIVE), ("_dof", _FREEDOM))
+    }
+    | {
+        f"{CAMBER}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
+        for end, check in (("_N_per_deg", _ANY), ("_sd_N_per_deg", _NOT_NEGATIVE), ("_dof", _FREEDOM))
     }
 )  # fmt: skip
 
@@ -116,12 +122,12 @@ def _packaged() -> tuple[MeasuredTable, ...]:
 
 
 def read_table(file: str | Path) -> MeasuredTable:
-    """Read a tyre table from its CSV (or the path of its sidecar)."""
-    file = Path(file)
+    """Read a tyre table from its CSV (or the path of its sidecar); ``two_tyres.csv#NAME`` is one tyre of several."""
+    file, tyre = split_row(str(file))
     if file.suffix not in (".csv", ".toml"):
         others = "(read_tyre reads .tir and Pacejka-89 files)"
         raise InputError(f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either {others}.")
-    return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"))
+    return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"), tyre)
 
 
 def write_table(table: MeasuredTable, path: str | Path) -> None:
@@ -140,6 +146,11 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         if column is not None:
             columns |= {f"{name}_mm": column.value * 1e3, f"{name}_sd_mm": column.sd * 1e3}
             columns[f"{name}_dof"] = np.where(column.known, column.dof, np.nan)
+    if table.camber_stiffness is not None:
+        columns[f"{CAMBER}_N_per_deg"] = np.radians(table.camber_stiffness.value)
+        if table.camber_stiffness.stated:
+            columns[f"{CAMBER}_sd_N_per_deg"] = np.radians(table.camber_stiffness.sd)
+            columns[f"{CAMBER}_dof"] = np.where(table.camber_stiffness.known, table.camber_stiffness.dof, np.nan)
     printed = table.resolution and (math.radians(table.resolution[0]), table.resolution[1] * 1e3)
     keys: dict[str, Any] = {
         name: getattr(table, name) for name in ("tyre", "surface", "lateral_stiffness_origin", "synthetic")
@@ -158,12 +169,16 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     write_text(path.with_suffix(".toml"), tomli_w.dumps({k: v for k, v in keys.items() if v is not None}))
 
 
-def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
+def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -> MeasuredTable:
     if not table_path.is_file():
         raise InputError(f"{table_path}: no such tyre table.")
     name = table_path.name
-    keys = read_sidecar(sidecar_path) if sidecar_path.is_file() else without_sidecar(Path(str(table_path)))
-    columns, places = _columns(table_path)
+    plain = _columns(table_path, tyre)
+    columns = plain.columns
+    if sidecar_path.is_file():
+        keys = read_sidecar(sidecar_path) | plain.words
+    else:
+        keys = without_sidecar(Path(str(table_path)), plain.words)
     if sum(column in columns for column in STIFFNESS) != 1:
         raise InputError(f"{name}: give one of the columns {listed(STIFFNESS)}; each follows from the other.")
     values = {field: columns[column] * factor for field, (column, factor) in FIELDS.items() if column in columns}
@@ -187,7 +202,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         values["lateral_stiffness_sd"] = relative_sd * values["lateral_stiffness"]
     trail, length = _read_column(name, TRAIL, columns), values["cornering_stiffness"] / values["lateral_stiffness"]
     told = {**values, "relaxation_length": length} | ({} if trail is None else {"pneumatic_trail": trail.value})
-    doubts = table_doubts(values["load"], told, where=name, places=places)
+    doubts = table_doubts(values["load"], told, where=name, places=plain.places)
     if resolution := keys.get("resolution"):
         units = math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3
     direct = {route: _read_column(name, stem, columns) for route, stem in DIRECT.items()}
@@ -196,32 +211,41 @@ def _parse(table_path: Traversable, sidecar_path: Traversable) -> MeasuredTable:
         lateral_stiffness_shared_over=tuple(keys["lateral_stiffness_shared_over"]),
         resolution=units if resolution else None, source=keys["source"], description=keys["description"],
         lateral_stiffness_origin=keys["lateral_stiffness_origin"],
-        notes=tuple(dict.fromkeys((*keys["notes"], *doubts))), synthetic=keys["synthetic"],
+        notes=tuple(dict.fromkeys((*keys["notes"], *plain.notes, *doubts))), synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
         calibration=keys.get("calibration"), surface_stated=keys.get("surface_stated", True), pneumatic_trail=trail,
+        camber_stiffness=_camber_column(name, columns),
         direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
     )  # fmt: skip
 
 
-def _columns(path: Traversable) -> tuple[Mapping[str, Array], list[str]]:
-    """Return the columns of a table and the names of its rows; a header in other names is read by its units."""
+def _columns(path: Traversable, tyre: str) -> PlainTable:
+    """Read the columns of a table; a header in other names than velotyre's own is read by its units."""
     header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
     try:
         own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
     except csv.Error as error:
         raise InputError(f"{path}: the names of the columns are not CSV ({error}); see the quotation marks") from error
-    if names and isinstance(path, Path) and any(name not in COLUMNS for name in own):
-        found = read_named_columns(path)
-        missing = [name for name in REQUIRED if name not in found]
-        if missing:
-            raise InputError(f"{path}: the column {', '.join(missing)} is missing")
-        for name in (*REQUIRED, *STIFFNESS, *SD):
-            for row, value in enumerate(found.get(name, ()), 1):
-                read(COLUMNS[name], float(value), where=f"{path}, row {row}", section=name, dotted=True)
-        return found, [f"row {row}" for row in range(1, len(found["load_N"]) + 1)]
-    plain = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
-    return plain.numbers, [f"line {line}" for line in plain.lines]
+    others = [name for name in own if name not in COLUMNS]
+    if not (names and isinstance(path, Path) and (others or tyre)):
+        columns = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
+        return PlainTable(columns.numbers, [f"line {line}" for line in columns.lines], {}, [])
+    for name in own:
+        if name in ONLY_OWN:
+            raise InputError(
+                f"{path}: {name} is read only where all columns have names of velotyre; take out {', '.join(others)}"
+            )
+    plain = read_plain_table(path, tyre=tyre)
+    missing = [name for name in REQUIRED if name not in plain.columns]
+    if missing:
+        raise InputError(
+            f"{path}: the column {', '.join(missing)} is missing{''.join(f'; {note}' for note in plain.notes)}"
+        )
+    for name in sorted(plain.columns.keys() & {*REQUIRED, *STIFFNESS, *SD}):
+        for place, value in zip(plain.places, plain.columns[name], strict=True):
+            read(COLUMNS[name], float(value), where=f"{path}, {place}", section=name, dotted=True)
+    return plain
 
 
 def _read_column(file: str, name: str, columns: Mapping[str, Array]) -> MeasuredColumn | None:
@@ -235,6 +259,20 @@ def _read_column(file: str, name: str, columns: Mapping[str, Array]) -> Measured
         return MeasuredColumn(value / 1e3, sd / 1e3, dof)
     except InputError as error:
         raise InputError(f"{file}: {name}_mm of {error}.") from error
+
+
+def _camber_column(file: str, columns: Mapping[str, Array]) -> MeasuredColumn | None:
+    """Camber stiffness, with its standard deviation where one is stated."""
+    value = columns.get(f"{CAMBER}_N_per_deg")
+    if value is None or np.isnan(value).all():
+        return None
+    sd, dof = columns.get(f"{CAMBER}_sd_N_per_deg"), columns.get(f"{CAMBER}_dof")
+    sd = np.full_like(value, np.nan) if sd is None else sd
+    dof = np.full_like(value, np.inf) if dof is None else np.where(np.isnan(dof), np.inf, dof)
+    try:
+        return MeasuredColumn(np.degrees(value), np.degrees(sd), dof)
+    except InputError as error:
+        raise InputError(f"{file}: {CAMBER}_N_per_deg of {error}.") from error
 
 
 def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, ...]]:

@@ -13,6 +13,7 @@ from tyre.table import split_quoted
 ENDINGS = (".csv", ".xlsx", ".parquet")
 _DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?!\d*[.,])")
 _UNIT_IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
+ROW = "#"  # bicycles.csv#NAME is one of the rows, two_tyres.csv#NAME one of the tyres
 Rows = list[tuple[str, tuple[Any, ...]]]
 
 
@@ -50,6 +51,14 @@ def split_unit(column: str) -> tuple[str, str]:
     """Split the name of a column and the unit in its brackets, ``w [mm]`` or ``w (mm)``; the unit may be empty."""
     match = _UNIT_IN_BRACKETS.fullmatch(column.strip())
     return (match["name"].strip(), match["unit"].strip()) if match else (column.strip(), "")
+
+
+def split_row(text: str) -> tuple[Path, str]:
+    """Split the file of a table and the name of what is chosen in it (``FILE#NAME``), empty where nothing is."""
+    file, mark, name = text.rpartition(ROW)
+    if mark and Path(file).suffix.lower() in ENDINGS and not Path(text).is_file():
+        return Path(file), name
+    return Path(text), ""
 
 
 def _csv(path: Path) -> Rows:

@@ -50,7 +50,7 @@ class MeasuredColumn:
     """Values of one quantity at the conditions of a table, NaN where it was not measured."""
 
     value: Array  # (N,), SI units
-    sd: Array  # (N,), SI units; NaN like the value
+    sd: Array  # (N,), SI units; NaN like the value, or everywhere where none is stated
     dof: Array  # (N,), degrees of freedom behind the standard deviation; infinite if none are stated
 
     def __post_init__(self) -> None:
@@ -59,9 +59,10 @@ class MeasuredColumn:
         if not self.value.shape == self.sd.shape == self.dof.shape or self.value.ndim != 1:
             shapes = ", ".join(str(array.shape) for array in (self.value, self.sd, self.dof))
             raise InputError(f"value, sd and dof have shapes {shapes}; each needs one number for every condition")
-        for row in np.flatnonzero(np.isnan(self.value) != np.isnan(self.sd)):
+        for row in np.flatnonzero(self.stated & (np.isnan(self.value) != np.isnan(self.sd))):
             raise InputError(f"condition {row + 1} has a value without its standard deviation or the reverse")
-        for row in np.flatnonzero(self.known & ~(np.isfinite(self.value) & np.isfinite(self.sd) & (self.sd >= 0))):
+        sound = np.isfinite(self.value) & ((np.isfinite(self.sd) & (self.sd >= 0)) | (not self.stated))
+        for row in np.flatnonzero(self.known & ~sound):
             raise InputError(
                 f"condition {row + 1} is {self.value[row]:g} with a standard deviation of {self.sd[row]:g}; "
                 "both must be finite and the latter >= 0"
@@ -73,6 +74,11 @@ class MeasuredColumn:
     def known(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """True at a condition where it was measured, shape (N,)."""
         return np.asarray(~np.isnan(self.value))
+
+    @property
+    def stated(self) -> bool:
+        """False where the source states no standard deviation."""
+        return not np.isnan(self.sd).all()
 
 
 SURFACES = ("flat", "drum")
@@ -109,6 +115,8 @@ class MeasuredTable:
         Degrees of freedom behind the standard deviations; both or none.
     pneumatic_trail : MeasuredColumn or None
         Distance of the side force behind the contact centre at zero slip, m.
+    camber_stiffness : MeasuredColumn or None
+        Side force per camber at zero slip, N/rad.
     direct_relaxation_length : mapping of str to MeasuredColumn
         Relaxation length measured by other routes than C_Fy / K_y, by the name of the route, m.
     lateral_stiffness_shared_over : tuple of str
@@ -151,6 +159,7 @@ class MeasuredTable:
     cornering_stiffness_dof: Array | None = None
     lateral_stiffness_dof: Array | None = None
     pneumatic_trail: MeasuredColumn | None = None
+    camber_stiffness: MeasuredColumn | None = None
     direct_relaxation_length: Mapping[str, MeasuredColumn] = field(default_factory=dict)
     surface_stated: bool = True
 
@@ -177,7 +186,8 @@ class MeasuredTable:
                     )
         if (self.cornering_stiffness_dof is None) != (self.lateral_stiffness_dof is None):
             raise InputError(f"{self.label}: degrees of freedom of one stiffness only; give those of both or of none")
-        for name, column in {"pneumatic_trail": self.pneumatic_trail, **self.direct_relaxation_length}.items():
+        beside = {"pneumatic_trail": self.pneumatic_trail, "camber_stiffness": self.camber_stiffness}
+        for name, column in {**beside, **self.direct_relaxation_length}.items():
             if column is not None:
                 self._check_shape(name, column.value)
         conditions, counts = np.unique(np.column_stack([self.load, self.pressure]), axis=0, return_counts=True)

@@ -133,7 +133,7 @@ def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
 def predicted_column(
     table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array, name: str = ""
 ) -> tuple[list[Estimate | None], JointCovariance]:
-    """Predict a length of a table; unknown at another load or pressure than the only one measured."""
+    """Predict a column of a table; unknown at another load or pressure than the only one measured."""
     here = column.known
     if not here.any():
         return [None] * load.size, JointCovariance()
@@ -143,6 +143,9 @@ def predicted_column(
         if np.ptp(measured) == 0.0:
             told &= np.isclose(asked, measured[0], rtol=1e-9)
     prediction = trend.at(load[told], pressure[told])
+    if not column.stated:
+        values = iter(prediction.value.tolist())
+        return [Estimate(next(values), np.nan) if there else None for there in told], JointCovariance()
     covariance = prediction.carry @ np.diag(column.sd[here] ** 2) @ prediction.carry.T + prediction.error
     spread = [
         np.outer(carry, carry) * sd**2 / np.sqrt(dof)
@@ -390,7 +393,8 @@ class TyreMap(TyreSource):
 
     @property
     def table(self) -> "pd.DataFrame":
-        """The measured conditions with standard deviations in the units of the field, one row each."""
+        """The measured conditions in the units of the field, one row each; a standard deviation that is neither stated
+        nor assumed is NaN."""
         import pandas as pd
 
         table = self.measured
@@ -398,6 +402,11 @@ class TyreMap(TyreSource):
         cornering, lateral = np.diag(self._covariance.whole).reshape(2, -1)
         both = np.diag(self._covariance.whole, len(c))
         relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * both / (c * k), 0.0))
+        if not self.relative_cornering_stiffness_sd:
+            cornering = np.full_like(c, np.nan) if table.cornering_stiffness_sd is None else cornering
+            lateral, relative = (
+                np.full_like(k, np.nan) if table.lateral_stiffness_sd is None else one for one in (lateral, relative)
+            )
         columns = {
             "tyre": table.tyre, "surface": table.surface, "load_N": table.load,
             "pressure_bar": table.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_deg": np.radians(c),
@@ -408,6 +417,9 @@ class TyreMap(TyreSource):
         if table.pneumatic_trail is not None:
             columns["pneumatic_trail_mm"] = table.pneumatic_trail.value * 1e3
             columns["pneumatic_trail_sd_mm"] = table.pneumatic_trail.sd * 1e3
+        if table.camber_stiffness is not None:
+            columns["camber_stiffness_N_per_deg"] = np.radians(table.camber_stiffness.value)
+            columns["camber_stiffness_sd_N_per_deg"] = np.radians(table.camber_stiffness.sd)
         return pd.DataFrame(columns)
 
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
@@ -448,6 +460,10 @@ class TyreMap(TyreSource):
         if table.pneumatic_trail is not None:
             trails, beside = predicted_column(table, table.pneumatic_trail, load, pressure, "pneumatic_trail")
             joint = joint.and_also(beside)
+        cambers: list[Estimate | None] = [None] * load.size
+        if table.camber_stiffness is not None:
+            cambers, beside = predicted_column(table, table.camber_stiffness, load, pressure, "camber_stiffness")
+            joint = joint.and_also(beside)
         routes = {
             name: predicted_column(table, column, load, pressure)[0]
             for name, column in table.direct_relaxation_length.items()
@@ -455,6 +471,7 @@ class TyreMap(TyreSource):
         properties = []
         for row in range(load.size):
             origin, here = self.origin(load=load[row], pressure=pressure[row]), trails[row]
+            leaning = cambers[row]
             names = stiffness_names([row])
             properties.append(
                 TyreProperties(
@@ -468,6 +485,7 @@ class TyreMap(TyreSource):
                     lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
                     surface_stated=table.surface_stated,
                     pneumatic_trail=here.value if here else None, pneumatic_trail_sd=here.sd if here else None,
+                    camber_stiffness=leaning.value if leaning else None,
                     direct_relaxation_lengths={
                         name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
                     },

@@ -105,7 +105,10 @@ def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
     if isinstance(tyre, TyreMap):  # as they were measured, to the last digit
         measured = tyre.measured
         fields = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
-        return measured.load, measured.pressure, {name: getattr(measured, name) for name in fields}
+        values = {name: getattr(measured, name) for name in fields}
+        beside = {"camber_stiffness": measured.camber_stiffness, "pneumatic_trail": measured.pneumatic_trail}
+        values |= {name: column.value for name, column in beside.items() if column is not None}
+        return measured.load, measured.pressure, values
     pressures = tyre.pressures if tyre.pressures.size else [np.nan]  # none is stated, and none matters
     load, pressure = (grid.ravel() for grid in np.meshgrid(tyre.loads, pressures, indexing="ij"))
     return load, pressure, tyre.linear(load=load, pressure=pressure)
@@ -118,7 +121,7 @@ def _record(tyre: "TyreSource") -> dict[str, Any]:
     load, _, held = _held(tyre)
     always = ("cornering_stiffness", "relaxation_length")
     columns = {
-        f"{field}_{unit}": (held[field] * factor).tolist() if field in held else []
+        f"{field}_{unit}": [None if x != x else x * factor for x in held[field].tolist()] if field in held else []
         for field, (unit, factor) in COLUMNS.items() if field in held or field in always
     }  # fmt: skip
     return {
@@ -138,8 +141,7 @@ def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
     from tyre.units import PASCAL_PER_BAR
 
     if isinstance(tyre, TyreMap):
-        stated = tyre.measured.cornering_stiffness_sd is not None
-        return tyre.table if stated else tyre.table.assign(cornering_stiffness_sd_N_per_deg=None)  # 0 would be exact
+        return tyre.table
     load, pressure, held = _held(tyre)
     columns = {f"{field}_{unit}": held[field] * factor for field, (unit, factor) in COLUMNS.items() if field in held}
     bars = {} if np.isnan(pressure).all() else {"pressure_bar": pressure / PASCAL_PER_BAR}

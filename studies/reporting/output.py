@@ -132,7 +132,8 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
     """Print ``rows`` under ``headers``; numbers with four digits, text as it is, missing values as a dash."""
     from tabulate import tabulate
 
-    cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in rows]
+    numbers = [[None if cell != cell else cell for cell in row] for row in rows]  # NaN is a missing value
+    cells = [[f"{cell:.4g}" if isinstance(cell, float) else cell for cell in row] for row in numbers]
     click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
 
 

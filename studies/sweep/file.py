@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles, split_row
+from bicycle.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles
 from bicycle.default_sd import MODEL_FILE
 from bicycle.model import Model
 from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
@@ -21,6 +21,7 @@ from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, No
 from tyre import schema
 from tyre.errors import InputError, refuse_unknown, shown
 from tyre.files import read_toml
+from tyre.sheet import split_row
 
 NAMES = ("tyre", "surface")  # varied by name, not by number
 RANGE_KEYS, DISTRIBUTIONS = ("from", "to", "count"), ({"low", "high"}, {"mean", "sd"}, {"sd"})

@@ -162,3 +162,20 @@ LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
 def test_what_cannot_be_is_refused(folder, tables, message):
     with pytest.raises(InputError, match=message):
         build_model({"bicycle": "benchmark", "effects": tables}, folder=folder)
+
+
+def test_a_table_of_several_tyres_gives_each_wheel_its_own_with_its_camber_stiffness(tmp_path):
+    """SYNTHETIC; between its two loads the camber stiffness is linear."""
+    head = "tyre,load_N,p [bar],C [N/deg],K [N/mm],Camber stiffness (N/deg),Comment\n"
+    rows = "A,300,4,80,60,5,\nA,900,4,170,62,17,re-run\nB,200,4,60,75,4,\nB,400,4,110,77,10,\n"
+    (tmp_path / "two.csv").write_text(head + rows)
+    (tmp_path / "model.toml").write_text(
+        'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = {rear = "two.csv#A", front = "two.csv#B"}\n'
+        'pressure_bar = 4\n[effects.camber_thrust]\ncamber_stiffness = "tyre"\n'
+    )
+    model = read_model(tmp_path / "model.toml")
+    rear, front = model.bicycle.static_loads
+    degree = math.pi / 180
+    expected = {"rear": (5 + 12 * (rear - 300) / 600) / degree, "front": (4 + 6 * (front - 200) / 200) / degree}
+    for wheel, value in expected.items():
+        assert model.parameters[f"camber_thrust.camber_stiffness.{wheel}"] == pytest.approx(value, rel=1e-9)

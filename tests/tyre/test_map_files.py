@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from tests.shared.refusals import refuses
 from tyre import InputError, MeasuredTable, TyreMap
+from tyre.find_tyre import read_tyre
 from tyre.map_files import read_folder, read_table, write_table
-from tyre.plain_table import read_named_columns
+from tyre.plain_table import read_plain_table
 from tyre.tables import common_lateral_stiffness
 
 CSV = """load_N,pressure_bar,cornering_stiffness_N_per_deg,relaxation_length_mm
@@ -224,6 +225,66 @@ def test_without_a_sidecar_comments_say_what_it_is_or_it_is_told(tmp_path):
     refuses("surface is 'ice'; allowed are 'flat', 'drum'", read_table, put_plain(tmp_path, "# surface: ice\n" + OWN))
 
 
+SEVERAL = (
+    "tyre,Load (N),Inflation (bar),Cornering stiffness (N/deg),Lateral stiffness (N/mm),Camber stiffness (N/deg),"
+    "Camber [deg],Comment\n"
+    "A,400,4,97,60,6.5,0,ok\nA,400,4,95,60,,4,leant\nA,500,4,110,62,8.1,0,\nB,400,4,120,75,7.0,0,\nB,500,4,132,77,8.4,0,\n"
+)  # SYNTHETIC
+
+
+def test_one_tyre_of_several_with_its_camber_stiffness_and_columns_of_no_use(tmp_path):
+    path = put_plain(tmp_path, SEVERAL)
+    refuses("mine.csv: holds the tyres A, B; choose one, as mine.csv#A", read_tyre, path)
+    refuses("mine.csv: no tyre 'C'; there are A, B", read_tyre, f"{path}#C")
+    first, second = read_tyre(f"{path}#A"), read_tyre(f"{path}#B")
+    assert (first.tyre, second.tyre) == ("A", "B")
+    here = first.at(load=400, pressure=4e5)
+    assert here.camber_stiffness == pytest.approx(372.4, abs=0.05)  # 6.5 N/deg
+    assert here.cornering_stiffness == pytest.approx(np.degrees(97))
+    assert second.at(load=500, pressure=4e5).camber_stiffness == pytest.approx(np.degrees(8.4))
+    assert "columns of mine.csv that are not used: Comment" in here.notes
+    assert "mine.csv: rows of a leaning wheel (Camber [deg] not 0) are not used: 1" in here.notes
+    assert "mine.csv has no sidecar mine.toml; taken is surface = 'flat'" in here.notes
+    first.to_file(tmp_path / "again.csv")
+    again = read_tyre(tmp_path / "again.csv").at(load=450, pressure=4e5)
+    assert again.camber_stiffness == pytest.approx(first.at(load=450, pressure=4e5).camber_stiffness)
+
+
+def test_columns_that_choose_rows_are_refused_where_they_leave_none(tmp_path):
+    refuses(r"mine\.csv: no column says which rows are of the tyre 'A'; name it tyre", read_tyre,
+            f"{put_plain(tmp_path, OWN)}#A")  # fmt: skip
+    text = "load_N,pressure_bar,C [N/deg],K [N/mm],{}\n340,3.5,90,45,{}\n490,3.5,110,45,{}\n"
+    for name, first, second, words in (
+        ("camber", "2", "2", r"column 'camber' is 0 in no row; stiffnesses are those of an upright wheel"),
+        ("surface", "flat", "drum", "holds the surfaces flat, drum; write a table for each"),
+        ("tyre", "A", "", "column 'tyre' is empty in a row; fill it in all rows"),
+        ("stiffness_correlation", "0", "0", r"is read only where all columns have names of velotyre; take out C \["),
+    ):
+        refuses(words, read_table, put_plain(tmp_path, text.format(name, first, second)))
+    assert read_table(put_plain(tmp_path, text.format("surface", "drum", "drum"))).surface == "drum"
+
+
+def test_a_standard_deviation_of_the_camber_stiffness_goes_into_the_covariance(tmp_path):
+    text = "load_N,pressure_bar,C [N/deg],K [N/mm],C_gamma [N/deg],C_gamma_sd [N/deg]\n340,3.5,90,45,6,0.3\n"
+    text += "490,3.5,110,45,8,0.5\n"
+    found = read_tyre(put_plain(tmp_path, text)).jointly([(490.0, 3.5e5)])
+    assert found.joint.sd["camber_stiffness.0"] == pytest.approx(np.degrees(0.5))
+
+
+def test_a_deviation_that_nobody_stated_is_not_a_number_in_the_table(tmp_path):
+    """0 elsewhere means stated as exact."""
+    found = TyreMap.from_file(put_plain(tmp_path, OWN))
+    names = [f"{name}_sd" for name in ("cornering_stiffness", "lateral_stiffness", "relaxation_length")]
+    for name in names:
+        column = next(one for one in found.table if one.startswith(name))
+        assert found.table[column].isna().all()
+        assert (found.assuming(0.03).table[column] > 0).all()
+    exact = OWN.replace("\n", ",0\n").replace(",0\n", ",K_sd [N/mm]\n", 1)
+    stated = TyreMap.from_file(put_plain(tmp_path, exact)).table
+    assert (stated["lateral_stiffness_sd_N_per_mm"] == 0).all()
+    assert stated["cornering_stiffness_sd_N_per_deg"].isna().all()
+
+
 LEAD = "load_N,pressure_bar,C [N/deg]"
 
 
@@ -244,8 +305,8 @@ LEAD = "load_N,pressure_bar,C [N/deg]"
     (f"{LEAD},c_alpha [N/deg],K [N/mm]\n340,3.5,90,90,45\n", "two columns give cornering_stiffness_N_per_deg"),
     ("C [N/deg],K [N/mm]\n90,45\n", r"the column load_N, pressure_bar is missing"),
     (f"{LEAD}\n340,3.5,90\n", r"give one of the columns 'relaxation_length_mm', 'lateral_stiffness_N_per_mm'"),
-    (f"{LEAD},K [N/mm]\n1e-308,3.5,90,45\n", r"row 1: load_N = 1e-308 must be finite and > 0, from 1e-12"),
-    (f"{LEAD},K [N/mm]\n340,3.5,-90,45\n", r"row 1: cornering_stiffness_N_per_deg = -90 must be finite and > 0"),
+    (f"{LEAD},K [N/mm]\n1e-308,3.5,90,45\n", r"line 2: load_N = 1e-308 must be finite and > 0, from 1e-12"),
+    (f"{LEAD},K [N/mm]\n340,3.5,-90,45\n", r"line 2: cornering_stiffness_N_per_deg = -90 must be finite and > 0"),
 ])  # fmt: skip
 def test_plain_tables_that_are_refused(tmp_path, text, words):
     refuses(words, read_table, put_plain(tmp_path, text))
@@ -258,5 +319,5 @@ UNITS = [("N/deg", 1.0), ("N/rad", 180 / np.pi), ("kN/rad", 0.18 / np.pi)]
 @given(stiffness=st.floats(20, 300), unit=st.sampled_from(UNITS))
 def test_any_stiffness_in_any_unit(tmp_path_factory, stiffness, unit):
     text = f"load_N,pressure_bar,C [{unit[0]}],K [N/mm]\n340,3.5,{stiffness * unit[1]!r},45\n"
-    found = read_named_columns(put_plain(tmp_path_factory.mktemp("t"), text))
+    found = read_plain_table(put_plain(tmp_path_factory.mktemp("t"), text)).columns
     np.testing.assert_allclose(found["cornering_stiffness_N_per_deg"], [stiffness], rtol=1e-12)
