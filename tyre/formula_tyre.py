@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tyre.arrays import Array
 from tyre.errors import InputError
-from tyre.plausible import table_doubts
+from tyre.plausible import negative_quantities, table_doubts
 from tyre.properties import (
     MEASURED_BESIDE,
     QUANTITIES,
@@ -39,14 +39,14 @@ class FormulaTyre(TyreSource):
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Notes on unusual values at the conditions worth looking at; see :func:`tyre.plausible.table_doubts`."""
+        """Notes on unusual values at the conditions worth looking at; see :mod:`tyre.plausible`."""
         load, pressure = (
             grid.ravel() for grid in np.meshgrid(self.loads, self.pressures if self.pressures.size else np.nan)
         )
         with np.errstate(all="ignore"):
             values = self.linear(load=load, pressure=pressure)
         positive = {name: np.where(np.asarray(value) > 0, value, np.nan) for name, value in values.items()}
-        return table_doubts(load, positive, where=self.label)
+        return (*table_doubts(load, positive, where=self.label), *negative_quantities(load, values))
 
     @abstractmethod
     def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:

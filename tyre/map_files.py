@@ -16,7 +16,7 @@ from tyre.arrays import Array
 from tyre.errors import InputError, nearest
 from tyre.files import data_root, read_text, read_toml, replacing, write_text
 from tyre.plain_table import PlainTable, read_plain_table
-from tyre.plausible import LARGEST, SMALLEST, table_doubts
+from tyre.plausible import LARGEST, SMALLEST, negative_quantities, table_doubts
 from tyre.schema import Check, flag, list_of, maybe, needed, number, read, table, text
 from tyre.sheet import split_row
 from tyre.table import read_cells, read_columns
@@ -201,8 +201,12 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
             raise InputError(f"{name}: standard deviations of relaxation length and lateral stiffness; keep one.")
         values["lateral_stiffness_sd"] = relative_sd * values["lateral_stiffness"]
     trail, length = _read_column(name, TRAIL, columns), values["cornering_stiffness"] / values["lateral_stiffness"]
-    told = {**values, "relaxation_length": length} | ({} if trail is None else {"pneumatic_trail": trail.value})
-    doubts = table_doubts(values["load"], told, where=name, places=plain.places)
+    camber = _camber_column(name, columns)
+    beside = {TRAIL: trail, CAMBER: camber}
+    judged = {**values, "relaxation_length": length}
+    judged |= {quantity: column.value for quantity, column in beside.items() if column is not None}
+    doubts = table_doubts(values["load"], judged, where=name, places=plain.places)
+    doubts += negative_quantities(values["load"], judged)
     if resolution := keys.get("resolution"):
         units = math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3
     direct = {route: _read_column(name, stem, columns) for route, stem in DIRECT.items()}
@@ -214,7 +218,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
         notes=tuple(dict.fromkeys((*keys["notes"], *plain.notes, *doubts))), synthetic=keys["synthetic"],
         drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
         calibration=keys.get("calibration"), surface_stated=keys.get("surface_stated", True), pneumatic_trail=trail,
-        camber_stiffness=_camber_column(name, columns),
+        camber_stiffness=camber,
         direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
     )  # fmt: skip
 

@@ -60,6 +60,8 @@ class Pacejka89:
     side_force_coefficients: tuple[float, ...]  # a0 ... a13, side force in N
     aligning_moment_coefficients: tuple[float, ...] | None = None  # c0 ... c17, aligning moment in N m
     slip_unit: str = "deg"  # unit of slip inside the formula
+    # a112, N/(deg kN^2): side force of camber with the square of the load, which sets with a111 in place of a11 have
+    camber_by_square: float = 0.0
     # K_y of a pull test at this pressure, N/m, which no formula of slip holds; None if not known
     lateral_stiffness: float | None = None
 
@@ -83,7 +85,8 @@ class Pacejka89:
         """Return the slopes near straight running, over camber the mean of both sides; the load is not checked."""
         fz, unit, a = np.asarray(load, dtype=np.float64) / 1e3, SLIP_UNITS[self.slip_unit], self.side_force_coefficients
         slope = self._lateral(fz, 0.0).gradient
-        held = {"cornering_stiffness": slope / unit, "camber_stiffness": (slope * a[8] + a[11] * fz) / DEGREE}
+        by_camber = slope * a[8] + a[11] * fz + self.camber_by_square * fz**2
+        held = {"cornering_stiffness": slope / unit, "camber_stiffness": by_camber / DEGREE}
         if self.lateral_stiffness is not None:
             held["lateral_stiffness"] = np.full(np.shape(load), self.lateral_stiffness)
             held["relaxation_length"] = held["cornering_stiffness"] / self.lateral_stiffness
@@ -115,7 +118,7 @@ class Pacejka89:
             slope=a[3] * saturation(fz / a[4]) * (1.0 - a[5] * np.abs(lean)),
             curvature=a[6] * fz + a[7],
             shift=a[8] * lean + a[9] * fz + a[10],
-            offset=a[11] * fz * lean + a[12] * fz + a[13],
+            offset=(a[11] * fz + self.camber_by_square * fz**2) * lean + a[12] * fz + a[13],
         )
 
     def _aligning(self, fz: Array, camber: ArrayLike) -> _Formula:
@@ -205,7 +208,7 @@ class Pacejka89Tyre(FormulaTyre):
 
 
 KIND = "pacejka89"
-SIDE, MOMENT = "side_force", "aligning_moment"
+SIDE, MOMENT, SQUARE = "side_force", "aligning_moment", "camber_by_square"
 COUNT = {SIDE: 14, MOMENT: 18}
 # other spellings of keys, in small letters
 KEYS = {"fy": SIDE, "fy_coef": SIDE, "optparametermf_fy": SIDE, "sets": "set",
@@ -229,7 +232,7 @@ SET = table({
     maybe("label", ""): text(),
     needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): _SIZE,
     needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
-    maybe(MOMENT): _coefficients(MOMENT),
+    maybe(MOMENT): _coefficients(MOMENT), maybe(SQUARE, 0.0): number(least=-LARGEST, most=LARGEST),
     maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
 })  # fmt: skip
 FILE = table({
@@ -311,7 +314,8 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
             label=", ".join(filter(None, (tyre, entry["label"]))), pressure=entry["pressure_kPa"] * 1e3,
             load_max=given.get("load_max_N", float("inf")), side_force_coefficients=tuple(entry[SIDE]),
             aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
-            slip_unit=given.get("slip_unit", "deg"), lateral_stiffness=None if stiffness is None else stiffness * 1e3,
+            slip_unit=given.get("slip_unit", "deg"), camber_by_square=entry[SQUARE],
+            lateral_stiffness=None if stiffness is None else stiffness * 1e3,
         )  # fmt: skip
         try:
             check_coefficients(fit)
@@ -322,6 +326,8 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
                 hint = f"; with slip in {other} it would be one: write slip_unit = {other}"
             raise InputError(f"{where}: {error}{hint}") from error
         sets.append(fit)
+        if fit.camber_by_square:
+            notes.append(f"a112 = {fit.camber_by_square:g} is taken: camber force with the square of the load")
         notes += doubts_about(fit)
     without = [fit for fit in sets if fit.lateral_stiffness is None]
     if without and len(without) < len(sets):
@@ -362,10 +368,9 @@ def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
         own = re.compile(rf"{letter}(\d+)", re.IGNORECASE)
         named = {int(match[1]): found.pop(key) for key in list(found) if (match := own.fullmatch(key))}
         if letter == "a" and 111 in named:  # Sv = (a111 Fz + a112 Fz^2) camber + ...
-            if named.pop(112, 0.0):
-                raise InputError(
-                    "a112 (camber force with the square of the load) is not in the law; a111 alone is taken"
-                )
+            if 11 in named:
+                raise InputError("a11 and a111 are both given; keep a111 with a112, or a11 alone")
+            found[SQUARE] = named.pop(112, 0.0)
             named[11] = named.pop(111)
         if missing := [n for n in range(COUNT[role]) if n not in named] if named else []:
             raise InputError(f"{letter}{missing[0]} is missing; give {letter}0 to {letter}{COUNT[role] - 1}")

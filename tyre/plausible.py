@@ -134,6 +134,14 @@ BANDS: Mapping[str, Band] = {
 }
 
 
+# quantities beside the stiffnesses that effects take from 0 on: their words and SI unit
+NOT_NEGATIVE: Mapping[str, tuple[str, str]] = {
+    "camber_stiffness": ("camber stiffness", "N/rad"), "pneumatic_trail": ("pneumatic trail", "m"),
+    "twisting_stiffness": ("twisting stiffness", "N m/rad"),
+    "overturning_stiffness": ("overturning stiffness", "N m/rad"),
+}  # fmt: skip
+
+
 def doubts(values: Mapping[str, float | None], *, at: str = "") -> tuple[Doubt, ...]:
     """Return a doubt for every unusual value of a tyre."""
     found = []
@@ -164,6 +172,25 @@ def table_doubts(
                 row = f", {places[place]}" if len(places) else ""
                 raise InputError(f"{where}{row}: {said.text}; no tyre has that, correct the value or its unit")
         if found:
-            more = f" (and {len(found) - 1} more conditions)" if len(found) > 1 else ""
-            notes.append(f"{found[0][0].text}{more}")
+            notes.append(f"{found[0][0].text}{_and_more(len(found))}")
     return tuple(notes)
+
+
+def negative_quantities(load: Array, values: Mapping[str, Array]) -> tuple[str, ...]:
+    """Return one note a quantity that is negative at some of many conditions, though no effect takes it so."""
+    notes = []
+    for name, (words, unit) in NOT_NEGATIVE.items():
+        below = np.flatnonzero(np.asarray(values.get(name, ())) < 0)
+        if below.size:
+            value, force = np.asarray(values[name])[below[0]], load[below[0]]
+            notes.append(
+                f"{words} is negative, {value:.4g} {unit} at {force:g} N{_and_more(below.size)}: no effect takes it; "
+                "is its sign in the source that of the other quantities?"
+            )
+    return tuple(notes)
+
+
+def _and_more(count: int) -> str:
+    if count == 1:
+        return ""
+    return f" (and {count - 1} more condition{'s' if count > 2 else ''})"

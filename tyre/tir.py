@@ -19,7 +19,7 @@ from tyre.files import read_text, write_text
 from tyre.formula_tyre import FormulaTyre
 from tyre.plausible import LARGEST, SMALLEST
 from tyre.properties import POSSIBLE_PRESSURE
-from tyre.tir_laws import POSITIVE, TAKEN, Coefficients, Version
+from tyre.tir_laws import OVER_PRESSURE, POSITIVE, TAKEN, Coefficients, Version
 from tyre.tir_laws import PRESSURE as PRESSURE_LAW
 from tyre.units import PASCAL_PER_BAR, find_unit
 
@@ -169,8 +169,10 @@ def coefficients_of(file: TirText, *, camber_in_trail: bool = False) -> Coeffici
     """Return the coefficients of a file."""
     version = version_of(file)
     old = version == "5.2"
-    needed = {"FNOMIN", "PKY1", "PKY2"} | ({"NOMPRES"} if version == "6.1" else set())
-    needed |= {"PKY3", "PCY2"} if version == "motorcycle" else set()
+    needed = {"FNOMIN", "PKY1", "PKY2"}
+    if version == "6.1" and any(file.values.get(name) for name in OVER_PRESSURE):
+        needed |= {"NOMPRES"}
+    needed |= {"PKY3"} if version == "motorcycle" else set()
     if old and file.values.get("PTY1"):
         needed |= {"UNLOADED_RADIUS"}
     zero = {name for name in ("LATERAL_STIFFNESS", "PTY2") if file.values.get(name) == 0}  # it was not fitted

@@ -25,6 +25,7 @@ MOMENT = ("QBZ1", "QBZ2", "QBZ3", "QBZ4", "QBZ5", "QBZ9", "QBZ10", "QCZ1", "QDZ1
           "LTR", "LRES", "LMX")  # fmt: skip
 SHIFTS = ("PHY2", "PVY1", "PVY2", "PVY3", "PVY4", "LVY")
 PRESSURE = ("PPY1", "PPY2", "PPY3", "PPY4")
+OVER_PRESSURE = (*PRESSURE, "PPY5", "PPZ1", "PPZ2", "PPMX1", "PCFY3")  # of 6.1: all that go with the pressure
 # coefficients that each law takes; those that begin with L are scale factors
 TAKEN: Mapping[Version, tuple[str, ...]] = {
     "5.2": (*FORCE, *MOMENT, *SHIFTS, *PRESSURE, "PHY3", "PTY1", "PTY2", "LSGAL", "LGAY", "LGAZ", "LATERAL_STIFFNESS"),
@@ -99,8 +100,10 @@ class Coefficients:
         """K_y, N/m; NaN if the coefficients do not hold it."""
         stiffness = self["LATERAL_STIFFNESS"]
         if self.version == "6.1":
+            nominal = self["NOMPRES"] if self.by_pressure else 1.0
             return mf61.lateral_stiffness(
-                load, pressure, LATERAL_STIFFNESS=stiffness, FNOMIN=self.nominal_load, NOMPRES=self["NOMPRES"],
+                load, pressure if self.by_pressure else nominal, LATERAL_STIFFNESS=stiffness,
+                FNOMIN=self.nominal_load, NOMPRES=nominal,
                 **{name: self[name] for name in ("PCFY1", "PCFY2", "PCFY3")},
             )  # fmt: skip
         if not (self.old and self["PTY1"] > 0):
@@ -153,7 +156,8 @@ class Coefficients:
     @property
     def curved(self) -> bool:
         """True if the file holds the whole curve of the side force, not only its slope."""
-        return self["PCY1"] > 0 and self["PDY1"] > 0
+        shaped = self["PCY2"] > 0 or self.version != "motorcycle"
+        return self["PCY1"] > 0 and self["PDY1"] > 0 and shaped
 
     def side_force(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike = 0.0
@@ -194,7 +198,8 @@ class Coefficients:
     def _force(self, slip_angle: ArrayLike, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike) -> "_Force":
         """Evaluate the side force in the axes of the file: 4.E19 to 4.E30, for motorcycle tyres chapter 11."""
         if not self.curved:
-            raise InputError("it holds no curve of the side force (PCY1, PDY1), only its slope")
+            names = "PCY1, PDY1, PCY2" if self.version == "motorcycle" else "PCY1, PDY1"
+            raise InputError(f"it holds no curve of the side force ({names}), only its slope")
         motorcycle, new = self.version == "motorcycle", self.version == "6.1"
         slope = self.side * self.cornering_stiffness(load=load, pressure=pressure, camber=camber)
         by_camber = self._camber_stiffness(load, pressure)

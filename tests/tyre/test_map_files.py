@@ -250,6 +250,12 @@ def test_one_tyre_of_several_with_its_camber_stiffness_and_columns_of_no_use(tmp
     assert again.camber_stiffness == pytest.approx(first.at(load=450, pressure=4e5).camber_stiffness)
 
 
+def test_a_negative_camber_stiffness_of_a_table_is_told(tmp_path):
+    path = put_plain(tmp_path, SEVERAL.replace(",6.5,", ",-6.5,"))
+    (note,) = [note for note in read_tyre(f"{path}#A").notes if "negative" in note]
+    assert note.startswith("camber stiffness is negative, -372.4 N/rad at 400 N: no effect takes it")
+
+
 def test_columns_that_choose_rows_are_refused_where_they_leave_none(tmp_path):
     refuses(r"mine\.csv: no column says which rows are of the tyre 'A'; name it tyre", read_tyre,
             f"{put_plain(tmp_path, OWN)}#A")  # fmt: skip

@@ -134,6 +134,17 @@ def test_a_motorcycle_tyre_has_its_own_law_under_any_name(name):
     assert found.at(load=fz, pressure=math.nan).camber_stiffness == pytest.approx(kg, rel=1e-12)
 
 
+def test_a_camber_stiffness_of_the_other_sign_than_the_slip_is_told_when_listed():
+    """PKY1 in ISO signs, PKY6 in those of the book: at 1475 N 0.77 * 1475 N/rad out of the lean."""
+    found = tyre(MOTORCYCLE | {"PKY1": -26.601})
+    words = "camber stiffness is negative, -1136 N/rad at 1475 N: no effect takes it; is its sign in the source"
+    assert any(note.startswith(words) for note in found.notes)
+    assert not any("negative" in note for note in tyre(MOTORCYCLE).notes)
+    both = tyre(MOTORCYCLE | {"PKY1": -26.601, "PKY6": -0.77, "PKY7": -0.1})
+    assert not any("negative" in note for note in both.notes)
+    assert both.at(load=1475.0, pressure=math.nan).camber_stiffness == pytest.approx(0.77 * 1475)
+
+
 def test_pac2002_over_pressure():
     """Form of the data of Project Chrono (IP, IP_NOM, PPY1, PPY2); C at 450 N by its formula, ChPac02Tire.cpp."""
     pressures = {"IP": 4e5, "IP_NOM": 5e5, "PPY1": 0.5, "PPY2": 0.3}
@@ -182,6 +193,20 @@ def test_files_that_others_write():
     zero = tyre(OLD | {"PTY1": 0.0, "PTY2": 0.0}).at(load=450.0, pressure=5e5)
     assert zero.cornering_stiffness == pytest.approx(6495.3, abs=0.06)
     assert math.isnan(zero.relaxation_length)
+
+
+def test_a_number_that_the_law_of_a_file_does_not_use_may_be_missing():
+    """6.1 without a term of pressure needs no nominal pressure, the slope of a motorcycle tyre no PCY2."""
+    without = {key: value for key, value in MF61.items() if key[:2] != "PP" and key not in ("NOMPRES", "PCFY3")}
+    here = tyre(without).at(load=450.0, pressure=5e5)
+    stiffness = 20 * 400 * math.sin(2.1 * math.atan(450 / 400 / 1.6)) * 1.05
+    assert here.cornering_stiffness == pytest.approx(stiffness, rel=1e-12)
+    assert here.lateral_stiffness == pytest.approx(55000, rel=1e-12)
+    refuses("NOMPRES is missing", tyre, without | {"PPY1": 0.2})
+    slope = {key: value for key, value in MOTORCYCLE.items() if key != "PCY2"} | {"PROPERTY_FILE_FORMAT": "PAC_MC"}
+    assert tyre(slope).at(load=1475.0, pressure=math.nan).cornering_stiffness == pytest.approx(22095, abs=2)
+    refuses("holds no curve of the side force .PCY1, PDY1, PCY2., only its slope", tyre(slope).side_force,
+            slip_angle=0.1, load=1200.0, pressure=math.nan)  # fmt: skip
 
 
 @pytest.mark.parametrize(("values", "words"), [
