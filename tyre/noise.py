@@ -22,16 +22,18 @@ def correlated_covariance(jacobian: NDArray[np.float64], residual: Channel) -> t
     """
     n, p = jacobian.shape
     white, correlated, phi = noise_constants(jacobian, residual)
-    bread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
-    earlier = scipy.signal.lfilter([0.0, phi], [1.0, -phi], jacobian, axis=0)
-    overlap = jacobian.T @ earlier
-    meat = (white + correlated) * jacobian.T @ jacobian + correlated * (overlap + overlap.T)
+    # by how much each residual moves each parameter: J'J would square the error of rounding in a narrow valley
+    lengths = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    influence = (np.linalg.pinv(jacobian / lengths, rcond=1e-7) / lengths[:, None]).T
+    earlier = scipy.signal.lfilter([0.0, phi], [1.0, -phi], influence, axis=0)
+    overlap = influence.T @ earlier
+    covariance = (white + correlated) * influence.T @ influence + correlated * (overlap + overlap.T)
     # spectral weight at low frequency, where a fit feels the noise: white, against AR(1) times its correlation length
     slow = correlated * (1.0 + phi) / (1.0 - phi) if phi > 0.0 else 0.0
     share = slow / (slow + white) if slow > 0.0 else 0.0
     repeats = max(2.5, n * (1.0 - phi**2) / (1.0 + phi**2) - p)
     dof = 1.0 / (share**2 / repeats + (1.0 - share) ** 2 / max(n - p, 1))
-    return bread @ meat @ bread, dof
+    return covariance, dof
 
 
 def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[float, float, float]:
@@ -49,7 +51,8 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
 
     def whitened(z: Channel) -> tuple[float, float, float]:
         """Share and memory of the AR(1) part, and twice the negative restricted log likelihood but for a constant."""
-        share, memory = 1.0 / (1.0 + np.exp(-z[0])), np.exp(-np.exp(-z[1]))
+        by_share, by_memory = np.clip(z, -12.0, 12.0)  # a search that tries steps far out meets the light prior alone
+        share, memory = 1.0 / (1.0 + np.exp(-by_share)), np.exp(-np.exp(-by_memory))
         # white + AR(1) is an ARMA(1, 1) process: its innovations come from one recursive filter
         power_0 = share * (1.0 - memory**2) + (1.0 - share) * (1.0 + memory**2)
         ratio = memory * (1.0 - share) / power_0
@@ -66,11 +69,11 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
         return projected, float(memory), logdet + (count - p) * np.log(projected) + penalty
 
+    # A simplex from (0, 1) hardly moves along the share, and where it stops hangs on rounding.
     search: Any = scipy.optimize.minimize
-    settings = {"maxiter": 200, "xatol": 0.01, "fatol": 0.002}
-    found = search(lambda z: whitened(z)[2], np.array([0.0, 1.0]), method="Nelder-Mead", options=settings)
-    projected, memory, _ = whitened(found.x)
-    share = 1.0 / (1.0 + np.exp(-found.x[0]))
+    best = search(lambda z: whitened(z)[2], [0.0, 1.0], method="BFGS", jac="3-point").x
+    projected, memory, _ = whitened(best)
+    share = 1.0 / (1.0 + np.exp(-np.clip(best[0], -12.0, 12.0)))
     variance = power * projected / (count - p)
     phi = float(memory ** (1.0 / width))
     apart = np.arange(1, width)

@@ -42,8 +42,8 @@ def fit_aligning_moment(
     used = blocks.settled & np.isfinite(blocks.moment)
     moment = blocks.moment[used]
     force = _curve(blocks, blocks.time[used], blocks.rate[used], cornering_stiffness, parameters)
-    past = blocks.time[used][:, None] - parameters["lag"] * sweep_curve.LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + parameters["horizontal_shift"]
+    lagged, _ = sweep_curve.lagged_slip(blocks.time[used], blocks.history, lag=parameters["lag"])
+    slip = lagged + parameters["horizontal_shift"]
 
     def design(width: float) -> NDArray[np.float64]:
         return np.column_stack([-force / (1.0 + (slip / width) ** 2), np.ones_like(force)])
@@ -83,7 +83,7 @@ def _curve(
 ) -> Channel:
     """Side force without offset and drift."""
     return sweep_curve.lagged_magic_formula(
-        time=time, slip_time=blocks.time, slip=blocks.slip, direction=np.sign(rate), cornering_stiffness=stiffness,
+        time=time, history=blocks.history, direction=np.sign(rate), cornering_stiffness=stiffness,
         **{name: parameters[name] for name in sweep_curve.CURVE},
     )[0]  # fmt: skip
 
@@ -410,8 +410,8 @@ def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     section 3.2).
     """
     blocks, used, v = model.blocks, model.blocks.settled, solution.values
-    past = blocks.time[used][:, None] - v["lag"] * sweep_curve.LAG_NODES
-    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + v["horizontal_shift"]
+    lagged, _ = sweep_curve.lagged_slip(blocks.time[used], blocks.history, lag=v["lag"])
+    slip = lagged + v["horizontal_shift"]
     slip -= v["hysteresis"] * np.sign(blocks.rate[used])
     measured = blocks.force[used]
     clock = (blocks.time[used] - blocks.time[used].mean()) / np.ptp(blocks.time)

@@ -42,21 +42,35 @@ def magic_formula(
 
 
 def lagged_magic_formula(
-    *, time: Channel, slip_time: Channel, slip: Channel, direction: Channel, cornering_stiffness: float, peak: float,
-    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float, pace: Any = None,
+    *, time: Channel, history: Any, direction: Channel, cornering_stiffness: float, peak: float,
+    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
 ) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
     """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
 
-    ``pace`` is d(slip)/dt, rad/s, if it is known already.
+    ``history`` is the recorded slip of :func:`interpolate_slip`.
     """
-    past = time[:, None] - lag * LAG_NODES
-    x = np.interp(past, slip_time, slip) @ LAG_WEIGHTS + horizontal_shift - hysteresis * direction
+    lagged, by_lag = lagged_slip(time, history, lag=lag)
+    x = lagged + horizontal_shift - hysteresis * direction
     force, part = magic_formula(
         slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
     )
-    pace = np.gradient(slip, slip_time) if pace is None else pace
-    by_lag = -part[0] * (np.interp(past, slip_time, pace) @ (LAG_WEIGHTS * LAG_NODES))
-    return force, np.stack([*part[1:], part[0], by_lag, -part[0] * direction])
+    return force, np.stack([*part[1:], part[0], part[0] * by_lag, -part[0] * direction])
+
+
+def interpolate_slip(time: Channel, slip: Channel) -> Any:
+    """A curve through the recorded ``slip`` (n,), rad, over ``time`` (n,), s: cubics that meet in slip and pace.
+
+    Straight pieces have no derivative where they meet, and a search for the lag stops there.
+    """
+    return scipy.interpolate.CubicHermiteSpline(time, slip, np.gradient(slip, time))
+
+
+def lagged_slip(time: Channel, history: Any, *, lag: float) -> tuple[Channel, Channel]:
+    """Slip (n,), rad, that follows ``history`` with a ``lag``, s, at ``time`` (n,), s, and its slope over the lag."""
+    past = time[:, None] - lag * LAG_NODES
+    within = np.clip(past, history.x[0], history.x[-1])  # outside the recording the slip is taken as at rest
+    pace = np.where(within == past, history(within, 1), 0.0)
+    return history(within) @ LAG_WEIGHTS, -pace @ (LAG_WEIGHTS * LAG_NODES)
 
 
 @dataclass(frozen=True)
@@ -77,9 +91,9 @@ class Blocks:
     size: NDArray[np.int64]
 
     @cached_property
-    def pace(self) -> Channel:
-        """d(slip)/dt from block to block, rad/s."""
-        return np.asarray(np.gradient(self.slip, self.time))
+    def history(self) -> Any:
+        """Slip over time between the blocks as well."""
+        return interpolate_slip(self.time, self.slip)
 
 
 def slip_reversals(run: RigRun) -> NDArray[np.int64]:
@@ -233,10 +247,9 @@ class SweepModel:
         middle = 0.5 * (blocks.time[0] + blocks.time[-1])
         clock = (blocks.time[used] - middle) / (blocks.time[-1] - blocks.time[0])
         force, part = lagged_magic_formula(
-            time=blocks.time[used], slip_time=blocks.time, slip=blocks.slip, direction=np.sign(blocks.rate[used]),
+            time=blocks.time[used], history=blocks.history, direction=np.sign(blocks.rate[used]),
             cornering_stiffness=named["cornering_stiffness"] * self.stiffness, peak=named["peak"] * self.force_scale,
             **{name: named[name] for name in ("shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
-            pace=blocks.pace,
         )  # fmt: skip
         part[0] *= self.stiffness
         part[1] *= self.force_scale
@@ -334,8 +347,9 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
     first = solve_least_squares(parts, model.start[model.free], bounds=limits, tolerance=1e-7)
     sigma = max(1.4826 * float(np.median(np.abs(first.fun))), 1e-9 * model.force_scale)
     solution = solve_least_squares(parts, first.x, bounds=limits, loss="soft_l1", margin=_MARGIN)
-    scaled = model.expanded(solution.x)
-    covariance, resting, dof = _covariance(solution, model.free, limits)
+    best = settle_least_squares(parts, solution.x, limits=limits, margin=_MARGIN)
+    scaled = model.expanded(best)
+    covariance, resting, dof = _covariance(best, parts(best), model.free, limits)
     covariance *= np.outer(model.units, model.units)
     sd = np.sqrt(np.diag(covariance))
     sd[resting] = np.nan
@@ -365,15 +379,57 @@ def solve_least_squares(
     )  # fmt: skip
 
 
+def settle_least_squares(
+    parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]],
+    near: Channel,
+    *,
+    limits: tuple[Channel, Channel],
+    margin: float,
+) -> Channel:
+    """Go from ``near`` a minimum to where the derivatives of the soft L1 loss beyond a ``margin`` vanish.
+
+    A search that compares costs stops where their rounding hides the rest of the way: along a narrow valley up to 1e-6
+    of a parameter, which the degrees of freedom feel. A parameter on a bound stays there.
+    """
+    low, high = limits
+    inner = ~_on_bound(near, limits)
+    lengths = np.linalg.norm(parts(near)[1][:, inner], axis=0)  # of the columns: the parameters become alike
+    settled = near.copy()
+
+    def derivatives(scaled: Channel) -> Channel:
+        settled[inner] = scaled / lengths
+        residual, jacobian = parts(settled)
+        return np.asarray(jacobian[:, inner].T @ (_soft_l1_weight(residual, margin) * residual) / lengths)
+
+    search: Any = scipy.optimize.root
+    settled[inner] = search(derivatives, near[inner] * lengths, options={"xtol": 1e-13}).x / lengths
+    stayed = np.abs(settled - near) < 1e-4 * (high - low)
+    return settled if np.all(stayed & (low <= settled) & (settled <= high)) else near
+
+
+def _on_bound(values: Channel, limits: tuple[Channel, Channel]) -> NDArray[np.bool_]:
+    low, high = limits
+    return np.asarray(np.minimum(values - low, high - values) < 1e-6 * (high - low))
+
+
+def _soft_l1_weight(residual: Channel, margin: float) -> Channel:
+    """Derivative of the soft L1 loss by half the square of a residual: 1 well below the margin."""
+    return np.asarray(1.0 / np.sqrt(1.0 + (residual / margin) ** 2))
+
+
 def _covariance(
-    solution: Any, free: NDArray[np.bool_], limits: tuple[Channel, Channel]
+    values: Channel,
+    parts: tuple[Channel, NDArray[np.float64]],
+    free: NDArray[np.bool_],
+    limits: tuple[Channel, Channel],
 ) -> tuple[NDArray[np.float64], NDArray[np.intp], float]:
     """Covariance (9, 9) of the scaled parameters, the numbers of those at a bound, and the degrees of freedom."""
-    low, high = limits
-    at_bound = np.minimum(solution.x - low, high - solution.x) < 1e-6 * (high - low)
+    residual, jacobian = parts
+    at_bound = _on_bound(values, limits)
     inner = np.flatnonzero(~at_bound)
-    weight = 1.0 / np.sqrt(1.0 + (solution.fun / _MARGIN) ** 2)  # derivative of the soft L1 loss
-    small, dof = correlated_covariance(solution.jac[:, inner], weight * solution.fun)
+    weight = _soft_l1_weight(residual, _MARGIN)
+    curved = weight[:, None] ** 1.5 * jacobian[:, inner]  # its square is the curvature of the loss
+    small, dof = correlated_covariance(curved, weight * residual)
     full = np.zeros((len(NAMES), len(NAMES)))
     fitted = np.flatnonzero(free)
     full[np.ix_(fitted[inner], fitted[inner])] = small

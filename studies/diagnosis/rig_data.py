@@ -25,7 +25,7 @@ from tyre.pull_test import fit_pull_test
 from tyre.recording import Condition, PullTest, RigRun
 from tyre.rig.effect import Recorded, RigParameter, Term, needs_pull, needs_sweep
 from tyre.slip_sweep import SlipSweepFit, fit_slip_sweep
-from tyre.sweep_curve import Blocks, lagged_magic_formula
+from tyre.sweep_curve import Blocks, interpolate_slip, lagged_magic_formula
 from tyre.units import PASCAL_PER_BAR
 
 SWEEP_TERMS = (
@@ -71,6 +71,10 @@ class SweepBlocks(Reduced):
         return np.asarray((self.time - low) / (high - low) - 0.5)
 
     @cached_property
+    def _history(self) -> Any:
+        return interpolate_slip(self.slip_time, self.slip_history)
+
+    @cached_property
     def _factor(self) -> Array:
         covariance = self.noise.covariance(self.time)
         if self.common is not None:
@@ -87,7 +91,7 @@ class SweepBlocks(Reduced):
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:
             return lagged_magic_formula(
-                time=self.time - delay + later, slip_time=self.slip_time, slip=self.slip_history,
+                time=self.time - delay + later, history=self._history,
                 direction=self.direction, cornering_stiffness=c, peak=peak, shape=shape, curvature=curvature,
                 horizontal_shift=shift, lag=lag, hysteresis=play,
             )  # fmt: skip
@@ -152,7 +156,7 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> AR1Noise
     clock = (blocks.time[kept] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
     direction = np.sign(blocks.rate[kept])
     force, part = lagged_magic_formula(
-        time=blocks.time[kept], slip_time=blocks.time, slip=slip, direction=direction,
+        time=blocks.time[kept], history=interpolate_slip(blocks.time, slip), direction=direction,
         cornering_stiffness=found.cornering_stiffness.value,
         **{key: p[key] for key in ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
     )  # fmt: skip

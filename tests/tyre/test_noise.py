@@ -40,3 +40,13 @@ def test_a_column_that_stands_twice_shares_its_coefficient():
     twice, _ = correlated_covariance(np.column_stack([x, x]), noise)
     assert once[0, 0] == pytest.approx(1 / (x @ x), rel=0.5)
     np.testing.assert_allclose(twice, once[0, 0] / 4, rtol=0.01)
+
+
+@pytest.mark.parametrize(("slow", "least", "most"), [(1.0, 0.8, 1.0), (0.2, 0.0, 0.2)])
+def test_the_share_of_slow_noise_is_searched_and_not_taken_as_a_half(slow, least, most):
+    """A search with small first steps of the share stayed at 1/2 for any noise."""
+    rng = np.random.default_rng(8)
+    jacobian = np.vander(np.linspace(-1.0, 1.0, 480), 3)
+    residual = slow * draw_ar1(480, memory=0.97, rng=rng) + 0.2 / slow * rng.standard_normal(480)
+    white, correlated, _ = noise_constants(jacobian, residual)
+    assert least < correlated / (white + correlated) < most

@@ -11,7 +11,7 @@ from tests.shared.refusals import refuses
 from tyre.recording import Condition, RigRun
 from tyre.rig import Dropouts, LoadCellDrift, Noise, PlySteer, Protocol, RigTyre, simulate_sweep
 from tyre.slip_sweep import fit_slip_sweep
-from tyre.sweep_curve import slip_reversals, solve_least_squares
+from tyre.sweep_curve import interpolate_slip, lagged_magic_formula, slip_reversals, solve_least_squares
 
 C, K, V = 6300.0, 60e3, 9.3 / 3.6
 TYRE = RigTyre(cornering_stiffness=C, lateral_stiffness=K, peak_force=420.0, curvature=-0.3)
@@ -235,3 +235,35 @@ def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(offset):
     assert fit.residual_sd == pytest.approx(noise, rel=0.05)
     assert any(note.startswith(f"R^2 = {fit.r_squared:.4f} is low") for note in fit.notes) == (fit.r_squared < 0.98)
     assert fit.r_squared < 0.98
+
+
+def test_derivatives_of_the_force_are_those_of_the_force():
+    """Central differences; one that is wrong by a percent lets a search crawl and stop where rounding leaves it."""
+    rng = np.random.default_rng(4)
+    time = np.cumsum(rng.uniform(0.05, 0.15, 60))
+    history = interpolate_slip(time, np.deg2rad(5.0) * np.sin(time) + 1e-3 * rng.standard_normal(60))
+    at = {
+        "cornering_stiffness": C, "peak": 420.0, "shape": 1.3, "curvature": -0.4, "horizontal_shift": 0.002,
+        "lag": 0.043, "hysteresis": 0.001,
+    }  # fmt: skip
+
+    def force(**changed):
+        direction = np.sign(np.cos(time))
+        return lagged_magic_formula(time=time[3:], history=history, direction=direction[3:], **at | changed)
+
+    for number, (name, value) in enumerate(at.items()):
+        h = 1e-5 * value
+        by_difference = (force(**{name: value + h})[0] - force(**{name: value - h})[0]) / (2 * h)
+        np.testing.assert_allclose(
+            force()[1][number], by_difference, rtol=1e-5, atol=1e-6 * np.abs(by_difference).max(), err_msg=name
+        )
+
+
+def test_rounding_of_the_force_moves_no_number_of_the_fit():
+    """Another BLAS kernel rounds otherwise: degrees of freedom once differed by 3e-6 for it, here by 2e-7."""
+    run = sweep(Noise(), LoadCellDrift(), seed=12, rate=2.0)
+    rounded = np.random.default_rng(12).choice([1 - 2e-16, 1.0, 1 + 2.3e-16], run.side_force.size)
+    fit, again = fit_slip_sweep(run), fit_slip_sweep(replace(run, side_force=run.side_force * rounded))
+    assert fit.cornering_stiffness.value == pytest.approx(again.cornering_stiffness.value, rel=1e-12)
+    assert fit.cornering_stiffness.dof == pytest.approx(again.cornering_stiffness.dof, rel=3e-9)
+    assert fit.fit_sd == pytest.approx(again.fit_sd, rel=3e-9)
