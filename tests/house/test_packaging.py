@@ -57,7 +57,7 @@ def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
 def source(tmp_path_factory):
     """A copy, for setuptools leaves its build folder in the source and packs what it finds there."""
     folder = tmp_path_factory.mktemp("source")
-    for file in ROOT.glob("[A-Zp]*.*"):  # README.md, pyproject.toml, ...
+    for file in (*ROOT.glob("[A-Z]*.*"), ROOT / "pyproject.toml", ROOT / "setup.py"):  # README.md ...
         shutil.copy(file, folder)
     shutil.copy(ROOT / "LICENSE", folder)
     for name in ("tyre", "bicycle", "studies", "data", "docs"):
@@ -115,6 +115,19 @@ def test_the_source_distribution_holds_what_one_works_with(packages):
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: the wheel does without the kernel")
 def test_the_wheel_holds_the_kernel_in_c(wheel):
     assert any(name.startswith("bicycle/_kernel.abi3.") for name in zipfile.ZipFile(wheel).namelist())
+
+
+def test_a_wheel_made_without_a_compiler_is_for_every_platform(source, tmp_path):
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", tmp_path, source]
+    subprocess.run(command, check=True, capture_output=True, env=os.environ | {"CC": "false"})
+    (wheel,) = tmp_path.iterdir()
+    assert wheel.name == f"velotyre-{project()['version']}-py3-none-any.whl"
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        (described,) = (name for name in names if name.endswith(".dist-info/WHEEL"))
+        assert "Root-Is-Purelib: true" in archive.read(described).decode()
+    assert {"bicycle/eigen.py", "tyre/data/SOURCES.md"} <= set(names)
+    assert not [name for name in names if name.startswith("bicycle/_kernel.") and not name.endswith(".c")]
 
 
 def test_every_package_says_that_it_is_typed(wheel):
