@@ -9,15 +9,17 @@ from tyre.errors import InputError, read_number
 from tyre.files import own_ends
 
 
-def file_and_speed(text: str) -> tuple[Path, float]:
-    """Read the file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``."""
+def file_and_speed(text: str, *, may_stand: bool = False) -> tuple[Path, float]:
+    """Read the file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``; 0 only if it ``may_stand``."""
     name, _, at = text.rpartition("@")
     try:
         speed = read_number(at)
     except ValueError:
-        speed = 0.0
-    if not name or not 0 < speed <= FASTEST:
+        speed = -1.0
+    if not name or not 0 <= speed <= FASTEST:
         raise InputError(f"{text!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
+    if speed == 0 and not may_stand:
+        raise InputError(f"{text!r}: the speed must be above 0; only `velotyre modal` reads a bicycle that stands")
     return Path(name), speed
 
 

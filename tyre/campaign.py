@@ -249,7 +249,7 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
     files = []
     for path in _files_in(folder, exclude):
         ending, beside = path.suffix.casefold(), path.with_suffix(".toml")
-        if ending == ".toml" and _named_by(path) is not None:
+        if ending == ".toml" and (_named_by(path) is not None or _refused_alone(path)):
             files.append(path)
         elif ending in OWN or (ending in FORMATS and beside.is_file()):
             files += [path] if _named_by(beside) is None else []
@@ -285,6 +285,17 @@ def _named_by(sidecar: Path) -> Path | None:
     except InputError:  # told when the recording is read
         return None
     return (sidecar.parent / named).resolve() if isinstance(named, str) and named else None
+
+
+def _refused_alone(sidecar: Path) -> bool:
+    """Tell if a TOML file without a recording beside it cannot be read: reading it as a recording says why."""
+    if any(sidecar.with_suffix(ending).is_file() for ending in FORMATS):
+        return False
+    try:
+        read_toml(sidecar, "sidecar")
+    except InputError:
+        return True
+    return False
 
 
 def fit_campaign(

@@ -13,7 +13,7 @@ from tyre.channel_map import TABLES, ChannelMap, Mounting
 from tyre.channels import Record, read_records
 from tyre.clock import GAP, fills, how_to
 from tyre.draft import draft_words, looking, refuse_unmapped
-from tyre.errors import InputError, refuse_unknown
+from tyre.errors import InputError, nearest, refuse_unknown
 from tyre.files import named_folder
 from tyre.formats import contents
 from tyre.schema import any_table, anything, by_name, flag, list_of, maybe, needed, number, read, refused, table, text
@@ -120,7 +120,20 @@ def read_events(path: Path, speed: float, group: str = "", *, channel_map: Chann
     """Read the events of a recording in any columns, units and formats; with several, each is called ``FILE#EVENT``."""
     if channel_map is None:
         return (read_run(path, speed, group),)
+    _refuse_other_motions(path, channel_map)
     return tuple(run_of(record, path, speed, group) for record in read_records(path, channel_map, QUANTITIES))
+
+
+def _refuse_other_motions(path: Path, channel_map: ChannelMap) -> None:
+    """Refuse a mapped channel that is neither a motion or torque of a bicycle nor turns a sensor or triggers."""
+    helpers = {name for mounting in channel_map.mountings for name in mounting.channels}
+    helpers |= {window.trigger.channel for window in channel_map.windows if window.trigger}
+    other = next((name for name in channel_map.channels if name not in helpers and name not in QUANTITIES), "")
+    if other and not nearest(other, QUANTITIES, cutoff=0.85):  # else the reader asks whether that was meant
+        raise InputError(
+            f"{path}: channel {other!r} is no motion or torque of a bicycle, which are {', '.join(QUANTITIES)}; an "
+            "oscillation keeps its frequency and damping under any of these names that has its unit"
+        )
 
 
 def run_of(record: Record, path: Path, speed: float, group: str = "", lines: Sequence[str] = ()) -> Run:

@@ -17,6 +17,10 @@ BEYOND = (
     "{run}: the window from {first:g} s to {last:g} s reaches beyond the recording, 0 to {length:g} s{clock}; what "
     "there is was fitted"
 )
+STANDS = (
+    "{run}: at 0 m/s, a bicycle that stands or hangs; frequency and damping are those of the recording, but `velotyre "
+    "diagnose` compares speeds above 0 alone"
+)
 UNUSED = (
     "no run could be used{unwritten}; see the judgements above; `velotyre look {file}` finds the windows in which a "
     "motion dies away"
@@ -70,6 +74,7 @@ def command(
             named = list(zip(names, found, strict=True))
             pairs += named
             notes += [f"{event.name}: {note}" for note in event.notes] + _beyond(event, **window)
+            notes += [STANDS.format(run=event.name)] if event.speed == 0 else []
             if figures is not None and found[0].estimate is not None:
                 stem = re.sub(r"[^\w.-]+", "_", f"{event.name}_{event.speed:g}".replace(".csv", ""))
                 drawn.append(next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn))
@@ -112,7 +117,7 @@ def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
     from studies.run_argument import file_and_speed
     from tyre.draft import looking
 
-    file, speed = file_and_speed(given)
+    file, speed = file_and_speed(given, may_stand=True)
     with looking(file):
         return file, read_events(file, speed, channel_map=channel_map)
 

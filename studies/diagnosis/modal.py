@@ -36,6 +36,7 @@ from studies.diagnosis.mistakes import (
     speed_errors,
     turn_ratios,
 )
+from studies.diagnosis.modal_columns import read_modal_columns
 from studies.inference import kind as base
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Proposal, Rows, Series
@@ -44,7 +45,7 @@ from tyre.arrays import Array, Complex
 from tyre.errors import InputError, unknown
 from tyre.plausible import LARGEST
 from tyre.schema import Check, number, path_key, read, table
-from tyre.table import Columns, read_columns
+from tyre.table import Columns
 
 # ---- the table ----
 
@@ -119,13 +120,13 @@ def _read_points(
 ) -> tuple[tuple[ModalPoint, ...], list[str]]:
     """Points of the table, and notes."""
     path = folder / content["table"]
-    settable = tuple(
-        f"{effect.identifier}.{entry}" for effect in model.effects for p in effect.parameters
+    settable = {
+        f"{effect.identifier}.{entry}": p.unit for effect in model.effects for p in effect.parameters
         for entry in dict.fromkeys((p.name, *p.entries()))
-    )  # fmt: skip
-    columns = read_columns(
+    }  # fmt: skip
+    columns, notes = read_modal_columns(
         path, numbers=NUMBERS | dict.fromkeys(settable, number()), texts=("mode", "group"),
-        needed=("speed_m_s", "mode"),
+        needed=("speed_m_s", "mode"), units=settable,
     )  # fmt: skip
     if not set(EIGENVALUE) & set(columns.numbers):
         raise InputError(f"{path}: the column {' or '.join(EIGENVALUE)} is missing; give decay, frequency, or both")
@@ -134,10 +135,11 @@ def _read_points(
             f"{path}: {count} rows are more than {MOST_ROWS}; average the runs at each speed and give their means with "
             "the standard deviations of the means, or a part of the rows"
         )
-    settings = _read_settings(path, columns, model, settable, uncertainty)
+    settings = _read_settings(path, columns, model, tuple(settable), uncertainty)
     points = tuple(_point(path, row, columns, known) for row, known in enumerate(settings))
     refuse_repeats(path, columns.lines, [(p.speed, p.called, repr(p.eigenvalue)) for p in points], "run")
-    points, notes = _with_sd(points, [name in columns.numbers for name in SD])
+    points, told = _with_sd(points, [name in columns.numbers for name in SD])
+    notes += told
     if SPEED_SD in columns.numbers:
         points = tuple(map(partial(_with_speed_sd, model), points, columns.numbers[SPEED_SD].tolist()))
     if unused := [name for name in UNUSED if name in columns.numbers]:

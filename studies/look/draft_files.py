@@ -16,7 +16,7 @@ from studies.reporting.markdown_text import render_file
 from tyre.channel_map import Reading, Window
 from tyre.draft import UNKNOWN
 from tyre.errors import InputError
-from tyre.files import own_ends, slug, slugs, write_text
+from tyre.files import own_ends, refuse_outside, slug, slugs, write_text
 from tyre.preflight import TOLERANCES
 from tyre.units import SI, quantity_of
 
@@ -168,7 +168,7 @@ def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, 
         if folder is None and (use.windows or not step or "MAP.toml" in step or "MEASUREMENT" in step):
             step = f"velotyre look {quote(str(found.opened.path))} --out DIR writes drafts"
         elif not step:
-            step = f"velotyre tyre fit {quote(str(folder))} --out fit"
+            step = f"{_allowing(found, folder)}velotyre tyre fit {quote(str(folder))} --out fit"
             if found.roles.given is not None:
                 step += f" --channels {quote(str(found.roles.given.source))}"
         else:
@@ -176,9 +176,22 @@ def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, 
             name = next((name for ending in endings for name in names if name.endswith(ending)), "MAP.toml")
             step = step.replace("MAP.toml", quote(f"{folder}/{name}"))
             measured = next((name for name in names if name.endswith(".measurement.toml")), "")
-            step = step.replace("MEASUREMENT.toml", quote(f"{folder}/{measured}")) if measured else step
+            if measured:
+                step = _allowing(found, folder) + step.replace("MEASUREMENT.toml", quote(f"{folder}/{measured}"))
         commands[use.name] = step
     return commands
+
+
+def _allowing(found: Look, folder: Path | None) -> str:
+    """Set the variable that lets a draft in ``folder`` name its recording, if this lies elsewhere; else nothing."""
+    if folder is None:
+        return ""
+    path = found.opened.path
+    try:
+        refuse_outside({"recording": _relative(path, folder)}, folder / "draft.toml")
+    except InputError:
+        return f"VELOTYRE_FOLDER={quote(str(path.resolve().parent))} "
+    return ""
 
 
 def _relative(path: Path, folder: Path) -> str:

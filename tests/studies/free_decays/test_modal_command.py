@@ -177,3 +177,38 @@ def test_what_the_ground_drives_for_many_cycles_is_said_to_be_no_noise(tmp_path,
     main(["modal", f"{tmp_path / 'road.csv'}@5"])
     shown = capsys.readouterr()
     assert "road.csv: what is left is no noise (p " in shown.err or "what is left is no noise" in shown.out
+
+
+def other_columns(path):
+    """A decay of 5 s at 50 Hz under the names of another laboratory."""
+    time, rng = np.arange(250) / 50, np.random.default_rng(7)
+    wave = 0.4 * np.exp(-0.6 * time) * np.cos(4.2 * time) + rng.normal(0, 0.004, 250)
+    rows = [f"{t:.3f},{x:.6f}" for t, x in zip(time, wave, strict=True)]
+    path.write_text("\n".join(["t [s],Pitch [rad/s]", *rows, ""]))
+    return path
+
+
+def test_a_bicycle_that_stands_has_frequency_and_damping_too(tmp_path, capsys):
+    path = other_columns(tmp_path / "a.csv")
+    channels = ["--channel", "time=t", "--channel", "roll_rate=Pitch"]
+    main(["modal", f"{path}@0", *channels, "--out", str(tmp_path / "t.csv")])
+    assert "at 0 m/s, a bicycle that stands or hangs" in capsys.readouterr().err
+    (row,) = csv.DictReader((tmp_path / "t.csv").read_text().splitlines())
+    assert float(row["real_1_s"]) == pytest.approx(-0.6, abs=0.05)
+    assert float(row["imag_rad_s"]) == pytest.approx(4.2, abs=0.05)
+    with pytest.raises(SystemExit):
+        main(["frequency-response", f"{path}@0", "--input", "steer_torque", "--output", "roll_rate", *channels])
+    assert "the speed must be above 0; only `velotyre modal`" in capsys.readouterr().err
+
+
+def test_a_channel_that_is_no_motion_of_a_bicycle_is_refused_in_one_true_line(tmp_path, capsys):
+    path = other_columns(tmp_path / "a.csv")
+    for name, words in (
+        ("pitch_rate", "is no motion or torque of a bicycle"),
+        ("rol_rate", "did you mean 'roll_rate'"),
+    ):
+        with pytest.raises(SystemExit):
+            main(["modal", f"{path}@5", "--channel", "time=t", "--channel", f"{name}=Pitch"])
+        told = capsys.readouterr().err
+        assert words in told
+        assert told.count("\n") == 1
