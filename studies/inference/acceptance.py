@@ -32,7 +32,7 @@ ACCEPTANCE_RULES = {
     "nothing_unlikely": Rule("P(nothing is missing) < {nothing:g}", "possibly nothing is missing"),
     "predicts": Rule("held-out log score improves", "data left out gain nothing by it"),
     "wide_priors": Rule(
-        "survives doubling the uncertainty of the parameters",
+        "P(nothing is missing) < {remote:g}, or < {nothing:g} with the uncertainty of the parameters doubled",
         "possibly nothing is missing if the uncertainty of the parameters is doubled",
     ),
     "each_alone": Rule("each of three effects stands alone", "not clearly better than nothing by itself: {culprit}"),
@@ -59,6 +59,7 @@ class AcceptanceCheck:
     figure: str  # what was found, as the list of rules prints it
     passed: bool
     culprit: str = ""  # what the complaint names; the figure if empty
+    remark: str = ""  # what is said though the rule holds
 
     @property
     def what(self) -> str:

@@ -10,6 +10,7 @@ class Rules:
     poor_fit: float = 0.01  # p below which a model does not fit its data; convention
     clear_odds: float = 20.0  # : 1, from which odds are clear; strong evidence of Kass & Raftery (1995)
     nothing: float = 0.05  # P(nothing is missing) above which nothing is named; convention
+    remote: float = 0.01  # P(nothing) below which doubled uncertainties of the parameters are a note; convention
     even: float = 0.5  # the same, above which a poor fit of nothing alone names nothing; even odds
     # sizes of effects
     seldom: float = 0.05  # prior share of sizes that seldom occur; counted

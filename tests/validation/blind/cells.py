@@ -118,6 +118,34 @@ def opposed(rng: Random) -> Settings:
     return {"bicycle": bicycle, "sizes": sizes, "hidden": tuple(sizes), "noise": QUIET}
 
 
+FAINT: Settings = {"points": 8, "modes": ("weave",), "kind": "slipping"}
+FAINT_HIDDEN = ("steer_damper", "steer_spring", "pneumatic_trail", "crown_radius", "twisting_torque", "camber_thrust")
+FAINT_BICYCLES = ("pista_rider", "benchmark", "rigid_rider", "browser", "crescendo")
+
+
+def _faint_base(rng: Random) -> Settings:
+    """Draw the bicycle of a short table of weave on tyres: half of them carry a rider, whose weave says less."""
+    return {"bicycle": str(rng.choice(FAINT_BICYCLES))}
+
+
+def faint_nothing(rng: Random) -> Settings:
+    """Hide nothing in a short table of weave on tyres."""
+    return _faint_base(rng)
+
+
+def faint_one(rng: Random) -> Settings:
+    """Hide one effect of a usual size in a short table of weave on tyres."""
+    return _faint_base(rng) | {"hidden": (str(rng.choice(FAINT_HIDDEN)),)}
+
+
+def faint_outside(rng: Random) -> Settings:
+    """Hide something that no library has in a short table of weave on tyres.
+
+    No effect is left out of the library here: in so few rows a trail looks like the spring that was left out.
+    """
+    return _faint_base(rng) | {"cause": causes.draw(causes.OUTSIDE, rng)}
+
+
 @dataclass(frozen=True)
 class Cell:
     """What measures, what is drawn for a case, and what is the same in all of them."""
@@ -154,6 +182,9 @@ MAKERS: Mapping[str, Cell] = {
     "eigenvalues-none": modal(nothing, bare),
     "eigenvalues-one": modal(one, bare),
     "eigenvalues-offset": modal(offset, bare),
+    "faint-none": modal(faint_nothing, FAINT),
+    "faint-one": modal(faint_one, FAINT),
+    "faint-outside": modal(faint_outside, FAINT),
 }
 CELLS = tuple(MAKERS)
 """In the order of their numbers, which seed them: append, never insert."""
