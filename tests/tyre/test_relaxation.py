@@ -10,8 +10,8 @@ from scipy import stats
 from scipy.integrate import quad, solve_ivp
 
 from tests.shared.refusals import refuses
+from tyre.friction import dahl_friction
 from tyre.properties import Calibration, Estimate, combine_uncertainties
-from tyre.pull_test import dahl_friction
 from tyre.recording import Condition, RigRun
 from tyre.relaxation import (
     agreement,

@@ -159,11 +159,21 @@ def test_a_pull_test_has_so_many_readings_a_stroke(readings, cycles):
 
 def test_the_simulator_has_no_code_of_the_fits_that_it_judges():
     """Only the term by which a diagnosis adds friction to a pull is theirs."""
-    fits = {"relaxation", "magic_formula", "noise", "sweep_curve", "slip_sweep", "pull_test", "contact_patch"}
+    fits = {
+        "relaxation",
+        "magic_formula",
+        "noise",
+        "sweep_curve",
+        "slip_sweep",
+        "pull_test",
+        "pull_curve",
+        "contact_patch",
+        "friction",
+    }
     used = {
         (module, thing.__module__.removeprefix("tyre."))
         for module in ("simulator", "effect", "effects.mechanics", "effects.sensors", "effects.tyre")
         for thing in vars(import_module(f"tyre.rig.{module}")).values()
         if callable(thing) and getattr(thing, "__module__", None)
     }
-    assert {(module, home) for module, home in used if home in fits} == {("effects.mechanics", "pull_test")}
+    assert {(module, home) for module, home in used if home in fits} == {("effects.mechanics", "friction")}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tyre.arrays import Array
-from tyre.pull_test import dahl_friction
+from tyre.friction import dahl_friction
 from tyre.recording import Condition
 from tyre.rig.effect import (
     Channels,
