@@ -192,6 +192,7 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
         "friction_N": fit.friction, "largest_force_N": float(np.max(np.abs(fit.force))),
         "presliding_m": fit.presliding, "linear_range_m": fit.linear_range, "departure": fit.departure,
         "gauge_resolution_m": fit.resolution, "rim_share": fit.rim_share, "readings": float(fit.readings),
+        "readings_used": float(fit.readings_used),
         "residual_sd_N": fit.residual_sd,
     }  # fmt: skip
     points = {"deflection_m": fit.deflection, "force_N": fit.force, "fitted_N": fit.fitted}

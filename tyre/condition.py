@@ -96,6 +96,9 @@ class RepeatLimits:
     friction: float = 0.25  # of the largest force
     near: float = 0.02  # conditions closer than this were perhaps meant to be one
     trail_sd: float = 0.02  # m; a trail known worse is not judged
+    # exponent n of lateral stiffness over load, K ~ load^n: the contact grows with the load, at most in proportion, and
+    # the casing, in series with it, loses some stiffness as it is pressed flat
+    by_load: tuple[float, float] = (-0.5, 1.0)
 
 
 LIMITS = RepeatLimits()
@@ -356,6 +359,29 @@ def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResul
     return judged
 
 
+def with_load_trend(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
+    """Warn of lateral stiffnesses that change with the load more than those of tyres do, by two standard deviations."""
+    said: dict[str, list[str]] = {}
+    for one, other in combinations(sorted(conditions, key=lambda c: c.load), 2):
+        alike = all(getattr(one, name) == getattr(other, name) for name in ("tyre", "surface", "pressure", "camber"))
+        first, second = one.lateral_stiffness, other.lateral_stiffness
+        if not alike or one.borrowed_stiffness or first is None or second is None or other.load <= one.load:
+            continue
+        loads = math.log(other.load / one.load)
+        exponent = math.log(second.value / first.value) / loads
+        doubt = 2.0 * math.hypot(first.sd / first.value, second.sd / second.value) / loads
+        low, high = LIMITS.by_load
+        if not low - doubt <= exponent <= high + doubt:
+            text = (
+                f"lateral stiffness goes from {1e-3 * first.value:.1f} N/mm at {one.load:g} N to "
+                f"{1e-3 * second.value:.1f} N/mm at {other.load:g} N, as load^{exponent:.1f}; tyres keep to "
+                f"load^{low:g} to load^{high:g}: look at the pulls at both loads"
+            )
+            for condition in (one, other):
+                said.setdefault(condition.label, []).append(text)
+    return [replace(c, warnings=(*c.warnings, *said.get(c.label, []))) for c in conditions]
+
+
 def upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
     """Keep the conditions at the smallest camber that a tyre was run at on its surface: the others are of no map."""
     least: dict[tuple[str, str], float] = {}
@@ -418,7 +444,7 @@ def combined(
                 further_warnings=[near[key]] if key in near else [],
             )
         )  # fmt: skip
-    return with_agreement(with_camber(conditions, settings.calibration)), sweeps, pulls
+    return with_load_trend(with_agreement(with_camber(conditions, settings.calibration))), sweeps, pulls
 
 
 def _slopes(

@@ -239,7 +239,7 @@ def residuals(summary: RecordingSummary) -> Figure:
     else:
         x, left = 1e3 * points["deflection_m"], points["force_N"] - points["fitted_N"]
         groups = ((np.ones(x.size, bool), "o", COLOURS[0], "read"),)
-        curve, label = (x, points["fitted_N"]), "loop of one slope and Dahl friction"
+        curve, label = (x, points["fitted_N"]), "law of the readings used, with Dahl friction"
         figure_title += f"K = {1e-3 * summary.value:.2f} N/mm, friction ±{summary.details['friction_N']:.2f} N"
         below.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
     for chosen, marker, colour, name in groups:

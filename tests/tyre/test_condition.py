@@ -7,10 +7,12 @@ import pytest
 
 from tests.shared.refusals import refuses
 from tyre.condition import (
+    FitSettings,
     Key,
     RecordingSummary,
     check_plausible,
     check_repeats,
+    combined,
     near_conditions,
     refuse_infinite,
     repeat_warnings,
@@ -79,3 +81,20 @@ def test_what_no_tyre_has_is_refused_from_the_limits_on(kind, low, high):
         refuses(words, check_plausible, summary("run.csv", value, kind=kind), Path("run.csv"))
     for value in (1.03 * low, 0.97 * high):
         check_plausible(summary("run.csv", value, kind=kind), Path("run.csv"))
+
+
+@pytest.mark.parametrize(("stiffnesses", "exponents"), [
+    ((120e3, 102e3, 62e3), ["load^-1.3", "load^-2.2"]),  # ln(62/120)/ln(500/300), ln(62/102)/ln(500/400)
+    ((40e3, 55e3, 95e3), ["load^1.7", "load^2.4"]),
+    ((60e3, 62e3, 63e3), []),
+])  # fmt: skip
+def test_a_lateral_stiffness_that_changes_with_the_load_as_no_tyres_does_is_said(stiffnesses, exponents):
+    loads = (300.0, 400.0, 500.0)
+    pulls = [
+        summary(f"{load:g}.csv", k, kind="pull_test", condition=replace(CONDITION, load=load), fit_sd=100.0)
+        for load, k in zip(loads, stiffnesses, strict=True)
+    ]
+    conditions, _, _ = combined(pulls, FitSettings(), where="rig")
+    said = [text for text in conditions[2].warnings if "lateral stiffness goes from" in text]
+    assert len(said) == len(exponents)
+    assert all(exponent in text for exponent, text in zip(exponents, said, strict=True))
