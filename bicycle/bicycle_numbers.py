@@ -64,6 +64,11 @@ def si_unit(key: str) -> str:
     return "m/s" if key == "v" else "m" if key in ("yB", "yH", FORK_OFFSET) else UNITS.get(key, "kg m^2")
 
 
+def trail_of_offset(offset: float, lam: float, radius: float) -> float:
+    """Trail (m) of a fork whose hub lies an ``offset`` (m) before the steer axis; front ``radius`` (m)."""
+    return (radius * math.sin(lam) - offset) / math.cos(lam)
+
+
 @dataclass
 class GivenNumbers:
     """Content of a file: numbers, one :meth:`add` each, in its order, and the words beside them."""
@@ -225,7 +230,7 @@ class GivenNumbers:
         if odd and odd.absurd:
             raise InputError(f"{odd.text}; {parameters.NAME_THE_UNIT}")
         lam, radius = self.values["lam"], self.values["rF"]
-        self.values["c"] = (radius * math.sin(lam) - offset) / math.cos(lam)
+        self.values["c"] = trail_of_offset(offset, lam, radius)
         if FORK_OFFSET not in (*self.sd, *self.covariance.names):
             return
         slopes = {

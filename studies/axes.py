@@ -12,7 +12,8 @@ from bicycle.model import Model
 from bicycle.parameter_covariance import WHEELS, ParameterKey, entries_of
 from bicycle.parameters import ALIASES, BOUNDS, UNITS, UNUSED, canonical, of_kind
 from bicycle.wheel_tyres import MOST_BAR
-from tyre.errors import InputError, read_number, unknown
+from tyre.errors import InputError, unknown
+from tyre.typed_number import typed_number, typed_numbers
 
 SPEED = "speed"
 OF_THE_TYRE = {"pressure_bar": "bar", "load_N": "N"}
@@ -124,11 +125,16 @@ def base_value(model: Model, axis: Axis, conditions: dict[str, float]) -> float:
     return given[0] if np.ptp(given) == 0 else math.nan
 
 
-def numbers_by_name(texts: Sequence[str], option: str, like: str, what: str = "number") -> dict[str, float]:
-    """Numbers >= 0 from texts ``NAME=VALUE`` of an option, with an example and the kind of number for messages."""
+def numbers_by_name(
+    texts: Sequence[str], option: str, like: str, what: str = "number", *, own_unit: bool = True
+) -> dict[str, float]:
+    """Numbers >= 0 from texts ``NAME=VALUE`` of an option, with an example and the kind of number for messages.
+
+    They are in the unit of NAME where they are of its own kind, and may then have another unit behind them.
+    """
 
     def checked(text: str, value: str) -> float:
-        number = read_number(value)
+        number = typed_number(value, unit_of(canonical(text.partition("=")[0])) if own_unit else "")
         if number < 0:
             raise InputError(f"{option} {text}: the {what} must be finite and >= 0")
         return number
@@ -140,7 +146,7 @@ def ranges_by_name(texts: Sequence[str], option: str = "--limits") -> dict[str, 
     """Ranges that rise from texts ``NAME=LOW:HIGH`` of an option."""
 
     def checked(text: str, value: str) -> tuple[float, float]:
-        low, high = (read_number(part) for part in value.split(":"))
+        low, high = typed_numbers(value.split(":"), unit_of(canonical(text.partition("=")[0])))
         if low >= high:
             raise InputError(f"{option} {text}: the range must be finite and rise")
         return low, high

@@ -9,24 +9,32 @@ import click
 import click.core
 
 from tyre.errors import InputError, plain_digits, read_number
+from tyre.typed_number import typed_number
 
 MOST_BYTES = 1e9  # of the arrays that one number asks for
 
 
 class Number(click.ParamType):
-    """A finite number of the command line from ``least`` to ``most``, or ``above`` the one and ``below`` the other."""
+    """A finite number of the command line from ``least`` to ``most``, or ``above`` the one and ``below`` the other.
+
+    It is in ``unit`` unless another unit of the same quantity is typed behind it.
+    """
 
     name = "number"
 
     def __init__(
-        self, least: float, most: float, *, above: bool = False, below: bool = False, whole: bool = False
-    ) -> None:
+        self, least: float, most: float, *, above: bool = False, below: bool = False, whole: bool = False,
+        unit: str = "",
+    ) -> None:  # fmt: skip
         self.least, self.most, self.above, self.below, self.whole = least, most, above, below, whole
+        self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Give the number; click refuses anything else with the option's name."""
         try:
-            number = int(value) if self.whole and plain_digits(value) else read_number(value)
+            number = int(value) if self.whole and plain_digits(value) else self._read(value)
+        except InputError as error:
+            self.fail(f"{value}: {error}", param, ctx)
         except (ValueError, OverflowError):
             number = math.nan
         low = self.least < number if self.above else self.least <= number
@@ -34,19 +42,26 @@ class Number(click.ParamType):
         if not (low and high):
             kind, begin = "whole number" if self.whole else "number", "above" if self.above else "from"
             end = "below" if self.below else "up to"
-            self.fail(f"{value}: give a {kind} {begin} {self.least:.12g} {end} {self.most:.12g}", param, ctx)
+            unit = f" {self.unit}" if self.unit else ""
+            self.fail(f"{value}: give a {kind} {begin} {self.least:.12g} {end} {self.most:.12g}{unit}", param, ctx)
         return number
 
+    def _read(self, value: Any) -> float:
+        return typed_number(value, self.unit) if self.unit and isinstance(value, str) else read_number(value)
 
-SPEED = Number(0, 1000)
-SPEED_ABOVE_0 = Number(0, 1000, above=True)
+
+SPEED = Number(0, 1000, unit="m/s")
+SPEED_ABOVE_0 = Number(0, 1000, above=True, unit="m/s")
 SEED = Number(0, 2**32 - 1, whole=True)
 WORKERS = Number(1, 1024, whole=True)
 COUNT = Number(0, 1000, whole=True)
 PATH, FOLDER = click.Path(path_type=Path), click.Path(path_type=Path, file_okay=False)
 POSTURE = click.Choice(("upright", "hoods", "drops"))
-FINITE, POSITIVE, ANGLE = Number(-1e6, 1e6), Number(0, 1e6, above=True), Number(-360, 360)
-TIME = Number(-1e12, 1e12)  # s, also since 1970
+FINITE, POSITIVE, ANGLE = Number(-1e6, 1e6), Number(0, 1e6, above=True), Number(-360, 360, unit="deg")
+LENGTH, LENGTH_ABOVE_0 = Number(-1e6, 1e6, unit="m"), Number(0, 1e6, above=True, unit="m")
+MASS, INERTIA = Number(0, 1e6, above=True, unit="kg"), Number(0, 1e6, above=True, unit="kg m^2")
+DURATION = Number(-1e6, 1e6, unit="s")
+TIME = Number(-1e12, 1e12, unit="s")  # also since 1970
 
 
 def stated(name: str) -> bool:

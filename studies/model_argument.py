@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.reporting.command_context import verbose
-from tyre.errors import InputError, read_number, unknown
+from tyre.errors import InputError, unknown
+from tyre.typed_number import typed_numbers
 
 if TYPE_CHECKING:
     from bicycle.model import Model
@@ -165,12 +166,11 @@ def _pressure(tyre: str, surface: str | None, text: str | None) -> float | dict[
         measured = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in found.pressures)
         said = f"; it was measured at {measured} bar" if measured else ""
         raise InputError(f"--tyre {tyre} needs --pressure, in bar{said}")
-    try:
-        bars = [read_number(part) for part in text.split(",")]
-    except ValueError:
-        bars = []
+    bars = typed_numbers(text.split(","), "bar")
     if len(bars) not in (1, 2):
-        raise InputError(f"--pressure {text!r}: give one number in bar, such as 5.5, or REAR,FRONT, such as 7.5,5.5")
+        raise InputError(
+            f"--pressure {text!r}: give one number, in bar or with its unit: 5.5 or 80psi; or REAR,FRONT: 7.5,5.5"
+        )
     return bars[0] if len(bars) == 1 else {"rear": bars[0], "front": bars[1]}
 
 

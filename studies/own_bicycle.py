@@ -1,7 +1,6 @@
 """A bicycle file from what its owner can measure: what follows from it, and which measurement would help most."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bicycle import scaled_bicycle as scaled
+from bicycle.bicycle_numbers import FORK_OFFSET, trail_of_offset
 from bicycle.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.default_sd import DEFAULTS
 from bicycle.effect import WHEELS
@@ -17,6 +17,7 @@ from bicycle.model import Model
 from bicycle.parameters import UNITS, Bicycle, doubts_about
 from bicycle.propagation import critical_speed_gradients, model_covariance, standard_deviation
 from bicycle.rider_body import RigidBody
+from bicycle.wheel_size import WheelSize, read_wheel_size
 from bicycle.wheel_tyres import joint_wheel_tyres
 from studies.main_study.settings import assumed_front
 from studies.reporting.markdown_text import render_file
@@ -51,10 +52,11 @@ class Asked:
     """Measurements of an owner: lengths in m, the head angle in degrees from the horizontal, masses in kg."""
 
     wheelbase: float
-    trail: float
     head_angle: float
     wheel: str
     mass: float
+    trail: float | None = None
+    fork_offset: float | None = None
     rider_height: float | None = None
     rider_mass: float | None = None
     posture: str = "hoods"
@@ -65,19 +67,42 @@ class Asked:
     @property
     def geometry(self) -> scaled.Geometry:
         """Checked geometry."""
-        match = re.fullmatch(r"(\d{3})x(\d{2,3})", self.wheel.strip())
-        if match is None:
-            raise InputError(f"--wheel {self.wheel!r}: write rim and tyre in mm as on its side, such as 622x28")
-        rim, tyre = map(float, match.groups())
-        radius, lam = (rim / 2 + LIMITS.flattened * tyre) / 1e3, math.radians(90 - self.head_angle)
+        radius, lam = self.wheel_radius, math.radians(90 - self.head_angle)
         options = {"w": "wheelbase", "c": "trail", "lam": "head-angle", "rR": "wheel"}
-        for one in doubts_about({"w": self.wheelbase, "c": self.trail, "lam": lam, "rR": radius}):
+        if self.fork_offset is not None:
+            options["c"] = f"fork-offset {self.fork_offset:g}"
+        for one in doubts_about({"w": self.wheelbase, "lam": lam, "rR": radius}):
             if one.key == "lam":
                 raise InputError(f"--head-angle {self.head_angle:g}: give degrees from the horizontal, 56 to 90")
             raise InputError(f"--{options[one.key]}: {one.text}")
+        trail = self._trail(lam, radius)
+        for one in doubts_about({"c": trail}):
+            raise InputError(f"--{options['c']}: {one.text}")
         if not 4 <= self.mass <= 60:
             raise InputError(f"--mass {self.mass:g} is the bicycle's without rider, 4 to 60 kg")
-        return scaled.Geometry(self.wheelbase, self.trail, lam, radius, radius, self.mass)
+        return scaled.Geometry(self.wheelbase, trail, lam, radius, radius, self.mass)
+
+    @property
+    def wheel_size(self) -> WheelSize:
+        """Rim and tyre of both wheels."""
+        try:
+            return read_wheel_size(self.wheel)
+        except InputError as error:
+            raise InputError(f"--wheel {error}") from error
+
+    @property
+    def wheel_radius(self) -> float:
+        """Radius (m) at which a wheel rolls under its load."""
+        return (self.wheel_size.rim / 2 + LIMITS.flattened * self.wheel_size.width) / 1e3
+
+    def _trail(self, lam: float, radius: float) -> float:
+        """Trail (m) as it was measured, or as it follows from the offset of the fork."""
+        if (self.trail is None) == (self.fork_offset is None):
+            raise InputError("give one of --trail and --fork-offset (rake, the hub before the steer axis)")
+        if self.trail is not None:
+            return self.trail
+        assert self.fork_offset is not None
+        return trail_of_offset(self.fork_offset, lam, radius)
 
     @property
     def weighed(self) -> dict[str, tuple[float, float]]:
@@ -257,9 +282,12 @@ def file_text(own: OwnBicycle, asked: Asked, command: str) -> str:
     values, vectors = np.linalg.eigh(matrix / np.outer(sd, sd))
     kept = values > 1e-6 * values[-1]
     factor = (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))[:, kept]
-    exact = {key: DEFAULTS[key][0] for key in ("w", "c", "lam")} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
+    forks = {} if asked.fork_offset is None else {FORK_OFFSET: asked.fork_offset}
+    sd_of = {"w": "w", FORK_OFFSET if forks else "c": "c", "lam": "lam"}
+    exact = {key: DEFAULTS[like][0] for key, like in sd_of.items()} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
     content: dict[str, Any] = {
-        "own": own, "asked": asked, "command": command, "makes": len(set(scaled.MAKES.values())), "units": UNITS,
+        "own": own, "asked": asked, "forks": forks, "command": command, "units": UNITS,
+        "makes": len(set(scaled.MAKES.values())),
         "frames": len(scaled.MAKES), "limits": LIMITS, "scaled": scaled.SCALED, "factor": factor, "sd": exact,
     }  # fmt: skip
     return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)

@@ -20,7 +20,8 @@ from studies.model_argument import choose
 from studies.model_space import ModelSpace
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from tyre.arrays import Array, Complex
-from tyre.errors import InputError, read_number, unknown
+from tyre.errors import InputError, unknown
+from tyre.typed_number import typed_numbers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,15 +115,15 @@ class RootLocus:
         })  # fmt: skip
 
 
-def parse_range(text: str) -> Array:
-    """Values (m,) from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included."""
+def parse_range(text: str, unit: str = "") -> Array:
+    """Values (m,) in ``unit`` from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included."""
     how = f"range {text!r}: give start:stop or start:stop:step with start < stop and step > 0, for example 0.05:0.25"
-    try:
-        start, stop, *more = (read_number(part) for part in text.split(":"))
-    except ValueError:
-        raise InputError(how) from None
-    step = more[0] if more else (stop - start) / 200
-    if len(more) > 1 or not np.isfinite([start, stop, step]).all() or stop <= start or step <= 0:
+    numbers = typed_numbers(text.split(":"), unit)
+    if len(numbers) not in (2, 3):
+        raise InputError(how)
+    start, stop = numbers[:2]
+    step = numbers[2] if len(numbers) == 3 else (stop - start) / 200
+    if not np.isfinite([start, stop, step]).all() or stop <= start or step <= 0:
         raise InputError(how)
     if (stop - start) / step > 100_000:
         raise InputError(f"range {text!r}: {(stop - start) / step:.0f} values are more than 100000; take a larger step")

@@ -5,22 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 
 from bicycle.identification.recording import FASTEST, Run
-from tyre.errors import InputError, read_number
+from tyre.errors import InputError
 from tyre.files import own_ends
+from tyre.typed_number import typed_numbers
 
 
 def file_and_speed(text: str, *, may_stand: bool = False) -> tuple[Path, float]:
     """Read the file and the speed (m/s) of a ``text`` such as ``run01.csv@4.8``; 0 only if it ``may_stand``."""
     name, _, at = text.rpartition("@")
-    try:
-        speed = read_number(at)
-    except ValueError:
-        speed = -1.0
-    if not name or not 0 <= speed <= FASTEST:
+    speeds = typed_numbers([at], "m/s")
+    if not name or not speeds or not 0 <= speeds[0] <= FASTEST:
         raise InputError(f"{text!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
-    if speed == 0 and not may_stand:
+    if speeds[0] == 0 and not may_stand:
         raise InputError(f"{text!r}: the speed must be above 0; only `velotyre modal` reads a bicycle that stands")
-    return Path(name), speed
+    return Path(name), speeds[0]
 
 
 def named_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:

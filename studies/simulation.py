@@ -15,6 +15,7 @@ from tyre.channels import read_records
 from tyre.draft import draft_words, refuse_unmapped
 from tyre.errors import InputError, read_number, unknown
 from tyre.table import read_columns
+from tyre.typed_number import typed_numbers
 from tyre.units import SI
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
@@ -115,7 +116,9 @@ def _shaped(text: str, shape: str, value: str) -> InputHistory:
     size, _, when = value.partition("@")
     start, _, duration = when.partition("+")
     try:
-        numbers = [read_number(size), read_number(start or 0.0), *([read_number(duration)] if duration else [])]
+        numbers = [read_number(size), *typed_numbers([part for part in (start or "0", duration) if part], "s")]
+    except InputError:
+        raise
     except ValueError:
         numbers = []
     if len(numbers) != 2 + lasts:

@@ -13,13 +13,14 @@ from bicycle.naming import check_trackable, speed_unit
 from bicycle.parameter_covariance import WHEELS, ParameterKey
 from bicycle.parameters import canonical
 from bicycle.wheel_tyres import tyre_loads
-from studies.axes import SPEED, Axis, typical_range
+from studies.axes import SPEED, Axis, typical_range, unit_of
 from studies.model_space import ModelSpace
 from tyre.arrays import Array, Complex
-from tyre.errors import TINY, InputError, read_number
+from tyre.errors import TINY, InputError
 from tyre.find_tyre import read_tyre
 from tyre.map_files import available_tyres
 from tyre.properties import out_of_reach
+from tyre.typed_number import typed_numbers
 from tyre.units import PASCAL_PER_BAR
 
 SLOW, FAST = 1.0, 25.0  # m/s, where no range of the speed is given
@@ -65,12 +66,10 @@ def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
         return name, None, False
     parts = rest.split(":")
     log = len(parts) == 3 and parts[2] == "log"
-    try:
-        low, high = (read_number(part) for part in (parts[:2] if log else parts))
-    except ValueError:
-        low = high = 0.0
-    if low >= high:
+    numbers = typed_numbers(parts[:2] if log else parts, unit_of(canonical(name)))
+    if len(numbers) != 2 or numbers[0] >= numbers[1]:
         raise InputError(f"axis {text!r}: {HOW}; the range must be finite and rise (below {TINY:g} is 0)")
+    low, high = numbers
     if log and low <= 0:
         raise InputError(f"axis {text!r}: equal ratios need a range above 0")
     return name, (low, high), log

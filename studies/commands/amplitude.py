@@ -24,7 +24,11 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of 
 @click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
 @click.option("--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts another motion.")
-@click.option("--damper", type=Number(0, 100, above=True), help="N m s/rad; default: the least that ends wobble.")
+@click.option(
+    "--damper",
+    type=Number(0, 100, above=True, unit="N m s/rad"),
+    help="N m s/rad; default: the least that ends wobble.",
+)
 @click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
 @click.option("--film", type=PATH, help="Film the largest motion that lasts: .gif or .mp4.")
@@ -87,14 +91,12 @@ def command(
 
 
 def _point(text: str | None) -> tuple[float, float] | None:
-    from tyre.errors import InputError, read_number
+    from tyre.errors import InputError
+    from tyre.typed_number import typed_numbers
 
     if text is None:
         return None
-    try:
-        x, z = (read_number(part) for part in text.split(","))
-    except ValueError:
-        x = z = float("nan")
-    if not (abs(x) <= 10 and abs(z) <= 10):
+    place = typed_numbers(text.split(","), "m")
+    if len(place) != 2 or max(map(abs, place)) > 10:
         raise InputError(f"--point {text}: give X,Z in m, up to 10, z down, such as 0.9,-0.8")
-    return x, z
+    return place[0], place[1]

@@ -20,7 +20,7 @@ from studies.reporting.command_context import example
 @click.option(
     "--amplitude", type=Number(0, 45, above=True), default=12.0, show_default=True, help="Largest angle shown, degrees."
 )
-@click.option("--seconds", type=Number(0.2, 60), default=3.0, show_default=True, help="Length of the film.")
+@click.option("--seconds", type=Number(0.2, 60, unit="s"), default=3.0, show_default=True, help="Length of the film.")
 def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitude: float, seconds: float) -> None:
     import math
 

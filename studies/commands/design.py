@@ -66,7 +66,7 @@ def command(
         raise InputError("--vary: give at least one parameter, for example --vary c,w")
     content, added = designs.with_effects(chosen.content, keys)
     wanted = designs.Wanted(
-        numbers_by_name(costs, "--cost", "c=100", "cost"),
+        numbers_by_name(costs, "--cost", "c=100", "cost", own_unit=False),
         numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), ranges_by_name(limits), assume=assume,
         probability=probability, samples=samples, seed=seed,
     )  # fmt: skip

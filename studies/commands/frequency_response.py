@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE
+from studies.command_options import DURATION, FINITE
 from studies.reporting.command_context import example
 
 
@@ -23,7 +23,9 @@ from studies.reporting.command_context import example
     "--instrument", "reference", default="", metavar="COLUMN",
     help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
 )  # fmt: skip
-@click.option("--segment", "segment_s", type=FINITE, default=10.0, show_default=True, help="Length of the segments, s.")
+@click.option(
+    "--segment", "segment_s", type=DURATION, default=10.0, show_default=True, help="Length of the segments, s."
+)
 @click.option("--to-hz", "highest_hz", type=FINITE, default=5.0, show_default=True, help="Highest frequency, Hz.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
 def command(

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from studies.command_options import ANGLE, FINITE, PATH, POSITIVE, POSTURE, stated
+from studies.command_options import ANGLE, INERTIA, LENGTH, LENGTH_ABOVE_0, MASS, PATH, POSTURE, stated
 from studies.reporting.command_context import example
 
-NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
+NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 
 
 @click.command(
@@ -17,7 +17,7 @@ NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
     "of yours from what you can measure.",
     epilog=example(
         "velotyre new model.toml",
-        "velotyre new mine.toml --wheelbase 1.02 --trail 0.06 --head-angle 72.5 --wheel 622x28 --mass 9 "
+        "velotyre new mine.toml --wheelbase 1.02 --trail 0.06 --head-angle 72.5 --wheel 28-622 --mass 9 "
         "--rider-height 1.80 --rider-mass 75 --posture hoods",
     ),
 )
@@ -28,17 +28,20 @@ NEEDED = ("wheelbase", "trail", "head_angle", "wheel", "mass")
 )  # fmt: skip
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
-@click.option("--wheelbase", type=POSITIVE, help="m; with the options below: your bicycle, not measured but scaled.")
-@click.option("--trail", type=FINITE, help="m.")
+@click.option("--wheelbase", type=LENGTH_ABOVE_0, help="m; with the options below: a bicycle of yours, scaled.")
+@click.option("--trail", type=LENGTH, help="m; or --fork-offset.")
+@click.option("--fork-offset", type=LENGTH, help="Rake: hub before the steer axis, m; in place of --trail.")
 @click.option("--head-angle", type=ANGLE, help="Steer axis from the horizontal, degrees.")
-@click.option("--wheel", metavar="RIMxTYRE", help="As on the tyre, mm: 622x28.")
-@click.option("--mass", type=POSITIVE, help="Bicycle without rider, kg.")
-@click.option("--rider-height", type=POSITIVE, help="m; without it a bicycle without rider (needs the extra rider).")
-@click.option("--rider-mass", type=POSITIVE, help="kg.")
+@click.option("--wheel", metavar="SIZE", help="As on the tyre: 28-622, 700x28C, '26 x 1.75'.")
+@click.option("--mass", type=MASS, help="Bicycle without rider, kg.")
+@click.option(
+    "--rider-height", type=LENGTH_ABOVE_0, help="m; without it a bicycle without rider (needs the extra rider)."
+)
+@click.option("--rider-mass", type=MASS, help="kg.")
 @click.option("--posture", type=POSTURE, default="hoods", help="[default: hoods]")
-@click.option("--front-wheel-mass", type=POSITIVE, help="kg, if you weigh it: the speeds are then better known.")
-@click.option("--fork-mass", type=POSITIVE, help="Fork, stem and bar, kg, if you weigh them.")
-@click.option("--front-wheel-inertia", type=POSITIVE, help="About its axle, kg m^2, if you swing it.")
+@click.option("--front-wheel-mass", type=MASS, help="kg, if you weigh it: the speeds are then better known.")
+@click.option("--fork-mass", type=MASS, help="Fork, stem and bar, kg, if you weigh them.")
+@click.option("--front-wheel-inertia", type=INERTIA, help="About its axle, kg m^2, if you swing it.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **own: Any) -> None:
     from bicycle.bicycle_files import available_bicycles, load_bicycle
@@ -85,11 +88,12 @@ def _write_own(target: Path, own: dict[str, Any]) -> None:
     from tyre.files import write_text
 
     missing = [f"--{key.replace('_', '-')}" for key in NEEDED if own[key] is None]
+    missing += ["--trail or --fork-offset"] if own["trail"] is None and own["fork_offset"] is None else []
     if missing:
         raise InputError(f"a bicycle of yours needs {', '.join(missing)}")
     asked = Asked(**own)
     found = own_bicycle(asked, target.stem)
-    options = [f"--{key.replace('_', '-')} {value}" for key, value in own.items() if value is not None]
+    options = [f"--{key.replace('_', '-')} {quote(str(value))}" for key, value in own.items() if value is not None]
     text = file_text(found, asked, f"velotyre new {target.name} {' '.join(options)}")
     write_text(target, text)
     head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]

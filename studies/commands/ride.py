@@ -34,7 +34,7 @@ def command(
     rider, cases = read_rider_control(rider_control), {}
     for text, tyre, pressure in product(models, tyres or (None,), pressures or (None,)):
         chosen = choose(text, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
-        label = [text] * (len(models) > 1 or tyre is None) + [tyre or "", f"{pressure} bar" if pressure else ""]
+        label = [text] * (len(models) > 1 or tyre is None) + [tyre or "", _condition(pressure)]
         cases[" ".join(filter(None, label))] = chosen.model
     found = rides(rider, cases, None if speeds is None else parse_speeds(speeds, 10_000))
     rows = table(found)
@@ -47,3 +47,10 @@ def command(
     print_table([list(row.values()) for row in rows], list(rows[0]))
     click.echo(told(found, "ride.txt.j2").strip())
     print_named_warnings({label: model.linear_model().warnings for label, model in cases.items()})
+
+
+def _condition(pressure: str | None) -> str:
+    """A pressure as it was typed, with its unit."""
+    if not pressure:
+        return ""
+    return pressure if any(letter.isalpha() for letter in pressure) else f"{pressure} bar"

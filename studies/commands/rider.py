@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.command_options import ANGLE, FINITE, PATH, POSTURE
+from studies.command_options import ANGLE, LENGTH, MASS, PATH, POSTURE
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @verbose
 @click.argument("bicycle")
 @click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
-@click.option("--height", type=FINITE, help="m; with --mass instead of --rider: a body scaled from a measured one.")
-@click.option("--mass", type=FINITE, help="Total mass of the rider, kg.")
+@click.option("--height", type=LENGTH, help="m; with --mass instead of --rider: a body scaled from a measured one.")
+@click.option("--mass", type=MASS, help="Total mass of the rider, kg.")
 @click.option("--posture", type=POSTURE, required=True, help="How the rider sits.")
 @click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
 @click.option("--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")

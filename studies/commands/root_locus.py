@@ -28,6 +28,8 @@ def command(
     json_file: str | None,
 ) -> None:  # fmt: skip
     from bicycle.eigen import angular_frequency
+    from bicycle.parameters import canonical
+    from studies.axes import unit_of
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
     from studies.root_locus import draw_root_locus, parameter_path, parse_range, root_locus
@@ -36,7 +38,7 @@ def command(
     check_targets(json=json_file)
     if parameter == "speed" and speed is not None:
         raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")
-    values, model = parse_range(span), chosen.model
+    values, model = parse_range(span, unit_of(canonical(parameter))), chosen.model
     path = parameter_path(chosen.content, parameter, speed=speed)
     locus = root_locus(path, values)
     where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.axis.unit}"

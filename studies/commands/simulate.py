@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, FOLDER, PATH, SEED, speed_option, stated
+from studies.command_options import DURATION, FINITE, FOLDER, PATH, SEED, speed_option, stated
 from studies.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
@@ -27,8 +27,8 @@ TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic 
 )
 @takes_model
 @speed_option()
-@click.option("--duration", type=FINITE, default=5.0, show_default=True, help="s.")
-@click.option("--step", "sample", type=FINITE, default=0.005, show_default=True, help="Time between samples, s.")
+@click.option("--duration", type=DURATION, default=5.0, show_default=True, help="s.")
+@click.option("--step", "sample", type=DURATION, default=0.005, show_default=True, help="Time between samples, s.")
 @click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
 @click.option(
     "--input", "inputs", multiple=True, metavar="SPEC",

@@ -19,8 +19,9 @@ from bicycle.rider_posture import POSTURES, SeatGeometry, packaged_geometry, rea
 from bicycle.wheel_tyres import MOST_BAR, located, values_of_tyres
 from studies.model_argument import bicycle_alone
 from tyre.arrays import Array
-from tyre.errors import InputError, read_number
+from tyre.errors import InputError
 from tyre.files import read_toml
+from tyre.typed_number import typed_numbers
 
 Table = Mapping[str, Any]
 LAW, CONTACT_LENGTH = "relaxation_length", "contact_length"  # effects
@@ -248,10 +249,9 @@ def read_pressures(text: str | None) -> tuple[float, ...]:
     """Read pressures in bar from a ``text`` like ``3.5,5,7``, ascending."""
     if text is None:
         return ()
-    try:
-        bars = [read_number(part) for part in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7") from error
+    bars = typed_numbers(text.split(","), "bar")
+    if not bars:
+        raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7, or the unit behind the last: 50,80psi")
     for bar in bars:
         if not (math.isfinite(bar) and 0 < bar <= MOST_BAR):
             raise InputError(f"--pressures {text!r}: {bar:g} is out of range; give above 0 and up to {MOST_BAR:g} bar")

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.reporting.command_context import VERBOSE
-from tyre.errors import InputError, folded, read_number
+from tyre.errors import InputError, folded
 from tyre.files import write_text
 from tyre.table import csv_text
+from tyre.typed_number import typed_numbers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,10 +32,7 @@ OTHERS = (
 def parse_speeds(text: str, most: int = 1_000_000) -> NDArray[np.float64]:
     """Read speeds in m/s from a ``text`` ``start:stop:step`` (both ends included) or ``v1,v2,...``."""
     parts = text.split(":")
-    try:
-        numbers = [read_number(part) for part in (parts if len(parts) > 1 else text.split(","))]
-    except ValueError:
-        numbers = []
+    numbers = typed_numbers(parts if len(parts) > 1 else text.split(","), "m/s")
     if not numbers or len(parts) not in (1, 3):
         raise InputError(f"speeds {text!r}: give start:stop:step, for example 0:20:0.5, or a list such as 2,5,8 (m/s)")
     if len(parts) == 1:

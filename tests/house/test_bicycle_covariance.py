@@ -17,7 +17,7 @@ from studies.diagnosis import nuisances
 from studies.explorer import at_speed, model_toml, parse_state, start_state, with_file
 
 SPEED = 5.0  # m/s
-EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "622x28", "--mass", "9"]
+EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "28-622", "--mass", "9"]
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
 
 

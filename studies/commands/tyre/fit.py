@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, PATH, WORKERS
+from studies.command_options import FINITE, LENGTH, PATH, WORKERS
 from studies.reporting.command_context import example
 from tyre.errors import InputError
 
@@ -31,7 +31,7 @@ def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
 @_percent("--gauge-calibration", 0.2, "Standard uncertainty of the dial gauges")
 @_percent("--repeatability", 1.0, "Scatter of one recording where there are no repeats")
 @_percent("--load-tolerance", 5.0, "Largest distance of the measured from the declared load")
-@click.option("--wheel-radius", type=FINITE, default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
+@click.option("--wheel-radius", type=LENGTH, default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
 @click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
 def command(

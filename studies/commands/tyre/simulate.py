@@ -8,7 +8,8 @@ import click
 
 from studies.command_options import COUNT, PATH, SEED
 from studies.reporting.command_context import example
-from tyre.errors import InputError, read_number
+from tyre.errors import InputError
+from tyre.typed_number import typed_numbers
 
 if TYPE_CHECKING:
     from tyre.rig.simulator import CampaignPlan
@@ -56,11 +57,14 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
     click.echo(f"{len(files)} synthetic recordings and truth.json in {folder}")
 
 
-def _numbers(text: str, what: str) -> tuple[float, ...]:
-    try:
-        return tuple(read_number(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490") from None
+UNITS = {"rates": "deg/s", "loads": "N", "pressures": "bar"}
+
+
+def _numbers(text: str, what: str, unit: str = "") -> tuple[float, ...]:
+    numbers = typed_numbers(text.split(","), unit)
+    if not numbers:
+        raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490")
+    return tuple(numbers)
 
 
 def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
@@ -76,7 +80,7 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
     if min(counts.values()) < 0 or sum(counts.values()) == 0:
         said = ", ".join(f"{kind} {count}" for kind, count in counts.items())
         raise InputError(f"{said}: none may be negative and one must be positive")
-    numbers = {what: _numbers(options[what], what) for what in ("rates", "loads", "pressures")}
+    numbers = {what: _numbers(options[what], what, unit) for what, unit in UNITS.items()}
     for what in ("loads", "pressures", "rates"):
         if not all(0.0 < number < np.inf for number in numbers[what]):
             raise InputError(f"{what} must be positive and finite, got {', '.join(f'{n:g}' for n in numbers[what])}")

@@ -9,7 +9,7 @@ import pytest
 from bicycle import load_bicycle
 from studies.cli import main
 
-EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "622x28", "--mass", "9"]
+EIGHT = ["--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "28-622", "--mass", "9"]
 RIDER = ["--rider-height", "1.80", "--rider-mass", "75", "--posture", "hoods"]
 
 
@@ -84,15 +84,46 @@ def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
     (EIGHT[2:], "a bicycle of yours needs --wheelbase"),
     ([*EIGHT, "--trail", "60"], "--trail: c = 60 m is far outside the usual -0.05 .. 0.2 m (millimetres?)"),
     ([*EIGHT, "--head-angle", "17.5"], "--head-angle 17.5: give degrees from the horizontal, 56 to 90"),
-    ([*EIGHT, "--wheel", "28 inch"], "--wheel '28 inch': write rim and tyre in mm as on its side, such as 622x28"),
+    ([*EIGHT, "--wheel", "28 inch"], "--wheel '28 inch': this may be several rims: 622 mm (28 x a decimal"),
     ([*EIGHT, "--mass", "90"], "--mass 90 is the bicycle's without rider, 4 to 60 kg"),
     ([*EIGHT, "--rider-height", "1.8"], "--rider-height and --rider-mass go together"),
     ([*EIGHT, "--front-wheel-mass", "1500"], "--front-wheel-mass 1500 kg is no such part of a bicycle of 9 kg"),
     ([*EIGHT, "--front-wheel-inertia", "0.1"], "--front-wheel-inertia goes with --front-wheel-mass"),
     ([*EIGHT, "--front-wheel-mass", "1.5", "--front-wheel-inertia", "0.9"], "is 5.3 of m r^2; a wheel has 0.3 to"),
     ([*EIGHT, "--kind", "sensors"], "--kind does not go with a bicycle of yours"),
-    (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --trail, --head-angle, --wheel, --mass"),
+    (["--posture", "drops"], "a bicycle of yours needs --wheelbase, --head-angle, --wheel, --mass, --trail or"),
 ])  # fmt: skip
 def test_what_makes_no_bicycle_is_refused(tmp_path, options, words, refused):
     assert words in refused("new", tmp_path / "mine.toml", *options)
     assert not (tmp_path / "mine.toml").exists()
+
+
+@pytest.mark.parametrize("wheel", ["28-622", "622x28", "700x28C", "28 x 1.10 (28-622)"])
+def test_a_wheel_is_read_as_it_stands_on_the_tyre(tmp_path, wheel):
+    """622 / 2 + 0.93 * 28 mm."""
+    main(["new", str(tmp_path / "mine.toml"), *EIGHT, "--wheel", wheel])
+    found = load_bicycle(tmp_path / "mine.toml")
+    assert (found["rR"], found["rF"]) == pytest.approx((0.33704, 0.33704), abs=1e-9)
+    assert "wheels 28-622" in found.description
+
+
+def test_what_is_typed_with_units_is_the_same_bicycle(tmp_path):
+    main(["new", str(tmp_path / "si.toml"), *EIGHT])
+    typed = ["--wheelbase", "102cm", "--trail", "60 mm", "--head-angle", "1.2653637076958888rad", "--mass", "9000g"]
+    main(["new", str(tmp_path / "typed.toml"), *EIGHT, *typed])
+    si, other = (load_bicycle(tmp_path / f"{name}.toml") for name in ("si", "typed"))
+    assert dict(other.values) == pytest.approx(dict(si.values), rel=1e-12)
+
+
+def test_the_offset_of_the_fork_stands_for_the_trail(tmp_path, refused):
+    """c = (rF sin lam - offset) / cos lam; the trail then hangs together with head angle and radius."""
+    without_trail = [*EIGHT[:2], *EIGHT[4:]]
+    main(["new", str(tmp_path / "mine.toml"), *without_trail, "--fork-offset", "45mm"])
+    found = load_bicycle(tmp_path / "mine.toml")
+    lam = np.radians(17.5)
+    assert found["c"] == pytest.approx((0.33704 * np.sin(lam) - 0.045) / np.cos(lam), rel=1e-5)
+    assert "fork_offset = 0.045" in (tmp_path / "mine.toml").read_text()
+    assert found.covariance.among(["c", "lam"])[0, 1] > 0
+    assert "give one of --trail and --fork-offset" in refused("new", tmp_path / "b.toml", *EIGHT, "--fork-offset", "1")
+    told = refused("new", tmp_path / "b.toml", *without_trail, "--fork-offset", "45")
+    assert "--fork-offset 45: c = " in told

@@ -1,13 +1,23 @@
 """Options of all commands: numbers are finite and within ends, and what memory cannot hold is refused in words."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
+from studies.axes import numbers_by_name, ranges_by_name
+from studies.chart import split_range
 from studies.cli import build, main
 from studies.command_options import Number, check_memory
+from studies.main_study import settings_of
+from studies.model_argument import choose
+from studies.reporting import parse_speeds
+from studies.root_locus import parse_range
+from studies.run_argument import file_and_speed
 from tyre.errors import InputError
 
 BARE = (click.types.FloatParamType, click.types.IntParamType)
@@ -55,8 +65,8 @@ DESIGN = ["design", "benchmark", "--keep", "weave", "stable", "--vary", "c", "--
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([*DESIGN, "--up-to", "nan"], "'--up-to': nan: give a number above 0 up to 1000"),
-        ([*DESIGN, "--up-to", "1e9"], "'--up-to': 1e9: give a number above 0 up to 1000"),
+        ([*DESIGN, "--up-to", "nan"], "'--up-to': nan: give a number above 0 up to 1000 m/s"),
+        ([*DESIGN, "--up-to", "1e9"], "'--up-to': 1e9: give a number above 0 up to 1000 m/s"),
         ([*DESIGN, "--up-to", "6", "--probability", "nan"], "'--probability': nan: give a number above 0 below 1"),
         ([*DESIGN, "--up-to", "6", "--from", "4", "--sd", "c=0.003", "--samples", "2000000000"],
          "samples = 2000000000: the arrays would take 64 GB of memory; up to 31250000 fit into the 1 GB"),
@@ -72,7 +82,7 @@ DESIGN = ["design", "benchmark", "--keep", "weave", "stable", "--vary", "c", "--
         (["chart", "benchmark", "--x", "speed=1:10", "--y", "c=1e-320:2e-320", "--out", "x"],
          "axis 'c=1e-320:2e-320': give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log"),
         (["modes", "benchmark", "--speeds", "٣"], "speeds '٣': give start:stop:step"),
-        (["modes", "benchmark", "--tyre", "Tyre1", "--pressure", "nan"], "--pressure 'nan': give one number in bar"),
+        (["modes", "benchmark", "--tyre", "Tyre1", "--pressure", "nan"], "--pressure 'nan': give one number, in bar"),
         (["amplitude", "benchmark", "--point", "1_0,0"], "--point 1_0,0: give X,Z in m"),
         (["simulate", "benchmark", "--speed", "5", "--initial", "lean=1_0", "--out", "x"], "initial 'lean=1_0': write"),
         (["tyre", "simulate", "x", "--seed", "1", "--loads", "inf"], "loads = 'inf' must be numbers separated by"),
@@ -130,3 +140,41 @@ print([name for name in ('scipy.stats', 'scipy.signal', 'matplotlib', 'pandas', 
     told = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert told.stdout.split("\n") == ["2"] * len(REFUSED) + ["[]", ""]
     assert len(told.stderr.splitlines()) == len(REFUSED)
+
+
+def test_every_command_takes_numbers_with_their_units():
+    """Where a person types a speed, pressure or length, another unit of it may stand behind."""
+    np.testing.assert_allclose(parse_speeds("18:36:9km/h"), [5.0, 7.5, 10.0])
+    np.testing.assert_allclose(parse_speeds("18km/h,7.5 m/s"), [5.0, 7.5])
+    psi = 4.4482216152605 / 0.0254**2 / 1e5  # bar
+    tables = [choose("benchmark", tyre="Tyre1", pressure=text).content["effects"] for text in ("80psi", "80,90psi")]
+    single, both = (table["relaxation_length"]["pressure_bar"] for table in tables)
+    assert single == pytest.approx(80 * psi)
+    assert both == pytest.approx({"rear": 80 * psi, "front": 90 * psi})
+    assert settings_of(pressures="50,80psi").pressures == pytest.approx((50 * psi, 80 * psi))
+    assert parse_range("10:20deg", "rad")[[0, -1]] == pytest.approx(np.radians([10, 20]))
+    assert split_range("speed=9:36km/h") == ("speed", pytest.approx((2.5, 10.0)), False)
+    assert numbers_by_name(["c=2mm", "lam=0.5deg"], "--sd", "") == pytest.approx({"c": 0.002, "lam": np.radians(0.5)})
+    assert ranges_by_name(["trail=30:90mm"]) == {"c": pytest.approx((0.03, 0.09))}
+    assert file_and_speed("run.csv@18km/h") == (Path("run.csv"), pytest.approx(5.0))
+    assert Number(0, 1000, unit="m/s").convert("18 km/h", None, None) == pytest.approx(5.0)
+    with pytest.raises(InputError, match="write the unit behind the last number alone, or behind each"):
+        choose("benchmark", tyre="Tyre1", pressure="80psi,5.5")
+    with pytest.raises(click.UsageError, match="'kg' is not a unit of speed"):
+        Number(0, 1000, unit="m/s").convert("18 kg", None, None)
+    with pytest.raises(InputError, match="give the number without a unit"):
+        numbers_by_name(["c=2mm"], "--cost", "", own_unit=False)
+
+
+def test_an_option_in_a_unit_reads_others():
+    """The help names the unit; the type of the option knows it."""
+    units = {r"m/s\b": "m/s", r"\bkg\b(?! m)": "kg", r"(^|, )m[.;]": "m", r"(^|, )s[.,]": "s"}
+    seen = 0
+    for name, command in commands(build(), click.Context(build())):
+        for option in command.params:
+            words = getattr(option, "help", None) or ""
+            for pattern, unit in units.items():
+                if isinstance(option.type, Number) and re.search(pattern, words):
+                    assert option.type.unit == unit, (name, option.name)
+                    seen += 1
+    assert seen > 20
