@@ -73,7 +73,7 @@ def test_a_tyre_from_the_command_line_is_that_of_a_file(tmp_path):
     ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 is of a measured tyre; give --tyre too"),
     ({"text": "benchmark", "surface": "drum"}, "--surface drum is of a measured tyre; give --tyre too"),
     ({"text": "benchmark", "tyre": "Tyre1"}, "--tyre Tyre1 needs --pressure, in bar; it was measured at 3.5, 5.5"),
-    ({"text": "benchmark", "tyre": "Tyre1", "pressure": "high"}, "'high': give one number in bar, such as 5.5"),
+    ({"text": "benchmark", "tyre": "Tyre1", "pressure": "high"}, "'high': give one number, in bar or with its unit"),
     ({"text": "benchmark", "tyre": "Tyre1", "pressure": "1,2,3"}, "or REAR,FRONT"),
     ({"text": "benchmark", "tyre": "Tyre1", "pressure": "550"}, "pressure_bar = 550.0 of the rear wheel"),
     ({"text": "benchmark", "tyre": "Tyre9", "pressure": "5"}, "no tyre 'Tyre9' .did you mean 'Tyre"),
