@@ -15,7 +15,8 @@ from studies.cli import main
 from studies.reporting import inputs, results, unfinished
 from tyre.errors import InputError
 
-ASKED = ["tyre", "audit", "--out"]
+ASKED = ["simulate", "benchmark", "--speed", "5", "--initial", "lean=0.02", "--duration", "0.1", "--out"]
+WRITTEN = ["response.png", "response.svg", "response_linear.csv"]
 
 
 def entry(name, file):
@@ -28,45 +29,42 @@ def test_a_manifest_lists_what_was_written(tmp_path):
     out.mkdir()
     (out / "of_the_user.txt").write_text("there before")
     main([*ASKED, str(out)])
-    found = json.loads((out / "tyre_audit.manifest.json").read_text())
-    assert found["command"] == f"velotyre tyre audit --out {out}"
+    found = json.loads((out / "simulate.manifest.json").read_text())
+    assert found["command"] == f"velotyre {' '.join(ASKED)} {out}"
     assert found["finished"] is True
     assert found["versions"]["numpy"] == version("numpy")
-    names = ["paper_audit.csv", "paper_audit.md"]
-    assert found["files"] == [entry(name, out / name) for name in names]
-    first = (out / "tyre_audit.manifest.json").read_bytes()
+    assert found["files"] == [entry(name, out / name) for name in WRITTEN]
+    first = (out / "simulate.manifest.json").read_bytes()
     main([*ASKED, str(out)])
-    assert (out / "tyre_audit.manifest.json").read_bytes() == first
+    assert (out / "simulate.manifest.json").read_bytes() == first
 
 
 def test_a_folder_that_a_killed_command_left_is_said(tmp_path, capsys):
     out = tmp_path / "out"
     script = (
-        "import os, sys\nfrom pathlib import Path\nfrom studies.cli import main\nimport studies.paper_audit\n"
+        "import os, sys\nfrom studies.cli import main\nimport studies.reporting.output\n"
         "from tyre.files import replacing\n"
-        "def write(records, out):\n"
-        "    (out / 'paper_audit.csv').write_text('whole')\n"
-        "    with replacing(out / 'paper_audit.md') as part:\n"
+        "def write(frame, file):\n"
+        "    file.with_name('first.csv').write_text('whole')\n"
+        "    with replacing(file) as part:\n"
         "        part.write_text('half'); os.kill(os.getpid(), 9)\n"
-        "studies.paper_audit.write = write\nmain(sys.argv[1:])\n"
+        "studies.reporting.output.write_csv = write\nmain(sys.argv[1:])\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", script, *ASKED, out], cwd=Path(__file__).parents[3], check=False, capture_output=True
     )
     assert done.returncode == -9, done.stderr
     left = {file.name for file in out.iterdir()}
-    assert {"paper_audit.csv", "tyre_audit.manifest.json"} < left
-    assert len(left) == 3  # and half a page under a name of its own
-    assert unfinished(out / "tyre_audit.manifest.json").startswith("velotyre tyre audit")
+    assert {"first.csv", "simulate.manifest.json"} < left
+    assert len(left) == 3  # and half a table under a name of its own
+    assert unfinished(out / "simulate.manifest.json").startswith("velotyre simulate")
 
     capsys.readouterr()
     main([*ASKED, str(out)])
     said = capsys.readouterr().err
-    assert f"warning: {out}: an earlier velotyre tyre audit --out" in said
+    assert f"warning: {out}: an earlier velotyre simulate" in said
     assert "did not finish; what it left there is replaced file by file" in said
-    assert {file.name for file in out.iterdir()} == {
-        "paper_audit.csv", "paper_audit.md", "tyre_audit.manifest.json"
-    }  # fmt: skip
+    assert {file.name for file in out.iterdir()} == {"first.csv", "simulate.manifest.json", *WRITTEN}
     main([*ASKED, str(out)])
     assert "did not finish" not in capsys.readouterr().err
 
@@ -75,22 +73,22 @@ def test_a_command_waits_for_another_that_writes_into_the_same_folder(tmp_path, 
     fcntl = pytest.importorskip("fcntl")
     other = os.open(tmp_path, os.O_RDONLY)
     fcntl.flock(other, fcntl.LOCK_EX)
-    (tmp_path / "tyre_audit.manifest.json").write_text('{"command": "velotyre tyre audit", "finished": false}')
+    (tmp_path / "simulate.manifest.json").write_text('{"command": "velotyre simulate", "finished": false}')
     (part := tmp_path / ".a.part7.csv").touch()  # of the other one
 
     def finish():
         part.rename(tmp_path / "a.csv")
-        (tmp_path / "tyre_audit.manifest.json").write_text('{"command": "velotyre tyre audit", "finished": true}')
+        (tmp_path / "simulate.manifest.json").write_text('{"command": "velotyre simulate", "finished": true}')
         os.close(other)
 
     (later := Timer(0.3, finish)).start()
     main([*ASKED, str(tmp_path)])
     later.join()
-    (said,) = capsys.readouterr().err.splitlines()
+    _, said = capsys.readouterr().err.splitlines()  # the first line tells which model it is
     assert said == f"warning: {tmp_path}: another command is writing there; this one waits for its end"
     assert (tmp_path / "a.csv").exists()
-    found = json.loads((tmp_path / "tyre_audit.manifest.json").read_text())
-    assert [one["file"] for one in found["files"]] == ["paper_audit.csv", "paper_audit.md"]
+    found = json.loads((tmp_path / "simulate.manifest.json").read_text())
+    assert [one["file"] for one in found["files"]] == WRITTEN
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,11 @@
-"""The audit of the paper: verdicts and numbers worked out by hand from its tables, files, and the command."""
+"""The audit of the paper: verdicts and numbers worked out by hand from its tables."""
 
-import csv
-import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from studies.cli import main
-from studies.paper_audit import audit, judge_all, judge_number, load_tables, write
-from tests.shared.refusals import refuses
+from tests.published.paper_claims import as_markdown, audit, judge_all, judge_number, load_tables
 
 
 @pytest.fixture(scope="module")
@@ -83,27 +77,8 @@ def test_verdicts_follow_the_tables() -> None:
     assert verdicts["mean difference of tyre3 and tyre2"] == "holds"
 
 
-def test_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["tyre", "audit", "--out", str(tmp_path / "new"), "--json", str(tmp_path / "audit.json")])
-    printed = capsys.readouterr().out
-    assert "mean 20 %" in printed
-    assert "fails" in printed
-    records = json.loads((tmp_path / "audit.json").read_text())["claims"]
-    with (tmp_path / "new" / "paper_audit.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    assert [row["verdict"] for row in rows] == [record["verdict"] for record in records]
-    assert set(rows[0]) == {"section", "claim", "text", "computed", "verdict", "remark"}
-    page = (tmp_path / "new" / "paper_audit.md").read_text()
-    assert page.count("\n|") == len(records) + 2
-    assert "The verdicts follow one rule." in page
-
-
-def test_json_on_stdout_is_only_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["tyre", "audit", "--out", str(tmp_path / "a.md"), "--json", "-"])
-    assert len(json.loads(capsys.readouterr().out)["claims"]) == 57
-    assert sorted(item.name for item in tmp_path.iterdir()) == ["a.md"]
-
-
-def test_wrong_ending_is_refused(tmp_path: Path, refused: Callable[..., str]) -> None:
-    refuses(r"written as \.csv or \.md, or both into a folder, not as '\.xlsx'", write, audit(), tmp_path / "a.xlsx")
-    assert refused("tyre", "audit", "--out", tmp_path / "a.xlsx").count("\n") == 1
+def test_the_page_has_a_row_for_each_claim(found: dict[str, dict[str, Any]]) -> None:
+    page = as_markdown(list(found.values()))
+    assert len(found) == 57
+    assert page.count("\n|") == len(found) + 2
+    assert "57 claims: " in page

@@ -6,7 +6,9 @@ all of them, is partly true if of some, and fails if of none. Numbers are named 
 """
 
 from collections.abc import Callable
+from csv import DictReader
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -190,7 +192,7 @@ def caption_of_table_7(t: Tables) -> Outcome:
 
 
 # loads are 340, 400 and 490 N (rows), pressures 3.5, 5.5 and 7.5 bar (columns)
-# test of each claim, by the name that it has in data/published/paper_claims.csv
+# test of each claim, by the name that it has in tests/published/data/paper_claims.csv
 TESTS: dict[str, Callable[[Tables], Outcome]] = {
     # lateral stiffness, Figs. 5 and 6
     "tyre1 lateral stiffness over pressure":
@@ -297,3 +299,38 @@ TESTS: dict[str, Callable[[Tables], Outcome]] = {
     "range of r squared":
         lambda t: holds(0 <= r_squared(t.tyre1.C, t.drum.C) <= 1, r_squared=r_squared(t.tyre1.C, t.drum.C)),
 }  # fmt: skip
+
+
+CLAIMS = Path(__file__).parent / "data" / "paper_claims.csv"
+COLUMNS = ("section", "claim", "text", "computed", "verdict", "remark")
+
+
+def audit(tables: Tables | None = None) -> list[dict[str, Any]]:
+    """Test every claim on the packaged tables, or on others (without remarks); a record each, sorted by section."""
+    tested = tables or load_tables()
+    with CLAIMS.open(encoding="utf-8", newline="") as stream:
+        claims = sorted(DictReader(stream), key=lambda claim: (claim["section"][0].isdigit(), claim["section"]))
+    records = []
+    for claim in claims:
+        record: dict[str, Any] = {key: claim[key] for key in ("section", "claim", "text", "name")}
+        record |= vars(TESTS[claim["name"]](tested))
+        record["remark"] = claim["remark"] if tables is None else ""
+        records.append(record)
+    return records
+
+
+def as_markdown(records: list[dict[str, Any]]) -> str:
+    """Write the rule of the verdicts, their counts and a table with a row a claim."""
+    verdicts = [record["verdict"] for record in records]
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in ("holds", "partly", "fails"))
+    rows = ["| " + " | ".join(str(record[key]) for key in COLUMNS) + " |" for record in records]
+    header = [
+        "| section | claim of the text | text | from the tables | verdict | remark |",
+        "|---|---|---|---|---|---|",
+    ]
+    rule = (
+        "A number holds within one unit of its last digit (2.5 for a multiple of five, which is how a rounded number "
+        "is written), is partly true within a quarter of itself, and fails beyond. A statement about several "
+        "conditions holds if it is true of all of them, is partly true if of some, and fails if of none."
+    )
+    return "\n".join([rule, "", f"{len(records)} claims: {counts}.", "", *header, *rows]) + "\n"
