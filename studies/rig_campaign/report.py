@@ -59,12 +59,44 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
     content = {
         "campaign": campaign, "conditions": conditions, "upright": upright(conditions),
         "calibration": campaign.settings.calibration, "medians": medians, "remarks": remarks,
-        "compared": against_truth(campaign),
+        "compared": against_truth(campaign), "warnings": grouped_warnings(conditions),
         "recordings": sum(len(c.sweeps) + len(c.steps) + len(c.pulls) for c in conditions) - borrowed,
         "figures": [(path.stem, path.relative_to(out).as_posix()) for path in figures],
     }  # fmt: skip
     filters = {"interval": interval, "code": code}
     return render_file("studies.rig_campaign", "report.md.j2", content, filters=filters).rstrip() + made_by()
+
+
+MOST_NAMED = 3  # places of one warning that the report names; the tables beside it hold all
+
+
+def grouped_warnings(conditions: Sequence[ConditionResult]) -> list[tuple[str, str]]:
+    """Each warning once: the conditions or recordings that it is about, and its words."""
+    of_conditions: dict[str, list[str]] = {}
+    of_recordings: dict[str, list[str]] = {}
+    for c in conditions:
+        for warning in c.warnings:
+            file = next((name for name in c.files if warning.startswith(f"{name}: ")), "")
+            if file:
+                of_recordings.setdefault(warning.removeprefix(f"{file}: "), []).append(file)
+            else:
+                of_conditions.setdefault(warning, []).append(c.label)
+    recordings = {file for c in conditions for file in c.files}
+    groups = (
+        (of_conditions, len(conditions), "conditions", "conditions.json"),
+        (of_recordings, len(recordings), "recordings", "recordings.csv"),
+    )
+    lines = []
+    for warnings, count, what, table in groups:
+        for words, places in warnings.items():
+            lines.append((_places(list(dict.fromkeys(places)), count, what, table), words))
+    return lines
+
+
+def _places(places: Sequence[str], count: int, what: str, table: str) -> str:
+    if len(places) <= MOST_NAMED:
+        return "; ".join(places)
+    return f"all {count} {what}" if len(places) == count else f"{len(places)} of {count} {what} (see {table})"
 
 
 def against_truth(campaign: Campaign) -> list[dict[str, Any]]:

@@ -71,6 +71,24 @@ def test_truth_of_a_simulated_campaign_stands_beside_the_fit(rig_campaign, rig_f
     assert "Against the truth" not in report_text(measured, [], [], tmp_path)
 
 
+def test_each_warning_stands_once_with_the_places_it_is_about(rig_campaign, tmp_path):
+    campaign = rig_campaign[0]
+    conditions = []
+    for number, c in enumerate(campaign.conditions):
+        warnings = ["no repeats", f"{c.files[0]}: drift", f"{c.files[1]}: drift"]
+        conditions.append(replace(c, warnings=(*warnings, "near another") if number < 2 else tuple(warnings)))
+    text = report_text(replace(campaign, conditions=tuple(conditions)), [], [], tmp_path)
+    lines = text.split("## Warnings\n\n")[1].split("\n\n")[0].splitlines()
+    recordings = {file for c in conditions for file in c.files}
+    drifting = {file for c in conditions for file in c.files[:2]}
+    assert len(conditions) > 3
+    assert lines == [
+        f"- all {len(conditions)} conditions: no repeats",
+        f"- {conditions[0].label}; {conditions[1].label}: near another",
+        f"- {len(drifting)} of {len(recordings)} recordings (see recordings.csv): drift",
+    ]
+
+
 def test_names_in_the_report_are_no_markup(rig_campaign, tmp_path):
     campaign, hostile = rig_campaign[0], "<script>alert(1)</script>"
     conditions = tuple(replace(c, tyre=f"{hostile} 2", warnings=(hostile,)) for c in campaign.conditions)
