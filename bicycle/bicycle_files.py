@@ -135,10 +135,12 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
     """Key -> place and text of a YAML file, of tables likewise; numbers stay text, as they may be written 1.02(3)."""
     import yaml
 
+    text = path.read_bytes().decode("utf-8-sig", errors="replace")
     try:
-        node = yaml.compose(path.read_bytes().decode("utf-8-sig", errors="replace"), Loader=yaml.SafeLoader)
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())}") from error
+        refuse_deep(yaml.load(text, Loader=yaml.BaseLoader), str(path))  # before names of parts (*a) are followed
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except (yaml.YAMLError, RecursionError) as error:
+        raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())[:200]}") from error
     if not isinstance(node, yaml.MappingNode):
         raise InputError(f"{path}: expected one 'key: value' a line, for example 'w: 1.02'")
 
@@ -152,7 +154,10 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
             if key in found:
                 raise InputError(f"{where}: {key} is given twice; keep one")
             if isinstance(value, yaml.SequenceNode):
-                found[key] = (where, yaml.SafeLoader("").construct_object(value, deep=True))
+                try:
+                    found[key] = (where, yaml.SafeLoader("").construct_object(value, deep=True))
+                except ValueError as error:  # a number of thousands of digits
+                    raise InputError(f"{where}: {key}: {error}") from error
             else:
                 found[key] = (where, entries(value) if isinstance(value, yaml.MappingNode) else value.value)
         return found

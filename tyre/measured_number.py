@@ -12,7 +12,7 @@ from fractions import Fraction
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from tyre.errors import InputError, unknown
+from tyre.errors import InputError, shown, unknown
 from tyre.files import read_text
 from tyre.units import factor_to_si
 
@@ -35,6 +35,7 @@ MISTAKES = (
     (r".*,.*", "holds several numbers; give their mean"),
     (r".*\d[eE][+-]?\d+\(.*", "has its exponent before the brackets; write 3.75(26)e-1"),
 )
+LONGEST = 200  # characters of a number with its standard deviation and unit
 NOTATIONS = "0.375, 0.375+/-0.026, 0.375(26) or 0.375 +/- 7 %"
 
 
@@ -48,6 +49,8 @@ class MeasuredNumber:
 
 def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str = "") -> MeasuredNumber:
     """Read one number into the unit ``si``; ``unit`` is meant if none is written behind it."""
+    if len(text) > LONGEST:
+        raise InputError(f"{where}: {key} = {text.strip()[:20]!r}... has {len(text)} characters; give fewer digits")
     plain = text.strip().replace("−", "-").replace("+/-", "±").replace("+-", "±")
     match = next((found for form in _FORMS if (found := form.fullmatch(plain))), None)
     if match is None:
@@ -129,5 +132,5 @@ def key_value_lines(path: Path | Traversable, only: Collection[str] | None = Non
             continue
         where = f"{path}, line {row}"
         if not separator:
-            raise InputError(f"{where}: {text!r} is no 'key : value'")
+            raise InputError(f"{where}: {shown(text)} is no 'key : value'")
         yield where, key, value

@@ -423,5 +423,5 @@ def _read(file: Path | Traversable) -> Any:
 
     try:
         return yaml.safe_load(written)
-    except (yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError) as error:  # a number of thousands of digits is a ValueError
         raise InputError(f"{file}: not a YAML file: {' '.join(str(error).split())}") from error

@@ -8,11 +8,12 @@ from typing import Any
 from tyre.errors import InputError
 from tyre.files import read_text
 from tyre.formats import table_rows
-from tyre.table import split_quoted
+from tyre.table import refuse_huge_line, split_quoted
 
 ENDINGS = (".csv", ".xlsx", ".parquet")
 _DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?!\d*[.,])")
 _UNIT_IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]")
+MOST_COLUMNS = 1_000
 ROW = "#"  # bicycles.csv#NAME is one of the rows, two_tyres.csv#NAME one of the tyres
 Rows = list[tuple[str, tuple[Any, ...]]]
 
@@ -36,6 +37,8 @@ def read_sheet(path: Path, *, kind: str) -> Sheet:
     if len(rows) < 2:
         raise InputError(f"{path}: the table of {kind} has no rows below the one that names the columns")
     header = tuple(str(name).strip() for name in rows[0][1])
+    if len(header) > MOST_COLUMNS:
+        raise InputError(f"{path}: holds {len(header):,} columns; a table of {kind} has at most {MOST_COLUMNS:,}")
     for number, name in enumerate(header, 1):
         if not name:
             raise InputError(f"{path}: column {number} has no name")
@@ -68,6 +71,7 @@ def _csv(path: Path) -> Rows:
     mark = next((one for one in ";\t" if lines and one in lines[0][1]), ",")
     rows: Rows = []
     for number, line in lines:
+        refuse_huge_line(line, where=f"{path}, line {number}")
         cells = split_quoted(line, mark, where=f"{path}, line {number}")
         plain = (_DECIMAL_COMMA.sub(r"\1.\2", cell) if mark != "," else cell for cell in cells)
         rows.append((f"line {number}", tuple(plain)))

@@ -29,6 +29,27 @@ _COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*')  # outside quotes
 _UNIT_HINT = "units are in the column names (SI; angles in rad)"
 
 
+LONGEST_LINE, LONGEST_WORD, MOST_CELLS = 200_000, 1_000, 10_000  # characters, characters, cells of a line
+
+
+def refuse_huge_line(line: str, *, where: str) -> None:
+    """Refuse a line that no table has, before any pattern is matched with it."""
+    if len(line) > LONGEST_LINE:
+        raise InputError(
+            f"{where}: {len(line):,} characters in a line, at most {LONGEST_LINE:,} are read; is it a table with a "
+            "line end after each row?"
+        )
+    cells = 1 + max(line.count(separator) for separator in "\t;,|")
+    if cells > MOST_CELLS:
+        raise InputError(f"{where}: {cells:,} cells in a line, at most {MOST_CELLS:,} are read; take out columns")
+    longest = max(re.split(r"[\s;,|]", line), key=len)
+    if len(longest) > LONGEST_WORD:
+        raise InputError(
+            f"{where}: {longest[:20]!r}... has {len(longest):,} characters, at most {LONGEST_WORD:,} are read of a "
+            "number or a word"
+        )
+
+
 def split_quoted(line: str, separator: str, *, where: str) -> list[str]:
     """Split a line whose cells may stand in quotes; quotes that do not close are refused."""
     try:
@@ -95,6 +116,7 @@ class Cells:
         refused."""
         found = []
         for line, text in enumerate(self.text.split("\n"), 1):
+            refuse_huge_line(text, where=f"{self.path}, line {line}")
             kept = text if self.logged else _COMMENT.sub(r"\1", text).strip()
             if kept and not kept.isspace():
                 quoted = not self.logged and '"' in kept
@@ -209,6 +231,7 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
     head = text.partition("\n")[0]
     if "\0" in text or (logged and not head.strip()):
         raise InputError(f"{path}: no CSV; the first line must name the columns: {example}, ...")
+    refuse_huge_line(head, where=f"{path}, line 1")
     separator = ";" if logged and ";" in head else ","
     last = text[text.rfind("\n") + 1 :]  # of a row without a line end; a comment ends a number, too
     if last.strip() and last != head and last.count(separator) >= head.count(separator) and (logged or "#" not in last):

@@ -16,7 +16,7 @@ from tyre.errors import InputError
 from tyre.files import refuse_special
 from tyre.progress import progress_bar
 from tyre.signals import Column, Contents, Signal
-from tyre.table import fast_numbers, number_in
+from tyre.table import fast_numbers, number_in, refuse_huge_line
 from tyre.units import find_unit, quantity_of
 
 MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NOTAVAIL", "-")
@@ -320,6 +320,8 @@ def _head(path: Path, reading: Reading) -> tuple[list[str], str, str | None, lis
         lines.pop()  # cut by us
     if not any(line.strip() for line in lines):
         raise InputError(f"{path}: the file is empty")
+    for number, line in enumerate(lines, 1):
+        refuse_huge_line(line, where=f"{path}, line {number}")
     return lines, encoding, line_end, notes
 
 
