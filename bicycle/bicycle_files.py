@@ -128,6 +128,7 @@ def _refuse_model_file(given: Mapping[str, Any], path: Path | Traversable) -> No
     )
 
 
+LEVELS = 5  # of tables in tables in a YAML file
 LISTS = ("bodies", "parameters", "matrix", "factor")  # keys whose values are lists, in any format
 
 
@@ -135,16 +136,16 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
     """Key -> place and text of a YAML file, of tables likewise; numbers stay text, as they may be written 1.02(3)."""
     import yaml
 
-    text = path.read_bytes().decode("utf-8-sig", errors="replace")
     try:
-        refuse_deep(yaml.load(text, Loader=yaml.BaseLoader), str(path))  # before names of parts (*a) are followed
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        node = yaml.compose(path.read_bytes().decode("utf-8-sig", errors="replace"), Loader=yaml.SafeLoader)
     except (yaml.YAMLError, RecursionError) as error:
         raise InputError(f"{path}: not a YAML file: {' '.join(str(error).split())[:200]}") from error
     if not isinstance(node, yaml.MappingNode):
         raise InputError(f"{path}: expected one 'key: value' a line, for example 'w: 1.02'")
 
-    def entries(node: Any) -> dict[str, tuple[str, Any]]:
+    def entries(node: Any, level: int = 1) -> dict[str, tuple[str, Any]]:
+        if level > LEVELS:  # a part may stand in itself, or by its name (*a) in many places
+            raise InputError(f"{path}: tables lie in tables, more than {LEVELS} deep; write them flat")
         found: dict[str, tuple[str, Any]] = {}
         for key_node, value in node.value:
             where, key = f"{path}, line {key_node.start_mark.line + 1}", key_node.value
@@ -155,11 +156,12 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
                 raise InputError(f"{where}: {key} is given twice; keep one")
             if isinstance(value, yaml.SequenceNode):
                 try:
-                    found[key] = (where, yaml.SafeLoader("").construct_object(value, deep=True))
-                except ValueError as error:  # a number of thousands of digits
+                    content = yaml.SafeLoader("").construct_object(value, deep=True)
+                except (yaml.YAMLError, ValueError) as error:  # a list in itself, a number of thousands of digits
                     raise InputError(f"{where}: {key}: {error}") from error
+                found[key] = (where, refuse_deep(content, where))
             else:
-                found[key] = (where, entries(value) if isinstance(value, yaml.MappingNode) else value.value)
+                found[key] = (where, entries(value, level + 1) if isinstance(value, yaml.MappingNode) else value.value)
         return found
 
     return entries(node)

@@ -9,6 +9,8 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
+from tyre.errors import InputError
+
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
 
@@ -19,14 +21,20 @@ _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 def worker_pool(
     jobs: int, *, prepare: Callable[..., None] | None = None, arguments: tuple[Any, ...] = ()
 ) -> "Iterator[ProcessPoolExecutor]":
-    """Open a pool of fresh processes with one BLAS thread each, perhaps prepared, which end when this one is killed."""
+    """Open a pool of fresh processes with one BLAS thread each, perhaps prepared, which end when this one is killed.
+
+    A worker that dies is an InputError.
+    """
     from concurrent.futures import ProcessPoolExecutor  # here, so that who only limits BLAS does not pay for it
+    from concurrent.futures.process import BrokenProcessPool
 
     saved = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
         with ProcessPoolExecutor(jobs, mp_context=_Quiet(), initializer=_begin, initargs=(prepare, arguments)) as pool:
             yield pool
+    except BrokenProcessPool as error:
+        raise InputError("a worker process died (killed, or out of memory)") from error
     finally:
         for name in _ONE_THREAD:
             del os.environ[name]

@@ -39,13 +39,8 @@ def in_processes(workers: int) -> Engine:
     """Processes of this machine."""
 
     def run(work: Work, pieces: Iterable[Piece]) -> Results:
-        from concurrent.futures.process import BrokenProcessPool
-
         with worker_pool(workers) as pool:
-            try:
-                yield from _spread(pool, work, pieces, workers)
-            except BrokenProcessPool as error:
-                raise InputError("a worker process died (killed, or out of memory)") from error
+            yield from _spread(pool, work, pieces, workers)
 
     return run
 

@@ -125,6 +125,43 @@ def open_parts(out: Path, sweep: Sweep) -> Parts:
     return Parts(folder, count)
 
 
+def drop_unusable(sweep: Sweep, parts: Parts, pieces: Iterable[Piece]) -> int:
+    """Remove finished pieces that are damaged or not what this sweep writes; the number of them."""
+    labels, dropped = coordinates(sweep), 0
+    for piece in pieces:
+        if not parts.file(piece).is_file():
+            continue
+        try:
+            usable = _is_usable(sweep, labels, piece, parts.read(piece))
+        except InputError:
+            usable = False
+        if not usable:
+            parts.file(piece).unlink()
+            dropped += 1
+    return dropped
+
+
+def _is_usable(sweep: Sweep, labels: Labels, piece: Piece, arrays: Arrays) -> bool:
+    """True if names, shapes and types of arrays are those that :func:`studies.sweep.worker.compute` gives."""
+    start, stop = piece
+    first, last = start // sweep.samples, (stop - 1) // sweep.samples + 1
+    expected: dict[str, tuple[tuple[int, ...], str]] = {}  # shape, and kind of number as numpy writes it
+    for name in stored(sweep):
+        output, inner = OUTPUTS.get(name), tuple(len(labels[dim]) for dim in inner_of(name, sweep))
+        if sweep.quantiles is None:
+            expected[name] = (stop - start, *inner), "c" if output is not None and output.complex_valued else "f"
+            continue
+        count = np.shape(arrays.get(f"{name}|bins", ()))[:1]  # as many as there are different numbers
+        expected[f"{name}|bins"] = count, "u"
+        expected[f"{name}|counts"] = count, "i"
+        expected[f"{name}|extremes"] = (last - first, math.prod(inner), len(EXTREMES)), "f"
+    if sweep.quantiles is not None:
+        expected["cells"] = (2,), "i"
+        if not np.array_equal(arrays.get("cells", ()), (first, last)):
+            return False
+    return {name: (array.shape, array.dtype.kind) for name, array in arrays.items()} == expected
+
+
 def assemble(sweep: Sweep, parts: Parts, pieces: Iterable[Piece], store: Path) -> None:
     """Write the zarr ``store`` from the parts of all ``pieces``; few are in memory at a time."""
     import zarr

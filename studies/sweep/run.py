@@ -11,7 +11,18 @@ from typing import Any
 
 from studies.sampling import left_out
 from studies.sweep.engines import Engine, in_loop, usual_items
-from studies.sweep.result import Parts, Piece, assemble, claimed, open_data, open_parts, parts_folder, remove, to_netcdf
+from studies.sweep.result import (
+    Parts,
+    Piece,
+    assemble,
+    claimed,
+    drop_unusable,
+    open_data,
+    open_parts,
+    parts_folder,
+    remove,
+    to_netcdf,
+)
 from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
 from studies.sweep.worker import compute
@@ -41,6 +52,9 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
 
 def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
     parts = open_parts(out, sweep)
+    damaged = drop_unusable(sweep, parts, pieces(sweep, parts.items))
+    if damaged:
+        print(f"warning: {damaged} damaged parts in {parts.folder.as_posix()} are computed anew", file=sys.stderr)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     points = sweep.points_per_item
     left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points

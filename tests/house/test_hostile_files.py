@@ -55,10 +55,11 @@ def aliases(levels=20):
 
 
 YAMLS = {
-    "aliases": (aliases(), "more than 50 deep, or hold 1000000 things"),
-    "itself": ("&a\nx: *a\n", "recursive node|more than 50 deep"),
+    "aliases": (aliases(), "more than 50 deep, or hold 1000000 things|tables, more than 5 deep"),
+    "itself": ("&a\nx: *a\n", "more than 5 deep|more than 50 deep"),
     "deep": ("a: " + "[" * 1_000 + "]" * 1_000, "not a YAML file: maximum recursion depth exceeded"),
     "deep mappings": ("".join(" " * k + "k:\n" for k in range(1_000)), "not a YAML file: maximum recursion depth"),
+    "aliases in a list": ("bodies: &a [*a, *a]\n", "recursive|more than 50 deep|unknown key"),
     "digits": ("w: " + "1" * 5_000, "has 5000 characters; give fewer digits|unknown key 'w'|not a YAML file: Exceeds"),
     "digits in a list": ("parameters: [" + "1" * 5_000 + "]", "parameters: Exceeds the limit|not a YAML file: Exceeds"),
 }

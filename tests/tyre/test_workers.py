@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from tyre.errors import InputError
 from tyre.workers import worker_pool
 
 ROOT = Path(__file__).parents[2]
 INTERRUPTED = """
 import os, signal
-from concurrent.futures.process import BrokenProcessPool
+from tyre.errors import InputError
 
 if __name__ == "__mp_main__":  # a worker that is still importing
     os.kill(os.getpid(), signal.SIGINT)
@@ -24,8 +25,8 @@ if __name__ == "__main__":
     try:
         with worker_pool(2) as pool:
             print(pool.submit(abs, -1).result())
-    except BrokenProcessPool:
-        print("the workers went")
+    except InputError as error:
+        print("the workers went" if "a worker process died" in str(error) else error)
 """
 
 
@@ -44,6 +45,14 @@ def test_a_worker_that_is_interrupted_while_it_starts_goes_without_a_traceback(t
         check=False,
     )  # fmt: skip
     assert (done.stdout, done.stderr) == ("the workers went\n", "")
+
+
+def test_a_worker_that_is_killed_ends_in_one_line():
+    with (
+        pytest.raises(InputError, match=r"^a worker process died \(killed, or out of memory\)$"),
+        worker_pool(1) as pool,
+    ):
+        pool.submit(os._exit, 9).result()
 
 
 PARENT = """

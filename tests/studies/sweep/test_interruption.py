@@ -90,6 +90,44 @@ def test_a_damaged_part_is_not_taken(tmp_path, damage):
     refuses("part is missing or damaged", parts.read, (0, 3))
 
 
+QUANTILES = RANDOM | {"outputs": ["largest_growth_rate"], "reduce": {"quantiles": [0.1, 0.9]}}
+
+
+def without(arrays, name):
+    return {key: array for key, array in arrays.items() if key != name}
+
+
+DAMAGES = {
+    "an array is missing": lambda a: without(a, next(iter(a))),
+    "an array too many": lambda a: a | {"more": np.zeros(3)},
+    "rows are missing": lambda a: a | {next(iter(a)): next(iter(a.values()))[:-1]},
+    "another shape": lambda a: a | {next(iter(a)): next(iter(a.values()))[..., None]},
+    "words": lambda a: a | {next(iter(a)): next(iter(a.values())).astype(str)},
+    "nothing": lambda a: {},
+}
+
+
+@pytest.mark.parametrize("content", [RANDOM, QUANTILES], ids=["rows", "quantiles"])
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_part_that_is_not_what_the_sweep_writes_is_computed_anew_and_said(tmp_path, capsys, content, damage):
+    """A part that lacks an array once gave NaN for all its bicycles."""
+    content = content | {"points_per_part": 300}
+    right = tree(run_sweep(build_sweep(content), tmp_path / "right.zarr"))
+    sweep, out = build_sweep(content), tmp_path / "result.zarr"
+
+    def stopped(work, todo):
+        yield todo[0], work(*todo[0])
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, out, engine=stopped)
+    parts = open_parts(out, sweep)
+    first = next(iter(pieces(sweep, parts.items)))
+    parts.write(first, DAMAGES[damage](parts.read(first)))
+    assert tree(run_sweep(sweep, out)) == right
+    assert "1 damaged parts in" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("ending", "place"),
     [("zarr", ("studies.sweep.result", "", "write_rows")), ("nc", ("netCDF4", "Dataset", "createVariable"))],
