@@ -95,6 +95,7 @@ class Wheel:
     slip_velocity: Expression
     camber: Expression
     yaw_rate: Expression
+    offset: Expression  # m, of the place where it touches the road, as :meth:`.ModelBuilder.lateral_offset`
     side_force: Expression
     static_load: Expression
     crown_radius: Expression = sp.S.Zero  # m, of the cross-section

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
 
 from bicycle import rigid_bodies
 from bicycle.declarations import Builder, ContactLaw, Coordinate, Declarations, Expression, Mode, Motor, State, Wheel
+from bicycle.joint_tree import JointTree
 from bicycle.parameters import UNITS, bodies, static_loads
 from bicycle.symbolic_polynomial import SymbolicPolynomial
 from tyre.errors import InputError, unknown
@@ -105,8 +106,9 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     """Eliminate V, r and the side forces f: slip velocities zero, test space orthogonal to the force ports.
 
     The rows are M u' = R x + P f with u = [V, r, rates w of the joints], the slip velocities S x = 0. These give [V, r]
-    = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w (angles change at the
-    rates w). With W^t P = 0 the forces are gone: W^t M T w' = W^t (R X y - M D w).
+    = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w + (dv/dt) X_v y:
+    angles change at the rates w, and X with the speed. With W^t P = 0 the forces are gone:
+    W^t M T w' = W^t (R X y - M D w - M (dv/dt) X_v y).
     """
     joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
     rates, angles, kept, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
@@ -126,8 +128,10 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     ports = rows.right.columns(forces).constant
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
     trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
-    drift = rows.mass.columns(slice(0, 2)) @ followed.columns(angles)
-    free = rows.right.columns(kept) @ held - drift.placed(rates.start, width - 2)
+    drift = followed.columns(angles).placed(rates.start, width - 2)
+    faster = sp.eye(2) * rows.model.acceleration
+    drift += SymbolicPolynomial.of_entries(faster, rows.model.speed) @ followed.slope()
+    free = rows.right.columns(kept) @ held - rows.mass.columns(slice(0, 2)) @ drift
     return replace(
         rows, mass=test.T @ rows.mass @ trial, right=test.T @ free, angle_rates=rows.angle_rates.columns(kept) @ held,
         extra_rates=rows.extra_rates.columns(kept) @ held, shown=rows.shown.columns(kept) @ held,
@@ -182,17 +186,21 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
 def _meaning(
     model: Builder, joints: list[rigid_bodies.Joint], velocities: list[Expression], angles: list[Expression]
 ) -> dict[Expression, Expression]:
-    """Slip velocity, yaw rate and camber of each wheel, and the commands of motor and rider, in terms of the motion."""
+    """What effects see, in terms of the motion: wheels, points of bodies, and the commands of motor and rider."""
     meaning = {}
     for wheel in model.wheels:
         yaw = rigid_bodies.yaw_row(joints, wheel.body)
         heading = _dot(yaw[2:], angles)
         if f"{wheel.name}_slip" in model.input_names():
             heading += sp.Symbol(f"{wheel.name}_slip")
-        lateral = _dot(rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), velocities)
-        meaning[wheel.slip_velocity] = lateral - model.speed * heading
+        under = rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0)
+        meaning[wheel.slip_velocity] = _dot(under, velocities) - model.speed * heading
         meaning[wheel.yaw_rate] = _dot(yaw, velocities)
         meaning[wheel.camber] = _dot(rigid_bodies.lean_row(joints, wheel.body)[2:], angles)
+        meaning[wheel.offset] = _dot(under[2:], angles) + wheel.crown_radius * wheel.camber
+    for symbol, point in model.points.items():
+        row = rigid_bodies.displacement_row(joints, point.body, point.x, point.z)
+        meaning[symbol] = _dot(row[2:], angles) if point.what == "offset" else _dot(row, velocities)
     meaning |= {source.command: source.told for source in (model.motor, model.rider)}
     return meaning
 
@@ -213,7 +221,7 @@ def _mass(model: Builder, joints: list[rigid_bodies.Joint]) -> SymbolicPolynomia
 
 def _generalised_forces(model: Builder, joints: list[rigid_bodies.Joint], rows: Rows) -> SymbolicPolynomial:
     """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
-    frame, work = model.bodies[0], []
+    frame, work = model.body("rear frame"), []
     for wheel in model.wheels:
         work.append((rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
         work.append((rigid_bodies.yaw_row(joints, wheel.body), wheel.moment))
@@ -243,8 +251,9 @@ def _stiffness(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     total = sp.zeros(n, n)
     for body in model.bodies:
         total -= model.gravity * body.mass * _matrix(rigid_bodies.height_hessian(joints, body.name, body.x, body.z))
-    for wheel, sign in zip(model.wheels, (1, -1), strict=True):
-        load = wheel.static_load + sign * model.load_transfer
+    for wheel in model.wheels:
+        moved = model.load_transfer if wheel.name == "rear" else -model.load_transfer
+        load = wheel.static_load + moved
         camber = _matrix([rigid_bodies.lean_row(joints, wheel.body)[2:]])
         lowest = _matrix(rigid_bodies.height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
         lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
@@ -290,6 +299,15 @@ def _matrix(rows: Any) -> Any:
 SPEED = sp.Symbol("v", real=True)
 
 
+class Point(NamedTuple):
+    """What an effect asks for of a point of a body: its lateral ``offset`` (m) or ``speed`` (m/s)."""
+
+    what: str
+    body: str
+    x: Expression  # m
+    z: Expression  # m
+
+
 class ModelBuilder:
     """The open model that effects extend in ``apply``."""
 
@@ -305,8 +323,9 @@ class ModelBuilder:
         self.contact_law: ContactLaw | None = None
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: list[tuple[Coordinate, Expression]] = []
-        self._frame_joints: list[tuple[rigid_bodies.Joint, Coordinate]] = []
-        self._fork_joints: list[tuple[rigid_bodies.Joint, Coordinate]] = []
+        self._joints: list[rigid_bodies.Joint] = []  # of the effects
+        self._coordinates = {"lean": self.lean, "steer": self.steer}
+        self.points: dict[Expression, Point] = {}  # what effects ask for of points of bodies
         self.coordinate_forces: list[tuple[Coordinate, Expression]] = []
         self.yaw_moments: list[tuple[str, Expression]] = []
         self.roll_moments: list[tuple[str, Expression]] = []
@@ -327,10 +346,7 @@ class ModelBuilder:
 
     def add_body(self, body: rigid_bodies.Body) -> None:
         """Add a rigid body to the rear frame, or to what it is ``fixed_to`` (a joint may carry it); it has weight."""
-        names = [other.name for other in self.bodies]
-        if body.fixed_to and body.fixed_to not in names:
-            raise InputError(f"the body {body.name!r} is fixed to an {unknown('body', body.fixed_to, names)}")
-        if body.name in names:
+        if body.name in [other.name for other in self.bodies]:
             raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
         self.bodies.append(body)
         if body.spin_inertia != 0:
@@ -338,15 +354,16 @@ class ModelBuilder:
 
     def add_joint(
         self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression],
-        carries: set[str], role: str = "", of_fork: bool = False,
+        carries: set[str], role: str = "", hangs_on: str = "lean",
     ) -> Coordinate:  # fmt: skip
-        """Add a hinge after the lean and before the steer axis, or ``of_fork`` behind it: then its axis steers."""
-        for body in sorted(carries - {body.name for body in self.bodies}):
-            raise InputError(f"the joint {name!r} carries {unknown('body', body, [b.name for b in self.bodies])}")
+        """Add a hinge that hangs on the frame (``lean``) or on another joint by its name: on ``steer`` its axis steers.
+
+        One that carries the front frame carries the steer axis.
+        """
         self._declare_angle(name, role or name, joint=True)
         coordinate = Coordinate(name, sp.Symbol(name), sp.Symbol(f"{name}_rate"))
-        joints = self._fork_joints if of_fork else self._frame_joints
-        joints.append((rigid_bodies.Joint(name, *axis, *point, frozenset(carries)), coordinate))
+        self._joints.append(rigid_bodies.Joint(name, *axis, *point, frozenset(carries), hangs_on=hangs_on))
+        self._coordinates[name] = coordinate
         return coordinate
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
@@ -375,16 +392,18 @@ class ModelBuilder:
 
     def add_drive_force(self, force: Expression) -> None:
         """Add a force forward at the rear contact (N) that balances another, for example a drag."""
-        self.wheels[0].forward_force += force
+        self.wheel("rear").forward_force += force
 
     def add_traction(self, rear: Expression, front: Expression) -> None:
         """Add forces forward at the contacts (N) that accelerate all masses or keep them from rolling downhill."""
-        for wheel, force in zip(self.wheels, (rear, front), strict=True):
-            wheel.forward_force += force
+        for name, force in (("rear", rear), ("front", front)):
+            self.wheel(name).forward_force += force
             self.traction += force
 
     def incline_road(self, gradient: Expression) -> None:
         """Let the road rise by ``gradient`` per length on the level; the fall line follows the heading."""
+        if self.slope != 0:
+            raise InputError("two effects say how the road rises; leave one out")
         self.gravity = self.bicycle["g"] / sp.sqrt(1 + gradient**2)
         self.slope = self.gravity * gradient
 
@@ -412,7 +431,7 @@ class ModelBuilder:
 
     def add_input(self, name: str, *, unit: str) -> Expression:
         """Add an input of the model."""
-        if name in {**self.states, **self.units(), **self.inputs}:
+        if name in self.units():
             raise InputError(f"the name {name!r} of an input is taken; give the effect's input a name of its own")
         self.inputs[name] = unit
         return sp.Symbol(name)
@@ -423,12 +442,17 @@ class ModelBuilder:
 
     def lateral_offset(self, body: str, x: Expression, z: Expression) -> Expression:
         """Lateral displacement (m) of a point of a body out of the plane through the rear contact along the heading."""
-        return _dot(rigid_bodies.displacement_row(self.joints(), body, x, z)[2:], [c.angle for c in self.coordinates()])
+        return self._ask(Point("offset", body, x, z))
 
     def lateral_speed(self, body: str, x: Expression, z: Expression) -> Expression:
         """Velocity (m/s) to the right of a point of a body, across the heading of the rear frame."""
-        motion = [self.lateral_velocity, self.yaw_rate, *(c.rate for c in self.coordinates())]
-        return _dot(rigid_bodies.displacement_row(self.joints(), body, x, z), motion)
+        return self._ask(Point("speed", body, x, z))
+
+    def _ask(self, point: "Point") -> Expression:
+        """A symbol whose meaning is told once every joint is there, whichever effect brings it."""
+        symbol = sp.Symbol(f"lateral {point.what} {len(self.points)}")
+        self.points[symbol] = point
+        return symbol
 
     def add_state(self, name: str, *, unit: str, role: str = "") -> Expression:
         """Add a first-order state; :meth:`set_rate` says how it changes."""
@@ -456,6 +480,7 @@ class ModelBuilder:
         """Assemble the matrices once every effect has been applied."""
         if self.contact_law is None:
             raise ValueError("no contact law has been applied")
+        self._check_bodies()
         forces = {wheel: self.contact_law.side_force(self, wheel) for wheel in self.wheels}
         roles = sorted({state.role for state in self.states.values() if state.role})
         for mode in self.modes.values():
@@ -469,24 +494,49 @@ class ModelBuilder:
                 raise InputError(f"the state {str(state)!r} has no rate of change; give it one with model.set_rate")
         return equations(self, forces)
 
+    def _check_bodies(self) -> None:
+        """Refuse names of bodies that there are not, now that every effect has brought its own."""
+        names = [body.name for body in self.bodies]
+        asked = [(f"the body {body.name!r} is fixed to an", body.fixed_to) for body in self.bodies if body.fixed_to]
+        for joint in self._joints:
+            asked += [(f"the joint {joint.name!r} carries", body) for body in sorted(joint.carries)]
+        asked += [("a moment about the vertical acts on an", body) for body, _ in self.yaw_moments]
+        asked += [("a moment about the forward axis acts on an", body) for body, _ in self.roll_moments]
+        asked += [("a lateral force acts on an", body) for body, *_ in self.lateral_forces]
+        asked += [("a rotor is in an", body) for body, _ in self.spins]
+        asked += [(f"the lateral {point.what} is asked of an", point.body) for point in self.points.values()]
+        for what, body in asked:
+            if body not in names:
+                raise InputError(f"{what} {unknown('body', body, names)}")
+
     def input_names(self) -> tuple[str, ...]:
         """Torques, a side force at the rear frame's mass centre, imposed slip angles, and inputs of the effects."""
         slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
         return (*self.torques, "lateral_force", *slips, *self.inputs)
 
+    @property
+    def steer_axis(self) -> rigid_bodies.Joint:
+        """The joint of the steering, which carries what the bicycle itself has there."""
+        p, carried = self.bicycle, frozenset(("front frame", "front wheel"))
+        axis = (sp.sin(p["lam"]), sp.cos(p["lam"]))
+        return rigid_bodies.Joint("steer", *axis, p["w"] + p["c"], 0, carried, hangs_on="lean")
+
     def joints(self) -> list[rigid_bodies.Joint]:
         """Lean, the joints of the effects and steer, from the ground outward."""
-        p = self.bicycle
         lean = rigid_bodies.Joint("lean", 1, 0, 0, 0, frozenset(body.name for body in self.bodies))
-        carried = frozenset(("front frame", "front wheel"))
-        steer = rigid_bodies.Joint("steer", sp.sin(p["lam"]), sp.cos(p["lam"]), p["w"] + p["c"], 0, carried)
-        chain = (*(j for j, _ in self._frame_joints), steer, *(j for j, _ in self._fork_joints))
-        return [lean, *(rigid_bodies.with_guests(joint, self.bodies) for joint in chain)]
+        return JointTree([lean, self.steer_axis, *self._joints], self.bodies).outward()
 
     def coordinates(self) -> list[Coordinate]:
         """Angle and rate of each of :meth:`joints`."""
-        frame, fork = ([c for _, c in joints] for joints in (self._frame_joints, self._fork_joints))
-        return [self.lean, *frame, self.steer, *fork]
+        return [self._coordinates[joint.name] for joint in self.joints()]
+
+    def body(self, name: str) -> rigid_bodies.Body:
+        """A body by name."""
+        return next(body for body in self.bodies if body.name == name)
+
+    def wheel(self, name: str) -> Wheel:
+        """The ``rear`` or ``front`` wheel."""
+        return next(wheel for wheel in self.wheels if wheel.name == name)
 
     def units(self) -> dict[str, str]:
         """SI unit of every state, input and output by name."""
@@ -502,6 +552,8 @@ class ModelBuilder:
     def _declare(self, name: str, unit: str, role: str, *, joint: bool = False) -> None:
         if name in self.states:
             raise InputError(f"two states are called {name!r}; give the effect's state a name of its own")
+        if name in self.inputs:
+            raise InputError(f"a state and an input are called {name!r}; give the effect's state a name of its own")
         self.states[name] = State(name, unit, role, joint)
 
     def _declare_angle(self, name: str, role: str, *, joint: bool) -> None:
@@ -510,5 +562,5 @@ class ModelBuilder:
 
     @staticmethod
     def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
-        seen = ("slip_velocity", "camber", "yaw_rate", "side_force", "static_load")
+        seen = ("slip_velocity", "camber", "yaw_rate", "offset", "side_force", "static_load")
         return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})

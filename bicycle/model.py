@@ -171,6 +171,7 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
     warnings += model.notes
     if any(effect.moves_load for effect in model.effects):
         evaluate.check_loads(values)
+    check_weight(evaluate, values, model)
     lift_off = evaluate.lift_off_speed(values)
     if not math.isinf(lift_off):
         warnings.append(
@@ -185,6 +186,19 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         parameters=dict(values), static_loads=(rear, front),
         effects=tuple(effect.identifier for effect in model.effects), warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def check_weight(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> None:
+    """Refuse masses of effects that together lift a wheel on which the bicycle itself stands."""
+    if model.bicycle.without_slip:
+        return
+    effects = ", ".join(effect.identifier for effect in model.effects)
+    for wheel, load in zip(WHEELS, evaluate.wheel_loads(values), strict=False):
+        if not load > 0:
+            raise InputError(
+                f"bicycle {model.bicycle.name!r} with {effects}: the load of the {wheel} wheel is {load:.4g} N; "
+                "give less mass, or one nearer to the middle of the wheels"
+            )
 
 
 def check_compatible(effects: tuple[Effect, ...]) -> None:

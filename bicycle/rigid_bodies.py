@@ -7,7 +7,7 @@ joints). The functions use plain arithmetic, so that they serve sympy expression
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies."""
+    """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies and hangs on a joint."""
 
     name: str
     axis_x: Scalar
@@ -43,19 +43,11 @@ class Joint:
     x: Scalar
     z: Scalar
     carries: frozenset[str]
+    hangs_on: str = field(default="", kw_only=True)  # name of a joint; empty: on the ground
 
     def lever(self, x: Scalar, z: Scalar) -> Scalar:
         """Lateral displacement of the carried point (``x``, ``z``), m, per radian: (axis x arm) . y, m/rad."""
         return self.axis_z * (x - self.x) - self.axis_x * (z - self.z)
-
-
-def with_guests(joint: Joint, bodies: Iterable[Body]) -> Joint:
-    """The ``joint`` with all it carries: bodies that are fixed to a carried one come along."""
-    carried = set(joint.carries)
-    for body in bodies:
-        if body.fixed_to in carried:
-            carried.add(body.name)
-    return replace(joint, carries=frozenset(carried))
 
 
 def displacement_row(joints: Sequence[Joint], body: str, x: Scalar, z: Scalar) -> Row:

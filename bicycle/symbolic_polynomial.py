@@ -88,6 +88,11 @@ class SymbolicPolynomial:
         """Times v."""
         return SymbolicPolynomial({power + 1: matrix for power, matrix in self.coefficients.items()}, self.shape)
 
+    def slope(self) -> "SymbolicPolynomial":
+        """Derivative with respect to v."""
+        parts = {power - 1: power * matrix for power, matrix in self.coefficients.items() if power != 0}
+        return SymbolicPolynomial(parts, self.shape)
+
     def xreplace(self, meaning: Mapping[Expression, Expression]) -> "SymbolicPolynomial":
         """With other expressions for some symbols."""
         return SymbolicPolynomial({k: matrix.xreplace(meaning) for k, matrix in self.coefficients.items()}, self.shape)

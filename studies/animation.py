@@ -90,7 +90,7 @@ class Part:
 
 @dataclass(frozen=True)
 class BicycleDrawing:
-    """Parts in the upright position and the hinges (in the order lean, frame joints, steer) that move them."""
+    """Parts in the upright position and the hinges, from the ground outward, that move them."""
 
     parts: tuple[Part, ...]
     joints: tuple[Joint, ...]
@@ -134,11 +134,14 @@ def bicycle_drawing(model: Model) -> BicycleDrawing:
         for angle in np.pi * np.arange(3) / 3:  # spokes
             reach = 0.94 * radius * np.array([np.cos(angle), np.sin(angle)])
             parts.append(Part(name, _flat([tuple(hub - reach), tuple(hub + reach)]), radius))
-    for joint in joints[1:-1]:
-        for body in bodies:
-            if body.name in joint.carries and not body.name.startswith("front "):
-                parts.append(Part(body.name, _flat([(body.x, joint.z), (body.x, body.z)])))
-                parts.append(Part(body.name, _circle((body.x, body.z - 0.12), 0.12)))
+    drawn = {part.body for part in parts}
+    of_effects = [joint for joint in joints if joint.name not in ("lean", "steer")]
+    for body in bodies:
+        carriers = [joint for joint in of_effects if body.name in joint.carries and body.name not in drawn]
+        if carriers:
+            hinge = carriers[-1]  # the one next to the body: joints stand from the ground outward
+            parts.append(Part(body.name, _flat([(body.x, hinge.z), (body.x, body.z)])))
+            parts.append(Part(body.name, _circle((body.x, body.z - 0.12), 0.12)))
     return BicycleDrawing(tuple(parts), joints)
 
 

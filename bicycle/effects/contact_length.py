@@ -6,6 +6,7 @@ from typing import Any
 
 from bicycle.declarations import Wheel
 from bicycle.effect import WHEELS, Effect, Parameter
+from bicycle.effect_registry import registry
 from bicycle.equations import ModelBuilder
 from tyre.contact_patch import string_trail
 from tyre.errors import InputError
@@ -42,8 +43,9 @@ class ContactLength(Effect):
     def check(self, parameters: Mapping[str, float]) -> None:
         """Refuse a contact that leaves nothing of the relaxation length, which contains it."""
         for wheel in WHEELS:
-            tyre = f".relaxation_length.{wheel}"  # of whatever contact law there is: no other effect may have one
-            half, length = self.half_length[wheel], next(v for key, v in parameters.items() if key.endswith(tyre))
+            laws = [law.identifier for law in registry().values() if self.requires[0] in law.provides]
+            keys = [f"{law}.relaxation_length.{wheel}" for law in laws]
+            half, length = self.half_length[wheel], next(parameters[key] for key in keys if key in parameters)
             if half >= length:
                 raise InputError(
                     f"effect {self.identifier!r}: half_length.{wheel} = {half:g} m leaves nothing of the relaxation "

@@ -34,6 +34,6 @@ class ForkBending(SprungJoint):
         along = -p["c"] * sine - p["rF"] * cosine - self.length  # of the hinge, down the axis from the ground
         bend = model.add_joint(
             self.identifier, axis=(cosine, -sine), point=(p["w"] + p["c"] + along * sine, along * cosine),
-            carries={"front wheel"}, role="fork_bending", of_fork=True,
+            carries={"front wheel"}, role="fork_bending", hangs_on="steer",
         )  # fmt: skip
         self.spring(model, bend)

@@ -11,18 +11,23 @@ from bicycle.evaluation import evaluator
 class Longitudinal(Effect):
     """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
 
-    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope); the equations hold for
-    the moment (quasi-steady). Where X = m g sin(slope) the gradient keeps the speed. Each mass m_i feels X m_i / m
-    backwards, which with the spin-up of the wheels moves (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel.
-    Tyres that a model file names are taken at these loads, those given by numbers are as given. Left out are slip along
-    the wheel, which takes cornering stiffness, and the turning of the fall line against the heading.
+    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope). The equations are exact
+    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots tell how
+    motion changes only where it does so faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
+    Each mass m_i feels X m_i / m backwards, which with the spin-up of the wheels moves
+    (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel. Forces are those of the road on the tyres: a wheel
+    that rolls freely takes -(Iyy / r^2) dv/dt, so beside a rear brake alone the front pushes forward, front_share =
+    (Iyy / r^2) dv/dt / brake_force < 0. Tyres that a model file names are taken at these loads, those given by numbers
+    are as given. Left out are slip along the wheel, which takes cornering stiffness, and the turning of the fall line
+    against the heading.
     """
 
     drive_force = Parameter("N", "at the rear contact, beside that against drag", typical=(0.0, 200.0), default=0.0,
                             neutral=0.0, least=10.0)  # fmt: skip
     brake_force = Parameter("N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0,
                             least=10.0)  # fmt: skip
-    front_share = Parameter("1", "of the brake force", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=0.7)
+    front_share = Parameter("1", "of the brake force; a wheel that rolls freely is a little outside 0 to 1",
+                            bounds=(-1.0, 2.0), typical=(-0.05, 1.05), default=0.7)  # fmt: skip
     gradient = Parameter("1", "rise of the road per length on the level, > 0 uphill", bounds=ANY, typical=(-0.2, 0.2),
                          default=0.0, neutral=0.0, least=0.02)  # fmt: skip
     source = "Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines)"

@@ -1,9 +1,12 @@
 """Hands on the bar: arms that move with the bar through a grip that gives."""
 
+from collections.abc import Mapping
+
 from bicycle.declarations import Mode
 from bicycle.effect import ANY, Effect, Parameter
 from bicycle.equations import ModelBuilder
 from bicycle.rigid_bodies import Body
+from tyre.errors import InputError
 
 
 class RiderHands(Effect):
@@ -11,7 +14,8 @@ class RiderHands(Effect):
 
     The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
     elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
-    ``grip_damping``, all about the steer axis.
+    ``grip_damping``, all about the steer axis. The torso is part of the rear frame, beside rider_lean as well; bending
+    of frame and fork does not move the arms but through the grips.
     """
 
     mass = Parameter("kg", "felt at both hands together", typical=(1.0, 14.0), default=4.5)
@@ -29,12 +33,23 @@ class RiderHands(Effect):
     on_request = "rider_arms stands for hands; this one has grips that give, too"
     signature = "a mode of arms against bar; the grip decides how much of their mass and damping wobble feels"
 
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        """Refuse arms that the rear frame does not hold beside the body that rider_lean takes out of it."""
+        swaying = bicycle.get("rider_lean.mass", 0.0)
+        rest = bicycle["mB"] - swaying - self.mass
+        if rest <= 0:
+            of_body = f", of which rider_lean takes {swaying:g} kg" if swaying else ""
+            raise InputError(
+                f"effect {self.identifier!r}: mass = {self.mass:g} kg leaves {rest:g} kg of the rear frame "
+                f"(mB = {bicycle['mB']:g} kg{of_body}); the rear frame must contain the arms"
+            )
+
     def apply(self, model: ModelBuilder) -> None:
-        p, inertia = model.bicycle, self.mass * self.half_width**2  # about x and z, of masses at +-half_width
+        inertia = self.mass * self.half_width**2  # about x and z, of masses at +-half_width
         model.add_body(Body("hands", self.mass, self.x, self.z, inertia, inertia))
         model.add_body(Body("hands in the rear frame", -self.mass, self.x, self.z, -inertia, -inertia))
-        steer_axis = model.joints()[-1]
-        axis, foot = (steer_axis.axis_x, steer_axis.axis_z), (p["w"] + p["c"], 0)
+        steer = model.steer_axis
+        axis, foot = (steer.axis_x, steer.axis_z), (steer.x, steer.z)
         arms = model.add_joint("arms", axis=axis, point=foot, carries={"hands"})
         model.add_torque(arms, -self.stiffness * arms.angle - self.damping * arms.rate)
         grip = self.grip_stiffness * (model.steer.angle - arms.angle)

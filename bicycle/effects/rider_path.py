@@ -32,6 +32,5 @@ class RiderPath(Effect):
         rear = model.add_state("rear_position", unit="m", role="heading")
         model.set_rate(heading, model.yaw_rate)
         model.set_rate(rear, model.lateral_velocity + model.speed * heading)
-        wheelbase = model.bicycle["w"]
-        front = rear + wheelbase * heading + model.lateral_offset("front wheel", wheelbase, 0)
+        front = rear + model.bicycle["w"] * heading + model.wheel("front").offset
         model.rider.tell(self.heading * heading + self.position * front)

@@ -97,7 +97,8 @@ def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied
     for wheel in WHEELS:
         ratios = {}
         for name in ("cornering_stiffness", "relaxation_length"):
-            for key in [key for key in sampler.taken if key.endswith(f".{name}.{wheel}")][:1]:
+            key = f"{sampler.contact}.{name}.{wheel}"
+            if key in sampler.taken:
                 with np.errstate(invalid="ignore", divide="ignore"):
                     ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
         if len(ratios) == 2:

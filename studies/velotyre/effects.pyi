@@ -276,11 +276,15 @@ class FrontCompliance(Effect):
 class Longitudinal(Effect):
     """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
 
-    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope); the equations hold for
-    the moment (quasi-steady). Where X = m g sin(slope) the gradient keeps the speed. Each mass m_i feels X m_i / m
-    backwards, which with the spin-up of the wheels moves (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel.
-    Tyres that a model file names are taken at these loads, those given by numbers are as given. Left out are slip along
-    the wheel, which takes cornering stiffness, and the turning of the fall line against the heading.
+    The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope). The equations are exact
+    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots tell how
+    motion changes only where it does so faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
+    Each mass m_i feels X m_i / m backwards, which with the spin-up of the wheels moves
+    (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel. Forces are those of the road on the tyres: a wheel
+    that rolls freely takes -(Iyy / r^2) dv/dt, so beside a rear brake alone the front pushes forward, front_share =
+    (Iyy / r^2) dv/dt / brake_force < 0. Tyres that a model file names are taken at these loads, those given by numbers
+    are as given. Left out are slip along the wheel, which takes cornering stiffness, and the turning of the fall line
+    against the heading.
 
     Parameters
     ----------
@@ -291,7 +295,8 @@ class Longitudinal(Effect):
         Backwards at both contacts; typical 0 .. 300, allowed 0 .. inf; the effect vanishes at 0; negligible below
         10.
     front_share : float, dimensionless, default 0.7
-        Of the brake force; typical 0 .. 1, allowed 0 .. 1.
+        Of the brake force; a wheel that rolls freely is a little outside 0 to 1; typical -0.05 .. 1.05, allowed -1
+        .. 2.
     gradient : float, dimensionless, default 0
         Rise of the road per length on the level, > 0 uphill; typical -0.2 .. 0.2, allowed any; the effect vanishes
         at 0; negligible below 0.02.
@@ -713,7 +718,8 @@ class RiderHands(Effect):
 
     The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
     elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
-    ``grip_damping``, all about the steer axis.
+    ``grip_damping``, all about the steer axis. The torso is part of the rear frame, beside rider_lean as well; bending
+    of frame and fork does not move the arms but through the grips.
 
     Parameters
     ----------

@@ -1,10 +1,12 @@
-"""A bicycle with its effects from Kane's equations with exact rotations, linearised by complex steps.
+"""A bicycle with any effects from Kane's equations with exact rotations, linearised by complex steps.
 
-Nothing is shared with the package but names of parameters. Newton's and Euler's equations of every body are projected
-on the velocities of coordinates, in the world: place of the rear frame's point of contact, yaw, lean, pitch and the
-hinges. Contact forces act where a tyre touches the ground, at the lowest point of a torus on a turned axle, along the
-wheel's track and across it; the loads and the acceleration follow from the rows of x, z and pitch. Everything is one
-function of places, rates, accelerations and forces, which is not expanded by hand: its derivatives are complex steps.
+Nothing is shared with the package but names of parameters. A bicycle is a tree of hinges, each of which hangs on a
+hinge that it names, and of bodies, each of which is carried by a hinge that it names. Newton's and Euler's equations of
+every body are projected on the velocities of coordinates, in the world: place of the rear frame's point of contact,
+yaw, lean, pitch and the hinges. Contact forces act where a tyre touches the ground, at the lowest point of a torus on a
+turned axle, along the wheel's track and across it; the loads and the acceleration follow from the rows of x, z and
+pitch. Everything is one function of places, rates, accelerations and forces, which is not expanded by hand: its
+derivatives are complex steps. All steps are taken at once: the last axis of an array counts them.
 """
 
 from collections.abc import Collection, Mapping
@@ -13,54 +15,37 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[Any]
-H = 1e-30
-X, Y, Z = np.eye(3)
+Array = NDArray[Any]
+STEP = 1e-30
+X, Y, Z = np.eye(3)[..., None]
+NOWHERE = np.zeros((3, 1))
+WHEELS = ("rear", "front")
 
 
 class KaneBicycle:
-    """``p`` holds the parameters of a model, ``effects`` the identifiers of its effects."""
+    """``p`` holds the parameters of a model, ``effects`` the identifiers of its effects, ``speed`` is in m/s."""
 
     def __init__(self, p: Mapping[str, float], effects: Collection[str], speed: float) -> None:
         self.p, self.effects, self.v = p, set(effects), speed
-        sine, cosine = np.sin(p["lam"]), np.cos(p["lam"])
-        steer = (np.array([sine, 0, cosine]), np.array([p["w"] + p["c"], 0, 0]))
-        # hinges: name -> axis, a point of it, hinge that carries it
-        self.hinges: dict[str, tuple[Vector, Vector, str]] = {
-            "yaw": (Z, 0 * X, ""), "lean": (X, 0 * X, "yaw"), "pitch": (Y, 0 * X, "lean"),
+        # hinge -> its axis, a point of it, and the hinge that carries it
+        self.hinges: dict[str, tuple[Array, Array, str]] = {
+            "yaw": (Z, NOWHERE, ""), "lean": (X, NOWHERE, "yaw"), "pitch": (Y, NOWHERE, "lean"),
         }  # fmt: skip
-        front = rear = "pitch"
-        if "front_compliance" in self.effects:
-            front = self._hinge("front_compliance", "pitch")
-        self.hinges["steer"] = (*steer, front)
-        front = "steer"
-        if "fork_bending" in self.effects:
-            foot = steer[1] + steer[0] * np.dot(np.array([p["w"], 0, -p["rF"]]) - steer[1], steer[0])
-            hinge = foot - self.of("fork_bending", "length") * steer[0]
-            self.hinges["fork_bending"] = (np.array([cosine, 0, -sine]), hinge, "steer")
-        if "rear_compliance" in self.effects:
-            rear = self._hinge("rear_compliance", "pitch")
-        if "rider_lean" in self.effects:
-            self.hinges["rider_lean"] = (X, np.array([0, 0, self.of("rider_lean", "joint_z")]), "pitch")
+        self._hang_hinges()
         self.names = [name for name in self.hinges if name != "pitch"]
-        wheel = front if "fork_bending" not in self.effects else "fork_bending"
-        # bodies: mass, centre, inertia, hinge that carries it
-        self.bodies = [
-            (p["mB"], np.array([p["xB"], 0, p["zB"]]), self._inertia("IB", p), "pitch"),
-            (p["mH"], np.array([p["xH"], 0, p["zH"]]), self._inertia("IH", p), front),
-            (p["mR"], np.array([0, 0, -p["rR"]]), np.diag([p["IRxx"], p["IRyy"], p["IRxx"]]), rear),
-            (p["mF"], np.array([p["w"], 0, -p["rF"]]), np.diag([p["IFxx"], p["IFyy"], p["IFxx"]]), wheel),
-        ]
-        if "rider_lean" in self.effects:
-            r = {key: self.of("rider_lean", key) for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz")}
-            body, at = self._inertia("I", r), np.array([r["x"], 0, r["z"]])
-            self.bodies += [(r["mass"], at, body, "rider_lean"), (-r["mass"], at, -body, "pitch")]
-        self.wheels = ((rear, np.array([0, 0, -p["rR"]]), p["rR"]), (wheel, np.array([p["w"], 0, -p["rF"]]), p["rF"]))
-        # spin momenta about +y at a speed, and what they gain per m/s
-        self.spins = [(rear, -p["IRyy"] / p["rR"], 0.0), (wheel, -p["IFyy"] / p["rF"], 0.0)]
+        self.of_wheel = {
+            "rear": "rear_compliance" if "rear_compliance" in self.hinges else "pitch",
+            "front": "fork_bending" if "fork_bending" in self.hinges else "steer",
+        }
+        self.centres = {"rear": _point(0, -p["rR"]), "front": _point(p["w"], -p["rF"])}
+        self.radii = {"rear": p["rR"], "front": p["rF"]}
+        self.bodies = [*self._bodies()]  # mass, centre, inertia about it, hinge that carries it
+        # spin momenta about +y: hinge that carries the rotor, what it has per m/s, and what it has at any speed
+        self.spins = [(self.of_wheel[wheel], -p[f"I{wheel[0].upper()}yy"] / self.radii[wheel], 0.0) for wheel in WHEELS]
         if "rotating_mass" in self.effects:
             inertia, ratio, spin = (self.of("rotating_mass", key) for key in ("inertia", "ratio", "spin"))
             self.spins.append(("pitch", -inertia * ratio / p["rR"], -inertia * spin))
+        self.extra = [*self._extra_states()]
         self.loads, self.acceleration = np.zeros(2), 0.0
         self.loads, self.acceleration = self._steady()
 
@@ -68,183 +53,390 @@ class KaneBicycle:
         """Value of a parameter of an effect, 0 without the effect."""
         return self.p[f"{effect}.{key}"] if effect in self.effects else 0.0
 
-    def per_wheel(self, effect: str, key: str) -> Vector:
-        """Values of rear and front wheel."""
-        return np.array([self.of(effect, f"{key}.{wheel}") for wheel in ("rear", "front")])
+    def _hang_hinges(self) -> None:
+        p = self.p
+        sine, cosine = np.sin(p["lam"]), np.cos(p["lam"])
+        steer_axis, foot = _point(sine, cosine), _point(p["w"] + p["c"], 0)
+        for effect in ("front_compliance", "rear_compliance"):
+            if effect in self.effects:
+                tilt = self.of(effect, "axis_tilt")
+                place = _point(self.of(effect, "joint_x"), self.of(effect, "joint_z"))
+                self.hinges[effect] = (_point(np.cos(tilt), -np.sin(tilt)), place, "pitch")
+        if "rider_lean" in self.effects:
+            self.hinges["rider_lean"] = (X, _point(0, self.of("rider_lean", "joint_z")), "pitch")
+        if "rider_hands" in self.effects:
+            self.hinges["arms"] = (steer_axis, foot, "pitch")
+        self.hinges["steer"] = (steer_axis, foot, "front_compliance" if "front_compliance" in self.hinges else "pitch")
+        if "fork_bending" in self.effects:
+            beside_hub = foot + steer_axis * _dot(_point(p["w"], -p["rF"]) - foot, steer_axis)
+            hinge = beside_hub - self.of("fork_bending", "length") * steer_axis
+            self.hinges["fork_bending"] = (_point(cosine, -sine), hinge, "steer")
 
-    def _hinge(self, effect: str, carried: str) -> str:
-        tilt = self.of(effect, "axis_tilt")
-        place = np.array([self.of(effect, "joint_x"), 0, self.of(effect, "joint_z")])
-        self.hinges[effect] = (np.array([np.cos(tilt), 0, -np.sin(tilt)]), place, carried)
-        return effect
+    def _bodies(self) -> Any:
+        p = self.p
+        yield p["mB"], _point(p["xB"], p["zB"]), self._inertia("IB", p), "pitch"
+        yield p["mH"], _point(p["xH"], p["zH"]), self._inertia("IH", p), "steer"
+        for wheel, letter in (("rear", "R"), ("front", "F")):
+            xx, yy = p[f"I{letter}xx"], p[f"I{letter}yy"]
+            yield p[f"m{letter}"], self.centres[wheel], np.diag([xx, yy, xx]), self.of_wheel[wheel]
+        for effect, carrier in (("luggage", "pitch"), ("bar_bag", "steer")):
+            if effect in self.effects:
+                mass, x, z = (self.of(effect, key) for key in ("mass", "x", "z"))
+                yield mass, _point(x, z), np.zeros((3, 3)), carrier
+        moved = []
+        if "rider_lean" in self.effects:
+            rider = {key: self.of("rider_lean", key) for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz")}
+            moved.append((rider["mass"], _point(rider["x"], rider["z"]), self._inertia("I", rider), "rider_lean"))
+        if "rider_hands" in self.effects:
+            for side in (-1, 1):
+                hand = _point(self.of("rider_hands", "x"), self.of("rider_hands", "z"))
+                hand = hand + side * self.of("rider_hands", "half_width") * Y
+                moved.append((self.of("rider_hands", "mass") / 2, hand, np.zeros((3, 3)), "arms"))
+        for mass, centre, inertia, carrier in moved:
+            yield mass, centre, inertia, carrier
+            yield -mass, centre, -inertia, "pitch"  # the rear frame held it
+
+    def _extra_states(self) -> Any:
+        for effect in ("aligning_moment", "contact_length"):
+            if effect in self.effects:
+                yield from (f"{wheel}_aligning_moment" for wheel in WHEELS)
+        for effect, states in (
+            ("steer_motor", ("steer_motor_torque",)), ("rider_control", ("rider_torque", "rider_torque_rate")),
+            ("rider_delay", ("rider_lag", "rider_lag_rate")), ("rider_steer_memory", ("steer_integral",)),
+        ):  # fmt: skip
+            if effect in self.effects:
+                yield from states
 
     @staticmethod
-    def _inertia(name: str, p: Mapping[str, float]) -> Vector:
+    def _inertia(name: str, p: Mapping[str, float]) -> Array:
         xx, zz, xz = (p[name + axes] for axes in ("xx", "zz", "xz"))
         return np.array([[xx, 0, xz], [0, p.get(name + "yy", 0.0), 0], [xz, 0, zz]])
 
-    def _moved(self, q: Vector, u: Vector, a: Vector, along: tuple[float, float]) -> dict[str, Any]:
+    def _moved(self, q: Array, u: Array, a: Array, along: tuple[float, float]) -> dict[str, Any]:
         """Motion of what each hinge carries: turn, origin, and their rates; coordinates are y and the hinges."""
-        places = dict(zip(self.names, zip(q[1:], u[1:], a[1:], strict=True), strict=True)) | {"pitch": (0, 0, 0)}
+        still = (0 * q[0], 0 * q[0], 0 * q[0])
+        places = dict(zip(self.names, zip(q[1:], u[1:], a[1:], strict=True), strict=True)) | {"pitch": still}
         ground = (
-            np.eye(3), np.array([0, q[0], 0]), 0 * X, 0 * X, np.array([along[0], u[0], 0]),
-            np.array([along[1], a[0], 0]), {},
+            np.eye(3)[..., None], q[0] * Y, NOWHERE, NOWHERE, along[0] * X + u[0] * Y, along[1] * X + a[0] * Y, {},
         )  # fmt: skip
         moved: dict[str, Any] = {"": ground}
-        for name, (axis, pivot, carried) in self.hinges.items():
-            turn, origin, omega, alpha, velocity, acceleration, chain = moved[carried]
+        for name, (axis, pivot, carrier) in self.hinges.items():
+            turn, origin, omega, alpha, velocity, acceleration, chain = moved[carrier]
             angle, rate, second = places[name]
-            world, arm = turn @ axis, turn @ pivot
+            world, arm = _turned(turn, axis), _turned(turn, pivot)
             at = origin + arm
-            velocity = velocity + np.cross(omega, arm)
-            acceleration = acceleration + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
-            alpha = alpha + second * world + np.cross(omega, rate * world)
-            omega, turn = omega + rate * world, turn @ _rotation(axis, angle)
-            arm = -turn @ pivot
-            velocity = velocity + np.cross(omega, arm)
-            acceleration = acceleration + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
+            velocity = velocity + _cross(omega, arm)
+            acceleration = acceleration + _cross(alpha, arm) + _cross(omega, _cross(omega, arm))
+            alpha = alpha + second * world + _cross(omega, rate * world)
+            omega, turn = omega + rate * world, np.einsum("ij...,jk...->ik...", turn, _rotation(axis, angle))
+            arm = -_turned(turn, pivot)
+            velocity = velocity + _cross(omega, arm)
+            acceleration = acceleration + _cross(alpha, arm) + _cross(omega, _cross(omega, arm))
             moved[name] = (turn, at + arm, omega, alpha, velocity, acceleration, {**chain, name: (world, at)})
         return moved
 
-    def _contacts(self, moved: dict[str, Any]) -> list[tuple[str, Vector, Vector, Vector, Any, Any]]:
-        """Of each wheel: hinge, point on the ground, track, across it, camber and slip velocity."""
-        found = []
-        crowns = self.per_wheel("crown_radius", "crown_radius")
-        for (name, centre, radius), crown in zip(self.wheels, crowns, strict=True):
-            turn, origin, omega, _, velocity, _, _ = moved[name]
-            axle = turn @ Y
-            down = Z - axle[2] * axle
-            arm = turn @ centre + (radius - crown) * down / np.sqrt(down @ down) + crown * Z
-            track = np.cross(axle, Z)
-            track = track / np.sqrt(track @ track)
-            across = np.cross(Z, track)
-            slip = (velocity + np.cross(omega, arm)) @ across
-            found.append((name, origin + arm, track, across, np.arcsin(axle[2]), slip))
-        return found
+    def _contact(self, moved: dict[str, Any], wheel: str) -> tuple[Array, Array, Array, Any, Any, Any]:
+        """Point of a wheel on the ground, its track, across it, camber, slip velocity and rate of yaw."""
+        crown, radius = self.of("crown_radius", f"crown_radius.{wheel}"), self.radii[wheel]
+        turn, origin, omega, _, velocity, _, _ = moved[self.of_wheel[wheel]]
+        axle = _turned(turn, Y)
+        down = Z - axle[2] * axle
+        arm = _turned(turn, self.centres[wheel]) + (radius - crown) * down / np.sqrt(_dot(down, down)) + crown * Z
+        track = _cross(axle, Z)
+        track = track / np.sqrt(_dot(track, track))
+        across = _cross(Z, track)
+        slip = _dot(velocity + _cross(omega, arm), across)
+        return origin + arm, track, across, np.arcsin(axle[2]), slip, omega[2]
 
-    def residual(self, q: Vector, u: Vector, a: Vector, f: Vector, wind: Any = 0.0) -> tuple[Vector, Vector, Vector]:
-        """Rows of the coordinates, then x, z and pitch; rates of the side forces ``f``; slip velocities."""
+    def slips(self, q: Array, u: Array, speed: float) -> Array:
+        """Slip velocities (2, ...) of both wheels at a speed (m/s)."""
+        moved = self._moved(q, u, 0 * q, (speed, 0.0))
+        return np.array([self._contact(moved, wheel)[4] for wheel in WHEELS])
+
+    def residual(self, q: Array, u: Array, a: Array, f: Array, e: Array, wind: Any) -> tuple[Array, Array, Array]:
+        """Rows of the coordinates, then x, z and pitch; of the tyres, with the side forces ``f``; rates of ``e``."""
         p, v = self.p, self.v
         moved = self._moved(q, u, a, (v, self.acceleration))
-        heading = np.array([np.cos(q[1]), np.sin(q[1]), 0])
-        sideways = np.cross(Z, heading)
+        heading = np.cos(q[1]) * X + np.sin(q[1]) * Y
+        sideways = _cross(Z, heading)
         slope = np.arctan(self.of("longitudinal", "gradient"))
         gravity = p["g"] * (np.cos(slope) * Z - np.sin(slope) * heading)
-        rows = dict.fromkeys(("x", "y", "z", *self.hinges), 0.0 * q[0])
+        rows = dict.fromkeys(("x", "y", "z", *self.hinges), 0 * q[0])
 
-        def act(name: str, force: Vector, point: Vector, moment: Vector = 0 * X) -> None:
+        def act(name: str, force: Array, point: Array, moment: Array = NOWHERE) -> None:
             for key, unit in (("x", X), ("y", Y), ("z", Z)):
-                rows[key] = rows[key] - force @ unit
+                rows[key] = rows[key] - _dot(force, unit)
             for key, (axis, at) in moved[name][-1].items():
-                rows[key] = rows[key] - force @ np.cross(axis, point - at) - moment @ axis
+                rows[key] = rows[key] - _dot(force, _cross(axis, point - at)) - _dot(moment, axis)
 
         for mass, centre, inertia, name in self.bodies:
             turn, origin, omega, alpha, _, acceleration, _ = moved[name]
-            arm = turn @ centre
-            second = acceleration + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
-            spin = turn @ inertia @ turn.T
-            act(name, mass * (gravity - second), origin + arm, -(spin @ alpha + np.cross(omega, spin @ omega)))
+            arm = _turned(turn, centre)
+            second = acceleration + _cross(alpha, arm) + _cross(omega, _cross(omega, arm))
+            spin, change = (_turned(turn, np.tensordot(inertia, _back(turn, of), 1)) for of in (omega, alpha))
+            act(name, mass * (gravity - second), origin + arm, -(change + _cross(omega, spin)))
         for name, per_speed, fixed in self.spins:
             turn, origin, omega = moved[name][:3]
-            axle = turn @ Y
-            change = per_speed * self.acceleration * axle + np.cross(omega, (per_speed * v + fixed) * axle)
-            act(name, 0 * X, origin, -change)
+            axle = _turned(turn, Y)
+            change = per_speed * self.acceleration * axle + _cross(omega, (per_speed * v + fixed) * axle)
+            act(name, NOWHERE, origin, -change)
 
         brake, share = self.of("longitudinal", "brake_force"), self.of("longitudinal", "front_share")
-        along = np.array([self.of("longitudinal", "drive_force") - (1 - share) * brake, -share * brake])
+        along = [self.of("longitudinal", "drive_force") - (1 - share) * brake, -share * brake]
         if "aerodynamic_drag" in self.effects:
-            air = {k: self.of("aerodynamic_drag", k) for k in (
-                "drag_area", "air_density", "side_area", "yaw_moment_area", "centre_of_pressure_x",
-                "centre_of_pressure_z",
-            )}  # fmt: skip
-            turn, origin, omega, _, velocity, _, _ = moved["pitch"]
-            arm = turn @ np.array([air["centre_of_pressure_x"], 0, air["centre_of_pressure_z"]])
-            blown = wind * sideways - velocity - np.cross(omega, arm)
-            fast = np.sqrt(blown @ blown)
-            pressure = air["air_density"] * fast**2 / 2
-            beta = np.arctan((blown @ sideways) / -(blown @ heading))
-            crosswise = np.cross(Z, -blown) / fast
-            force = pressure * (air["drag_area"] * blown / fast + air["side_area"] * beta * crosswise)
-            act("pitch", force, origin + arm, pressure * air["yaw_moment_area"] * beta * Z)
-            along = along + np.array([air["air_density"] * air["drag_area"] * v**2 / 2, 0])
+            along[0] += self.of("aerodynamic_drag", "air_density") * self.of("aerodynamic_drag", "drag_area") * v**2 / 2
+            act("pitch", *self._air(moved["pitch"], wind * sideways, heading, sideways))
 
-        contacts = self._contacts(moved)
-        cambers, slips = np.array([c[4] for c in contacts]), np.array([c[5] for c in contacts])
-        of_camber = self.per_wheel("camber_thrust", "camber_stiffness") * cambers
-        lag = self.of("camber_thrust", "lag_share")
-        side = f + (1 - lag) * of_camber
-        moment = -self.per_wheel("pneumatic_trail", "trail") * side
-        overturning = -self.per_wheel("overturning_moment", "overturning_stiffness") * cambers
-        overturning = overturning - self.per_wheel("overturning_moment", "arm") * side
-        for k, (name, point, track, across, _, _) in enumerate(contacts):
-            force = side[k] * across + along[k] * track - self.loads[k] * Z
-            act(name, force, point, moment[k] * Z + overturning[k] * track)
-        rates = 0 * f
-        if "relaxation_length" in self.effects:
-            length = self.per_wheel("relaxation_length", "relaxation_length")
-            stiffness = self.per_wheel("relaxation_length", "cornering_stiffness")
-            rates = -stiffness / length * slips - v / length * (f - lag * of_camber)
-        for name, angle, rate in zip(self.names, q[1:], u[1:], strict=True):
-            if name in self.effects:
-                rows[name] = rows[name] + self.of(name, "stiffness") * angle + self.of(name, "damping") * rate
+        state = dict(zip(self.extra, e, strict=True))
+        law, rates = [], dict.fromkeys(self.extra, 0 * q[0])
+        front_place = 0 * q[0]
+        for k, wheel in enumerate(WHEELS):
+            point, track, across, camber, slip, yaw_rate = self._contact(moved, wheel)
+            front_place = point[1]
+            of_camber = self.of("camber_thrust", f"camber_stiffness.{wheel}") * camber
+            lagged = self.of("camber_thrust", "lag_share") * of_camber
+            side = f[k] + of_camber - lagged
+            own = state.get(f"{wheel}_aligning_moment", 0.0)
+            moment = own - self.of("pneumatic_trail", f"trail.{wheel}") * side
+            moment = moment + self.of("twisting_torque", f"twisting_stiffness.{wheel}") * camber
+            overturning = -self.of("overturning_moment", f"overturning_stiffness.{wheel}") * camber
+            overturning = overturning - self.of("overturning_moment", f"arm.{wheel}") * side
+            force = side * across + along[k] * track - self.loads[k] * Z
+            act(self.of_wheel[wheel], force, point, moment * Z + overturning * track)
+            law.append(self._tyre(wheel, slip, f[k] - lagged, own))
+            if f"{wheel}_aligning_moment" in state:
+                rates[f"{wheel}_aligning_moment"] = self._moment_rate(wheel, slip, yaw_rate, f[k] - lagged, own)
+        torques = self._torques(dict(zip(self.names, q[1:], strict=True)), dict(zip(self.names, u[1:], strict=True)),
+                                dict(zip(self.names, a[1:], strict=True)), state, front_place, rates)  # fmt: skip
+        for name, torque in torques.items():
+            rows[name] = rows[name] - torque
         order = ("y", *self.names, "x", "z", "pitch")
-        return np.array([rows[key] for key in order]), rates, slips
+        of_states = np.array([rates[key] for key in self.extra]).reshape(len(self.extra), q.shape[1])
+        return np.array([rows[key] for key in order]), np.array(law), of_states
 
-    def _steady(self) -> tuple[Vector, float]:
+    def _air(self, frame: Any, wind: Array, heading: Array, sideways: Array) -> tuple[Array, Array, Array]:
+        """Force of the air, where it acts, and its moment."""
+        area, density, side_area, moment_area, x, z = (
+            self.of("aerodynamic_drag", key)
+            for key in ("drag_area", "air_density", "side_area", "yaw_moment_area", "centre_of_pressure_x",
+                        "centre_of_pressure_z")
+        )  # fmt: skip
+        turn, origin, omega, _, velocity, _, _ = frame
+        arm = _turned(turn, _point(x, z))
+        blown = wind - velocity - _cross(omega, arm)
+        fast = np.sqrt(_dot(blown, blown))
+        pressure = density * fast**2 / 2
+        beta = np.arctan(_dot(blown, sideways) / -_dot(blown, heading))
+        force = pressure * (area * blown / fast + side_area * beta * _cross(Z, -blown) / fast)
+        return force, origin + arm, pressure * moment_area * beta * Z
+
+    def _lengths(self, wheel: str) -> tuple[float, float, float]:
+        """Cornering stiffness of a wheel, its relaxation length, and that with rim and spokes in series."""
+        stiffness, length = (
+            self.of("relaxation_length", f"{key}.{wheel}") for key in ("cornering_stiffness", "relaxation_length")
+        )
+        rim = 1 / self.of("wheel_compliance", f"stiffness.{wheel}") if "wheel_compliance" in self.effects else 0.0
+        return stiffness, length, length + stiffness * rim
+
+    def _trail(self, wheel: str) -> float:
+        """Trail of a string in contact from +a to -a whose free ends decay over sigma = L - a."""
+        length = self._lengths(wheel)[1]
+        free = length - self.of("contact_length", f"half_length.{wheel}")
+        return (length**3 - free**3) / (3 * length**2)
+
+    def _tyre(self, wheel: str, slip: Any, force: Any, moment: Any) -> Any:
+        """Rate of the side force that lags, or what is zero of one without lag; ``force`` is that of the slip."""
+        if "relaxation_length" in self.effects:
+            stiffness, _, whole = self._lengths(wheel)
+            if "contact_length" in self.effects:
+                return (self.v * moment / self._trail(wheel) - stiffness * slip) / whole
+            return -(stiffness * slip + self.v * force) / whole
+        return force + self.of("side_slip", f"cornering_stiffness.{wheel}") * slip / self.v
+
+    def _moment_rate(self, wheel: str, slip: Any, yaw_rate: Any, force: Any, moment: Any) -> Any:
+        if "aligning_moment" in self.effects:
+            stiffness, length = (
+                self.of("aligning_moment", f"{key}.{wheel}") for key in ("aligning_stiffness", "relaxation_length")
+            )
+            return (stiffness * slip - self.v * moment) / length
+        turn_slip = -yaw_rate / self.v * self.of("contact_length", "turn_slip_share")
+        stiffness, trail = self._lengths(wheel)[0], self._trail(wheel)
+        return self.v * (trail * stiffness * turn_slip - force - moment / trail)
+
+    def _torques(
+        self, angle: dict[str, Any], rate: dict[str, Any], second: dict[str, Any], state: dict[str, Any],
+        front_place: Any, rates: dict[str, Any],
+    ) -> dict[str, Any]:  # fmt: skip
+        """Torques on the hinges; what a motor or a rider does goes into the ``rates`` of their states as well."""
+        lean, steer, v = angle["lean"], angle["steer"], self.v
+        torques = dict.fromkeys(self.names, 0 * lean)
+        for name in ("front_compliance", "rear_compliance", "fork_bending", "rider_lean"):
+            if name in torques:
+                torques[name] = -self.of(name, "stiffness") * angle[name] - self.of(name, "damping") * rate[name]
+        stiffness = self.of("steer_spring", "stiffness") + self.of("rider_arms", "stiffness")
+        damping = self.of("steer_damper", "damping") + self.of("rider_arms", "damping")
+        on_bar = -stiffness * steer - damping * rate["steer"] - self.of("rider_arms", "inertia") * second["steer"]
+        if "rider_hands" in self.effects:
+            k, c, grip_k, grip_c = (
+                self.of("rider_hands", key) for key in ("stiffness", "damping", "grip_stiffness", "grip_damping")
+            )
+            grip = grip_k * (steer - angle["arms"]) + grip_c * (rate["steer"] - rate["arms"])
+            torques["arms"] = grip - k * angle["arms"] - c * rate["arms"]
+            on_bar = on_bar - grip
+        if "residual_torque" in self.effects:
+            x = (v - self.of("residual_torque", "middle_speed")) / self.of("residual_torque", "speed_span")
+            moving = {"lean": lean, "steer": steer, "lean_rate": rate["lean"], "steer_rate": rate["steer"]}
+            sums = {
+                hinge: sum(
+                    np.polyval([self.of("residual_torque", f"{hinge}_from_{name}{s}") for s in SERIES], x) * motion
+                    for name, motion in moving.items()
+                )
+                for hinge in ("lean", "steer")
+            }
+            torques["lean"] = torques["lean"] + sums["lean"]
+            on_bar = on_bar + sums["steer"]
+        if "steer_assist" in self.effects:
+            gain, fade, lean_gain = (self.of("steer_assist", key) for key in ("gain", "fade_speed", "lean_gain"))
+            told = gain * (fade - v) * rate["lean"] if v < fade else lean_gain * (v - fade) * lean
+            if "steer_motor" in self.effects:
+                share, lag = self.of("steer_motor", "share"), self.of("steer_motor", "lag")
+                rates["steer_motor_torque"] = (share * told - state["steer_motor_torque"]) / lag
+                told = state["steer_motor_torque"]
+            on_bar = on_bar + told
+        if "rider_control" in self.effects:
+            on_bar = on_bar + state["rider_torque"]
+            self._steer_by_rider(angle, rate, state, front_place, rates)
+        torques["steer"] = torques["steer"] + on_bar
+        return torques
+
+    def _steer_by_rider(
+        self, angle: dict[str, Any], rate: dict[str, Any], state: dict[str, Any], front_place: Any,
+        rates: dict[str, Any],
+    ) -> None:  # fmt: skip
+        told = self.of("rider_control", "roll") * angle["lean"] + self.of("rider_control", "steer") * angle["steer"]
+        told = told + self.of("rider_control", "roll_rate") * rate["lean"]
+        told = told + self.of("rider_control", "steer_rate") * rate["steer"]
+        told = told + self.of("rider_path", "heading") * angle["yaw"]
+        told = told + self.of("rider_path", "position") * front_place
+        if "rider_steer_memory" in self.effects:
+            rates["steer_integral"] = angle["steer"]
+            told = told + self.of("rider_steer_memory", "gain") * state["steer_integral"]
+        if "rider_delay" in self.effects:  # (1 - s T/2 + (s T)^2/12) z of (1 + s T/2 + (s T)^2/12) z = told
+            delay, z, z_rate = self.of("rider_delay", "delay"), state["rider_lag"], state["rider_lag_rate"]
+            z_second = (told - z - delay / 2 * z_rate) * 12 / delay**2
+            rates["rider_lag"], rates["rider_lag_rate"] = z_rate, z_second
+            told = z - delay / 2 * z_rate + delay**2 / 12 * z_second
+        omega, zeta = self.of("rider_control", "filter_frequency"), self.of("rider_control", "filter_damping")
+        rates["rider_torque"] = state["rider_torque_rate"]
+        rates["rider_torque_rate"] = (
+            omega**2 * (told - state["rider_torque"]) - 2 * zeta * omega * state["rider_torque_rate"]
+        )
+
+    def _steady(self) -> tuple[Array, float]:
         """Loads (N) and acceleration of straight running: the rows of x, z and pitch are linear in them."""
         n = 1 + len(self.names)
-        zero, no_force = np.zeros(n), np.zeros(2)
+        zero = np.zeros((n, 1))
 
-        def rows(loads: Vector, acceleration: float) -> Vector:
-            self.loads, self.acceleration = loads, acceleration
-            return np.asarray(self.residual(zero, zero, zero, no_force)[0][n:])
+        def rows(rear: float, front: float, acceleration: float) -> Array:
+            self.loads, self.acceleration = np.array([rear, front]), acceleration
+            still = (zero, zero, zero, np.zeros((2, 1)), np.zeros((len(self.extra), 1)), np.zeros(1))
+            return np.asarray(self.residual(*still)[0][n:, 0])
 
-        start = rows(no_force, 0.0)
-        columns = [rows(X[:2], 0.0), rows(Y[:2], 0.0), rows(no_force, 1.0)]
+        start = rows(0.0, 0.0, 0.0)
+        columns = [rows(1.0, 0.0, 0.0), rows(0.0, 1.0, 0.0), rows(0.0, 0.0, 1.0)]
         found = np.linalg.solve(np.column_stack(columns) - start[:, None], -start)
         return found[:2], float(found[2])
 
-    def state_matrix(self) -> tuple[list[str], Vector, Vector]:
+    def state_matrix(self) -> tuple[list[str], Array, Array]:
         """State names, state matrix, and input column of the side wind.
 
-        With tyres the states are [V, r, rates, angles, side forces]; V is the velocity across the heading. Without,
-        the side forces hold the slip velocities, which leaves two roots of zero to the matrix of [V, r, rates, angles].
+        States are [V, r, rates, angles, heading and place where a rider follows a path, states of effects, side forces
+        that lag]; V is the velocity across the heading. Side forces that hold the slip velocities take V and r away.
         """
-        n = 1 + len(self.names)
-        sizes = (n, n, n, 2, 1)
-        flat = np.zeros(sum(sizes))
-        parts = np.cumsum(sizes)[:-1]
-        slopes = []
-        for k in range(len(flat)):
-            moved = flat.astype(complex)
-            moved[k] += 1j * H
-            q, u, a, f, w = np.split(moved, parts)
-            rows, rates, slips = self.residual(q, u, a, f, w[0])
-            slopes.append(np.concatenate([rows[:n], rates, slips]).imag / H)
-        of_q, of_u, of_a, of_f, of_w = np.split(np.array(slopes).T, parts, axis=1)
-        # y' = V + v psi, y'' = V' + v r + (dv/dt) psi: nothing may depend on the heading then
+        n, m = 1 + len(self.names), len(self.extra)
+        sizes = (n, n, n, 2, m, 1)
+        steps = 1j * STEP * np.eye(sum(sizes))
+        q, u, a, f, e, w = np.split(steps, np.cumsum(sizes)[:-1])
+        rows, law, rates = self.residual(q, u, a, f, e, w[0])
+        slopes = np.concatenate([rows[:n], law, rates]).imag / STEP
+        of_q, of_u, of_a, of_f, of_e, of_w = np.split(slopes, np.cumsum(sizes)[:-1], axis=1)
+        # y' = V + v psi, y'' = V' + v r + (dv/dt) psi
         of_heading = of_q[:, 1] + self.v * of_u[:, 0] + self.acceleration * of_a[:, 0]
-        assert np.abs(of_heading).max() < 1e-9 * np.abs(of_q).max(), "the heading must not matter"
-        assert np.abs(of_q[:, 0]).max() < 1e-9 * np.abs(of_q).max(), "the place must not matter"
+        on_path = np.column_stack([of_heading, of_q[:, 0]])
+        if "rider_path" not in self.effects:
+            assert np.abs(on_path).max() < 1e-9 * np.abs(of_q).max(), "heading and place must not matter"
+            on_path = on_path[:, :0]
         of_u[:, 1] += self.v * of_a[:, 0]
-        mass, held = of_a[:n], "relaxation_length" not in self.effects
-        right = -np.hstack([of_u[:n], of_q[:n, 2:], of_f[:n], of_w[:n]])
+        on_motion = np.hstack([of_u, of_q[:, 2:], on_path, of_e])
         names = ["rear_lateral_velocity", "yaw_rate", *(f"{name}_rate" for name in self.names[1:]), *self.names[1:]]
-        turning = np.eye(n - 2, right.shape[1], 2)  # rates of the hinges' angles
-        slip = np.hstack([of_u[n + 2 :], of_q[n + 2 :, 2:]])
-        if held:  # S_u u' = -S_q q' keeps the slip where it is
-            ports, turning = right[:, -3:-1], np.delete(turning, [-3, -2], 1)
-            saddle = np.block([[mass, -ports], [slip[:, :n], np.zeros((2, 2))]])
-            known = np.vstack([np.delete(right, [-3, -2], 1), -slip[:, n:] @ turning])
-            whole = np.vstack([np.linalg.solve(saddle, known)[:n], turning])
-        else:
-            tyres = np.hstack([of_u[n : n + 2], of_q[n : n + 2, 2:], of_f[n : n + 2], of_w[n : n + 2]])
-            whole = np.vstack([np.linalg.solve(mass, right), turning, tyres])
+        names += ["heading", "rear_position"][: on_path.shape[1]] + self.extra
+        turning = np.eye(n - 2, len(names), 2)  # rates of the hinges' angles
+        going = np.zeros((on_path.shape[1], len(names)))
+        if len(going):  # heading' = r, place' = V + v psi
+            going[0, names.index("yaw_rate")] = 1.0
+            going[1, names.index("rear_lateral_velocity")], going[1, names.index("heading")] = 1.0, self.v
+
+        forces, of_law, mass = of_f[:n], slice(n, n + 2), of_a[:n]
+        right, known = -np.hstack([on_motion[:n], of_w[:n]]), np.vstack([turning, going])
+        known = np.hstack([known, np.zeros((len(known), 1))])
+        own, by_force = np.hstack([on_motion[n + 2 :], of_w[n + 2 :]]), of_f[n + 2 :]
+        tyre = np.hstack([on_motion[of_law], of_w[of_law]])
+        if "relaxation_length" in self.effects:  # columns of the two forces stand before that of the wind
+            rows = np.vstack([np.linalg.solve(mass, right), known, own, tyre])
+            force_columns = np.vstack([
+                np.linalg.solve(mass, -forces), np.zeros((len(known), 2)), by_force, of_f[of_law],
+            ])  # fmt: skip
             names += ["rear_side_force", "front_side_force"]
-        return names, whole[:, :-1], whole[:, -1]
+            return names, np.hstack([rows[:, :-1], force_columns]), rows[:, -1]
+        if "side_slip" in self.effects:
+            side = -np.linalg.solve(of_f[of_law], tyre)
+            whole = np.vstack([np.linalg.solve(mass, right - forces @ side), known, own + by_force @ side])
+            return names, whole[:, :-1], whole[:, -1]
+        # held: S x = 0, S_u u' + S_q q' + (dv/dt) dS/dv x = 0, and V and r follow from all else
+        slip, faster = (self._slip_slopes(speed, len(names)) for speed in (self.v, self.v + 1))
+        moving = np.zeros((2, right.shape[1]))
+        moving[:, :-1] = -slip[:, n : 2 * n - 2] @ turning - self.acceleration * (faster - slip)
+        saddle = np.block([[mass, forces], [slip[:, :n], np.zeros((2, 2))]])
+        whole = np.vstack([np.linalg.solve(saddle, np.vstack([right, moving]))[:n], known, own])[2:]
+        follow = np.vstack([-np.linalg.solve(slip[:, :2], slip[:, 2:]), np.eye(len(names) - 2)])
+        return names[2:], whole[:, :-1] @ follow, whole[:, -1]
+
+    def _slip_slopes(self, speed: float, states: int) -> Array:
+        """Slopes (2, states) of the slip velocities at a speed over [V, r, rates, angles], and zeros."""
+        n = 1 + len(self.names)
+        q, u = np.split(1j * STEP * np.eye(2 * n), 2)
+        slopes = self.slips(q, u, speed).imag / STEP
+        found = np.zeros((2, states))
+        found[:, : 2 * n - 2] = np.hstack([slopes[:, n:], slopes[:, 2:n]])
+        return found
 
 
-def _rotation(axis: Vector, angle: Any) -> Vector:
-    x, y, z = axis
+SERIES = ("_curve", "_slope", "")
+
+
+def _point(x: float, z: float) -> Array:
+    return np.array([[x], [0.0], [z]])
+
+
+def _dot(one: Array, other: Array) -> Array:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+def _cross(one: Array, other: Array) -> Array:
+    (a, b, c), (d, e, f) = one, other
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
+def _turned(turn: Array, vector: Array) -> Array:
+    return np.einsum("ij...,j...->i...", turn, vector)
+
+
+def _back(turn: Array, vector: Array) -> Array:
+    return np.einsum("ji...,j...->i...", turn, vector)
+
+
+def _rotation(axis: Array, angle: Any) -> Array:
+    x, y, z = axis[:, 0]
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    outer = np.multiply.outer
+    return outer(np.eye(3), 1 + 0 * angle) + outer(cross, np.sin(angle)) + outer(cross @ cross, 1 - np.cos(angle))
