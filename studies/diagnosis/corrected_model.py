@@ -13,11 +13,12 @@ from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.model_file import SECTION, build_model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNUSED, Bicycle
+from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.family import WRONG, Family
 from studies.diagnosis.labels import rendered, said
 from studies.diagnosis.residual import EFFECT, Residual
-from studies.inference import Fit, widened
+from studies.inference import Fit
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.plausible import WAY_OUT
@@ -33,7 +34,7 @@ class Corrected:
 
 
 def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Corrected:
-    """Model files of all bicycles of a ``diagnosis``; the ``residual`` torque is kept of the first bicycle alone."""
+    """Model files of all bicycles of one ``diagnosis``; a ``residual`` torque acts on the first bicycle alone."""
     first, *others = list(diagnosis.kind.bicycles(diagnosis.final)) or [""]
     try:
         text = model_text(diagnosis, residual)
@@ -41,8 +42,8 @@ def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Correct
     except InputError as error:
         return Corrected({}, str(error))
     try:
-        models = corrected_models(diagnosis, names=others) if others else {}
-        return Corrected(texts | {name: _text(diagnosis, model) for name, model in models.items()})
+        models = corrected_models(diagnosis, residual, others) if others else {}
+        return Corrected(texts | {name: _text(diagnosis, model, residual, name) for name, model in models.items()})
     except InputError as error:
         return Corrected(texts, of_others=str(error))
 
@@ -50,7 +51,7 @@ def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Correct
 def model_text(diagnosis: Diagnosis, residual: Residual | None = None) -> str:
     """Text of a model file with the corrected model of the bicycle at the top; empty of a tyre."""
     model = corrected_model(diagnosis, residual)
-    return "" if model is None else _text(diagnosis, model, residual)
+    return "" if model is None else _text(diagnosis, model, residual, "")
 
 
 def corrected_model(diagnosis: Diagnosis, residual: Residual | None = None) -> Model | None:
@@ -62,31 +63,24 @@ def corrected_models(
     diagnosis: Diagnosis, residual: Residual | None = None, names: Iterable[str] | None = None
 ) -> dict[str, Model]:
     """The corrected models of all bicycles, or of those with these ``names``."""
-    final = _judged(diagnosis) if residual is None else residual.fit
     found = {}
-    for name, (own, fit) in diagnosis.kind.bicycles(final).items():
+    for name, (own, _) in diagnosis.kind.bicycles(diagnosis.final).items():
         if names is not None and name not in names:
             continue
+        made = correction(diagnosis, residual, name)
+        fit = made.fit
         try:
             model = own.with_named(fit)
         except InputError as error:
             raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
         model = _with_values(model, own.model, fit)
         exact = [key for key, sd in own.uncertainty.items() if sd == 0]  # known exactly, as the file states
-        covariance = fit.covariance if residual is None else residual.covariance
-        spread = covariance_of(fit, covariance, model, dropped=residual.dropped if residual else (), exact=exact)
+        dropped = made.torque.dropped if made.torque else ()
+        spread = covariance_of(fit, made.covariance, model, dropped=dropped, exact=exact)
         if np.isfinite(spread.matrix).all():
             model = replace(model, sd=spread.sd, covariance=spread)
         found[name] = model
     return found
-
-
-def _judged(diagnosis: Diagnosis) -> Fit:
-    """The final fit with the covariance that the verdict tells: effects averaged over their class, times misfit."""
-    final = diagnosis.final
-    told, fitted = widened(diagnosis.hypotheses, final), final.covariance.diagonal()
-    wider = np.sqrt(np.divide(told, fitted, out=np.ones_like(fitted), where=(told > fitted) & (fitted > 0)))
-    return replace(final, covariance=final.misfit * final.covariance * np.outer(wider, wider))
 
 
 def _with_values(named: Model, base: Model, final: Fit) -> Model:
@@ -125,10 +119,10 @@ def covariance_of(
     return ParameterCovariance(names, (matrix + matrix.T) / 2, origin=MODEL_FILE)
 
 
-def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None = None) -> str:
+def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle: str) -> str:
     import tomli_w
 
-    about = rendered("model_description.txt.j2", d=diagnosis, torque=residual)
+    about = rendered("model_description.txt.j2", d=diagnosis, c=correction(diagnosis, residual, bicycle))
     content: dict[str, Any] = {
         "description": about, WAY_OUT: False, "bicycle": model.bicycle.table,
         "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},

@@ -69,8 +69,8 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
 
 
 STORY = (
-    "χ² a number, step by step: base model, the effect alone with nothing else moved, with the parameters adjusted; "
-    "last, what they leave without it. Grey: noise alone."
+    "χ² a number, step by step: base model, the effect alone with nothing else moved, with the parameters adjusted, "
+    "with a residual torque if one is kept; last, what they leave without it. Grey: noise alone."
 )
 
 

@@ -1,7 +1,7 @@
 """Findings beyond the verdict, numbers only: what moved, what could still be there, what next, how stable."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,7 +11,7 @@ from bicycle.effect_registry import model_workers
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.doubts import doubts
 from studies.diagnosis.residual import Residual, fit_residual
-from studies.diagnosis.story import Story, Where, farthest_off, tell
+from studies.diagnosis.story import LookAlikes, Story, Where, farthest_off, tell
 from studies.inference import (
     RULES,
     Candidate,
@@ -50,8 +50,8 @@ class Predicted:
     part: str  # empty if the measurement has no parts
     runs: tuple[str, ...]
     numbers: int  # how many are compared
-    # by model: nominal, nuisance_only, final, effect_alone if something is named, single_effect (the best) if unknown,
-    # with_torque if one was fitted
+    # by model: nominal, nuisance_only, final, effect_alone if something is named, single_effect (the best of one
+    # effect) if unknown, with_torque if one was fitted
     chi2: Mapping[str, float]
     # by channel and model, in the channel's unit: root mean square of measured minus computed
     rms: Mapping[str, Mapping[str, float]]
@@ -138,10 +138,12 @@ def find(diagnosis: Diagnosis) -> Findings:
     # If all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left out
     names = [p.part for p in parts if p.contradicts or not together]
     between, further = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
-    seen = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque), ())
-    best = seen[0].single if seen else ""
+    alike = attempt("look-alikes", lambda: look_alikes(diagnosis), None)
+    best = alike.best_single[0] if alike and alike.best_single else ""
+    seen = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque, best), ())
+    chi2_seen = [(one.numbers, one.chi2) for one in seen]
     return Findings(
-        story=attempt("story", lambda: tell(diagnosis, [(one.numbers, one.chi2) for one in seen], best), None),
+        story=attempt("story", lambda: tell(diagnosis, chi2_seen, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
         moved=moved(known.null, final), between=between, further=further, parts=parts, joint_fits=together,
         limits=attempt("what could still be there", lambda: upper_limits(kind, known, final), ()),
@@ -219,29 +221,72 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
 # ---------------------------------------------------------------------- runs that were never fitted
 
 
-def predicted(diagnosis: Diagnosis, torque: Fit | None = None) -> tuple[Predicted, ...]:
-    """Predict what was held out by each model, part by part, also with a residual ``torque``; empty if nothing was."""
+def predicted(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "") -> tuple[Predicted, ...]:
+    """Predict what was held out by each model, part by part; empty if nothing was.
+
+    Also with a residual ``torque``, and by a ``single`` effect, if there are such.
+    """
     unseen = diagnosis.kind.held_back()
     if unseen is None:
         return ()
-    fits_ = {"nuisance_only": diagnosis.hypotheses.null, "final": diagnosis.final}
+    known = diagnosis.hypotheses
+    fits_ = {"nuisance_only": known.null, "final": diagnosis.final}
     fits_ |= {} if diagnosis.alone is None else {"effect_alone": diagnosis.alone}
     fits_ |= {} if torque is None else {"with_torque": torque}
-    best = _best_single(diagnosis, unseen) if diagnosis.verdict.verdict == "unknown" else None
+    best = known.find(frozenset({single})) if single else None
     fits_ |= {} if best is None else {"single_effect": best}
     told = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
-    return tuple(replace(one, single=best.name if best else "") for one in told)
+    return tuple(replace(one, single=single) for one in told)
 
 
-def _best_single(diagnosis: Diagnosis, unseen: Kind) -> Fit | None:
-    """Fit of one effect of the bicycle, with errors of sensors or without, that predicts ``unseen`` data best."""
+def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
+    """Shares of the gap that the nearest look-alike and single effects leave; None if something is named or no gap is.
 
-    def missed(f: Fit) -> float:
-        return sum(one.chi2["f"] for one in predict(unseen, {"f": coordinates_of(f)}))
+    On runs that were never fitted if there are such, else on the data that they were fitted to.
+    """
+    known, verdict = diagnosis.hypotheses, diagnosis.verdict
+    if verdict.verdict != "unknown":
+        return None
+    usable = [f for f in known.best(1) if f.converged and not f.candidates[0].absorbs]
+    if (
+        diagnosis.kind.held_back() is not None
+    ):  # a bias is integrated out of each run, of these too: it predicts nothing
+        usable = [f for f in usable if f.candidates[0].unknowns]
+    nearest = None if verdict.look_alike is None else known.find(frozenset(verdict.look_alike.name.split("+")))
+    fits_ = [known.null, *usable, *([nearest] if nearest else [])]
+    gaps, unseen = _gaps(diagnosis, fits_)
+    if not gaps:
+        return None
+    adjusted = gaps[known.null]
+    if nearest is None and usable:
+        nearest = min(usable, key=lambda f: gaps[f])
+    left = adjusted if nearest is None else gaps[nearest]
+    singles = sorted(((f.name, gaps[f]) for f in usable), key=lambda single: single[1])
+    return LookAlikes(
+        unseen=unseen,
+        adjusted=adjusted,
+        nearest=nearest.name if nearest else "",
+        left=left,
+        singles=tuple((name, share) for name, share in singles if share <= 2 * left and share < adjusted),
+        best_single=singles[0] if singles else None,
+        tried=len(usable),
+    )
 
-    known = diagnosis.hypotheses.fits
-    single = [f for f in known if f.converged and sum(not c.mistake for c in f.candidates) == 1]
-    return min((f for f in single if not any(c.absorbs for c in f.candidates)), key=missed, default=None)
+
+def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float], bool]:
+    """Share of the base model's gap that each fit leaves (empty without a gap), and whether on runs never fitted."""
+    unseen = diagnosis.kind.held_back()
+    if unseen is None:
+        count, base = len(diagnosis.nominal), float(diagnosis.nominal @ diagnosis.nominal)
+        chi2 = {f: f.chi2 for f in fits_}
+    else:
+        told = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})
+        count, base = sum(one.numbers for one in told), sum(one.chi2["nominal"] for one in told)
+        chi2 = {f: sum(one.chi2[str(k)] for one in told) for k, f in enumerate(fits_)}
+    whole = base / count - 1
+    if not 0 < whole < math.inf:
+        return {}, unseen is not None
+    return {f: math.sqrt(max(0.0, x / count - 1) / whole) for f, x in chi2.items()}, unseen is not None
 
 
 def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:

@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.model_file import SECTION
 from studies.diagnosis.corrected_model import Corrected, corrected
+from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.figures import STORY, draw_story, drawn, residuals
 from studies.diagnosis.findings import Attempts, Findings, Predicted, find
 from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, rendered, sentence, titles, unit_of, without_number
-from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
-from studies.inference import OF, RULES, Judgement, Verdict
+from studies.inference import RULES, Judgement, Named, Verdict
 from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import page as html_page
@@ -27,6 +26,7 @@ from tyre.files import slugs, write_text
 
 MOST = 6  # rows of a table: verdict.json has all
 STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}
+WITH_TORQUE = "with a residual torque, " + ADJUSTED
 """Step of the story: the model that it is of."""
 
 
@@ -71,7 +71,7 @@ def _steps(diagnosis: Diagnosis) -> dict[str, str]:
     """Name of each step of the story."""
     names = titles(diagnosis)
     found = {step: names[model] for step, model in STEPS.items() if model in names}
-    return {"adjusted": names.get("nuisance_only", BASE), **found}
+    return {"adjusted": names.get("nuisance_only", BASE), "with_torque": WITH_TORQUE, **found}
 
 
 def model_files(made: Corrected) -> dict[str, str]:
@@ -105,16 +105,20 @@ def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
 def _content(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[str, Any]:
     """Values of both templates."""
     verdict = diagnosis.verdict
-    first = diagnosis.kind.bicycles(diagnosis.final).get("", (None, diagnosis.final))[1]
-    outside = [c.identifier for c in first.candidates if c.effect is None]
     return {
-        "d": diagnosis, "v": verdict, "f": findings, "s": findings.story, "made": made,
-        "thing": "tyre" if diagnosis.kind.model is None else "bicycle", "files": model_files(made),
-        "added": first.name, "left": [name for name in outside if name.rpartition(OF)[2] not in GEOMETRY],
-        "covariance": f"[{SECTION}]" in made.texts.get("", ""), "named_rows": named_rows(diagnosis),
-        "steps": _steps(diagnosis), "predictors": predictors(diagnosis, findings.predicted),
+        "d": diagnosis,
+        "v": verdict,
+        "f": findings,
+        "s": findings.story,
+        "c": correction(diagnosis, findings.torque),
+        "made": made,
+        "files": model_files(made),
+        "thing": "tyre" if diagnosis.kind.model is None else "bicycle",
+        "named_rows": named_rows(diagnosis),
+        "steps": _steps(diagnosis),
+        "predictors": predictors(diagnosis, findings.predicted),
         "mimics": [m for m in verdict.mimics if m.chi2 < verdict.chi2["final"]],
-    }  # fmt: skip
+    }
 
 
 # ---------------------------------------------------------------------- tables
@@ -136,7 +140,7 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
 def predictors(judgement: Judgement, found: tuple[Predicted, ...]) -> dict[str, str]:
     """The models that runs were predicted by, and their names; with a residual torque one more."""
     single = found[0].single.replace("+", " + ") if found else ""
-    names = titles(judgement) | {"single_effect": f"+ {single}, {ADJUSTED}", "with_torque": "and the residual torque"}
+    names = titles(judgement) | {"single_effect": f"+ {single}, {ADJUSTED}", "with_torque": WITH_TORQUE}
     return {model: title for model, title in names.items() if any(model in one.chi2 for one in found)}
 
 
@@ -177,14 +181,24 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     """The JSON of ``velotyre diagnose``: the verdict of a ``diagnosis`` and its ``findings``."""
     f, verdict = findings, diagnosis.verdict
 
+    made = correction(diagnosis, f.torque)
+
     def told(macro: str) -> str:
-        return rendered("one.txt.j2", macro=macro, v=verdict, f=f)
+        return rendered("one.txt.j2", macro=macro, v=verdict, f=f, c=made)
 
     return {
         "gap": f.story and asdict(f.story.gap), "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
         "odd_part": {"parts": [one.part for one in f.odd], "sentence": told("odd")} if f.odd else None,
         **({"search": "quick"} if diagnosis.quick else {}), **verdict_record(verdict),
+        "sentence": told("what"),
+        "corrected": {
+            "added": list(made.added),
+            "not_in_the_file": list(made.left_out),
+            "effects": [_effect_record(e) for e in made.effects],
+            "shifts": {m.name: m.shift for m in made.moved},
+        },
+        "look_alikes": f.story and f.story.look_alikes and asdict(f.story.look_alikes),
         "moved": [
             {
                 "parameter": m.name, "unit": m.unit, "prior": m.prior, "prior_sd": m.prior_sd, "value": m.value,
@@ -222,6 +236,11 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
 def verdict_record(verdict: Verdict) -> dict[str, Any]:
     """A ``verdict`` with its sentence."""
     return {"verdict": verdict.verdict, "sentence": sentence(verdict), **verdict.to_dict()}
+
+
+def _effect_record(effect: Named) -> dict[str, Any]:
+    parameters = {name: {"value": value, "sd": sd} for name, (value, sd) in effect.parameters.items()}
+    return {"identifier": effect.identifier, "parameters": parameters}
 
 
 def _predicted_record(one: Predicted) -> dict[str, Any]:

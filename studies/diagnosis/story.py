@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from studies.diagnosis.diagnose import Diagnosis
+from studies.diagnosis.residual import Residual
 from studies.inference import Judgement, Moved, held_out, moved
 
 LOUD = 2.0  # sd, from which a value is off
@@ -14,11 +15,12 @@ LOUD = 2.0  # sd, from which a value is off
 
 @dataclass(frozen=True)
 class Gap:
-    """chi^2 of each step of the story; None if nothing is named, or nothing could be left out."""
+    """chi^2 of each step of the story; None of a step that there is not, or where nothing could be left out."""
 
     base: float | None
     effect_alone: float | None
     adjusted: float | None
+    with_torque: float | None  # of the model file, if what could not be named is kept in it as a torque
     without_effect: float | None
     without_effect_moved_sd: float
     noise: float  # what noise alone would leave: the count of the numbers
@@ -26,7 +28,7 @@ class Gap:
     @property
     def steps(self) -> dict[str, float]:
         """Steps that are known, in the order of the story."""
-        names = ("base", "effect_alone", "adjusted", "without_effect")
+        names = ("base", "effect_alone", "adjusted", "with_torque", "without_effect")
         return {name: x for name in names if (x := getattr(self, name)) is not None}
 
     def left(self, step: str) -> float | None:
@@ -50,6 +52,25 @@ class Where:
 
 
 @dataclass(frozen=True)
+class LookAlikes:
+    """Shares of the base model's gap that effects leave, each with the parameters adjusted, if nothing was named."""
+
+    unseen: bool  # on runs that were never fitted; else on the data that they were fitted to
+    adjusted: float  # of the parameters alone
+    nearest: str  # hypothesis that comes nearest to explaining the data; "" if none does
+    left: float  # what it leaves
+    # hypotheses of one effect that leave at most twice as much and less than the parameters alone, the best first
+    singles: tuple[tuple[str, float], ...]
+    best_single: tuple[str, float] | None  # of all hypotheses of one effect
+    tried: int  # how many of these there are
+
+    @property
+    def parameters_do_alike(self) -> bool:
+        """The parameters alone leave at most twice what the nearest leaves, and so does every effect."""
+        return self.adjusted <= 2 * self.left
+
+
+@dataclass(frozen=True)
 class Story:
     """Numbers of the first screen; ``far`` has the parameters that must be others without the effect."""
 
@@ -57,38 +78,57 @@ class Story:
     held_out: Gap | None
     unseen: bool  # what is held out are runs that were never fitted
     far: tuple[Moved, ...]  # at most three, the farthest first
-    # where nothing is named: the hypothesis of one effect that predicts these runs best, and the share that it leaves
-    single: tuple[str, float | None] | None = None
+    look_alikes: LookAlikes | None = None  # where nothing is named
 
 
-def tell(diagnosis: Diagnosis, predicted: Sequence[tuple[int, Mapping[str, float]]] = (), single: str = "") -> Story:
-    """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any.
-
-    A ``single`` effect predicted them best.
-    """
+def tell(
+    diagnosis: Diagnosis,
+    predicted: Sequence[tuple[int, Mapping[str, float]]] = (),
+    torque: Residual | None = None,
+    look_alikes: LookAlikes | None = None,
+) -> Story:
+    """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
     null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
-    named = bool(final.candidates and null.nuisances)
+    is_named = bool(final.candidates and null.nuisances)
     went = moved(null, null)
     far = tuple(m for m in went[:3] if abs(m.shift) > LOUD)
     most = max((abs(m.shift) for m in went), default=0.0)
-    base = float(diagnosis.nominal @ diagnosis.nominal)
-    chi2 = {"alone": alone.chi2 if alone else None, "final": final.chi2, "without": null.chi2 if named else None}
-    own = {name: None if x is None else _number(x) for name, x in chi2.items()}
-    gap = Gap(_number(base), own["alone"], own["final"], own["without"], most, n)
+    fitted: dict[str, float | None] = {
+        "nominal": float(diagnosis.nominal @ diagnosis.nominal),
+        "effect_alone": alone.chi2 if alone else None,
+        "final": final.chi2,
+        "with_torque": torque.fit.chi2 if torque else None,
+        "nuisance_only": null.chi2,
+    }
     if predicted:
         models = {name: sum(chi2.get(name, np.nan) for _, chi2 in predicted) for name in predicted[0][1]}
         count = float(sum(numbers for numbers, _ in predicted))
     else:
         models = {name: score.chi2 for name, score in diagnosis.held_out.items() if score.possible}
         count = n if "final" in models else 0.0
-        models |= {"nominal": base}
+        models |= {"nominal": float(diagnosis.nominal @ diagnosis.nominal)}
         if alone and count:
             models["effect_alone"] = held_out(diagnosis.kind, alone).chi2
-    left = {name: _number(x) for name, x in models.items()}
-    without = left.get("nuisance_only") if named else None
-    out = Gap(left.get("nominal"), left.get("effect_alone"), left.get("final"), without, most, count) if count else None
-    best = replace(out, adjusted=left["single_effect"]).left("adjusted") if out and single else None
-    return Story(gap, out, bool(predicted), far, (single, best) if single else None)
+        if torque and count:
+            models["with_torque"] = torque.after.chi2
+    gap = _gap(fitted, most, n, is_named=is_named)
+    out = _gap(models, most, count, is_named=is_named) if count else None
+    return Story(gap, out, bool(predicted), far, look_alikes)
+
+
+def _gap(chi2: Mapping[str, float | None], most: float, count: float, *, is_named: bool) -> Gap:
+    """The gap from ``chi2`` by model; how far parameters went without the effect at ``most``, in sd."""
+    of = {name: None if x is None else _number(x) for name, x in chi2.items()}
+    without = of.get("nuisance_only") if is_named else None
+    return Gap(
+        base=of.get("nominal"),
+        effect_alone=of.get("effect_alone"),
+        adjusted=of.get("final"),
+        with_torque=of.get("with_torque"),
+        without_effect=without,
+        without_effect_moved_sd=most,
+        noise=count,
+    )
 
 
 def _number(value: float) -> float | None:

@@ -24,9 +24,11 @@ from studies.inference.judge import (
     effect_alone,
     equivalents,
     judge,
+    named,
     rule_against,
     separating,
     similarity,
+    verdict_of,
     widened,
 )
 from studies.inference.kind import Kind, Proposal, Rows, Series
@@ -115,6 +117,7 @@ __all__ = [
     "log_normal",
     "minimise",
     "moved",
+    "named",
     "outcome",
     "parts_against_rest",
     "preflight",
@@ -130,6 +133,7 @@ __all__ = [
     "together",
     "upper_limits",
     "variants",
+    "verdict_of",
     "whiteness",
     "widened",
     "within_uncertainty",

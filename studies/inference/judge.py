@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, combinations, takewhile
 
 import numpy as np
@@ -322,20 +322,20 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    noise = final.misfit if acceptance.verdict == "partial" else 1.0  # the misfit counts as noise
-    variance = noise * widened(known, final)
+    variance = final.misfit * widened(known, final)  # what is left counts as noise, here as in the model file
+    effects = tuple(_with_sizes(known.kind, final, named(final, c, variance)) for c in final.candidates)
     real = [any(not c.mistake for c in f.candidates) for f in members]
     converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
-    named = acceptance.verdict not in ("none", "unknown")
+    is_named = acceptance.verdict not in ("none", "unknown")
     open_ = acceptance.verdict == "partial" or (acceptance.verdict == "unknown" and not final.fits_data)
     ahead = takewhile(lambda one: one[0] is not final, known.probabilities)
     judged = [
-        None if f is None or named else Judged(f.name, f.chi2, f.goodness)
+        None if f is None or is_named else Judged(f.name, f.chi2, f.goodness)
         for f in (acceptance.leader, next(iter(converged), None))
     ]
     return Verdict(
         verdict=acceptance.verdict,
-        effects=tuple(_named(known.kind, final, c, variance, noise) for c in final.candidates),
+        effects=effects,
         equivalent=tuple(f.name for f in members),
         posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
         chi2={
@@ -425,8 +425,8 @@ def widened(known: Hypotheses, final: Fit) -> Array:
     return total
 
 
-def _named(kind: Kind, hypothesis: Fit, candidate: Candidate, variance: Array, noise: float) -> Named:
-    """A candidate with its fitted values, each labelled parameter by itself if they differ, and its other sizes."""
+def named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
+    """A ``candidate`` with its fitted values and their sd, by the ``variance`` (p,) of all coordinates."""
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
     for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
@@ -434,12 +434,24 @@ def _named(kind: Kind, hypothesis: Fit, candidate: Candidate, variance: Array, n
         for name, factor in u.factors.items():
             parameters[name] = (factor * value, factor * wide)
             units[name] = u.unit
-    for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, candidate.identifier).items():
-        parameters[name], units[name] = (value, math.sqrt(noise) * sd), unit
     return Named(
-        candidate.identifier, parameters, units, candidate.signature, candidate.mistake, candidate.title,
+        candidate.identifier,
+        parameters,
+        units,
+        candidate.signature,
+        candidate.mistake,
+        candidate.title,
         candidate.family,
-    )  # fmt: skip
+    )
+
+
+def _with_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
+    """The ``effect`` with its sizes that are no coordinates of the fit, such as a bias of each run."""
+    parameters, units = dict(effect.parameters), dict(effect.units)
+    for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
+        parameters[name] = (value, math.sqrt(hypothesis.misfit) * sd)
+        units[name] = unit
+    return replace(effect, parameters=parameters, units=units)
 
 
 # ---------------------------------------------------------------------- what can be told apart

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -97,5 +98,5 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
     assert "weave" in capsys.readouterr().out
     text = (out / "report.md").read_text(encoding="utf-8")
-    assert "**Added.** `model.toml`, parameters adjusted, steer_damper added" in text
+    assert re.search(r"\*\*Added\.\*\* `model.toml`, parameters adjusted \(farthest: .*\), steer_damper added", text)
     assert isinstance(found["moved"], list)

@@ -326,7 +326,7 @@ def test_json_has_what_the_page_says(one, folder):
     found = json.loads((folder / "verdict.json").read_text())
     assert found == json.loads(json.dumps(record(one, findings)))
     assert set(found["gap"]) == {
-        "base", "effect_alone", "adjusted", "without_effect", "without_effect_moved_sd", "noise",
+        "base", "effect_alone", "adjusted", "with_torque", "without_effect", "without_effect_moved_sd", "noise",
     }  # fmt: skip
     assert set(found["gap"]) == set(found["held_out"])
     assert {"series", "speeds", "by", "unit"} <= set(found["where"])
