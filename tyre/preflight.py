@@ -135,7 +135,10 @@ def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
     span = f"{len(run.time)} samples over {np.nanmax(run.time) - np.nanmin(run.time):.4g} s"
     lowest, highest = float(np.nanmin(run.slip_angle)), float(np.nanmax(run.slip_angle))
     reach = f"slip {lowest / _DEGREE:.3g} to {highest / _DEGREE:.3g} deg"
-    if run.kind == "slip_sweep":
+    if run.kind == "steady":
+        found.present.append(f"{len(run.time)} settled points, {reach}")
+        _check_reach(found, lowest, highest)
+    elif run.kind == "slip_sweep":
         branches = _count_branches(run.slip_angle)
         found.present.append(f"{span}, {branches} branches (up or down) of {reach}")
         _check_sweeps(found, lowest, highest, branches)
@@ -146,7 +149,7 @@ def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
     _check_sign(found, run)
     if run.aligning_moment is None:
         found.missing.append("aligning moment: no pneumatic trail")
-    if run.speed is None and run.condition.speed is None:
+    if run.speed is None and run.condition.speed is None and run.kind != "steady":
         found.missing.append(
             "speed: the rate lag cannot be removed and no relaxation length be had from rates or steps"
         )
@@ -156,15 +159,7 @@ def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
 
 def _check_sweeps(found: Preflight, lowest: float, highest: float, branches: int) -> None:
     """Check the range of slip (rad), and the number of branches."""
-    least, good, half = _LIMITS.least_slip, _LIMITS.good_slip, (highest - lowest) / 2
-    reach = half / _DEGREE
-    if half < least * _DEGREE:
-        radians = " (radians under deg?)" * (least * _DEGREE <= reach <= 20.0 * _DEGREE)
-        found.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
-    elif lowest > -0.25 * highest or highest < -0.25 * lowest:
-        found.problems.append("slip goes to one side only: offset and slope cannot be told apart")
-    elif half < good * _DEGREE:
-        found.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
+    _check_reach(found, lowest, highest)
     if branches < 2:
         found.problems.append(
             f"too few sweeps: {branches} branch, an up and a down branch are needed to remove the rate lag"
@@ -174,8 +169,21 @@ def _check_sweeps(found: Preflight, lowest: float, highest: float, branches: int
         found.problems.append(f"too few sweeps: {branches} branches show no repeatability, {more}")
 
 
+def _check_reach(found: Preflight, lowest: float, highest: float) -> None:
+    """Check the range of slip, rad."""
+    least, good, half = _LIMITS.least_slip, _LIMITS.good_slip, (highest - lowest) / 2
+    reach = half / _DEGREE
+    if half < least * _DEGREE:
+        radians = " (radians under deg?)" * (least * _DEGREE <= reach <= 20.0 * _DEGREE)
+        found.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
+    elif lowest > -0.25 * highest or highest < -0.25 * lowest:
+        found.problems.append("slip goes to one side only: offset and slope cannot be told apart")
+    elif half < good * _DEGREE:
+        found.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
+
+
 def _check_sign(found: Preflight, run: RigRun) -> None:
-    share = 0.5 if run.kind == "slip_sweep" else 1.0  # the slope near zero; a step has only its two ends
+    share = 1.0 if run.kind == "slip_step" else 0.5  # the slope near zero; a step has only its two ends
     widest = float(np.nanmax(np.abs(run.slip_angle)))
     inner = np.abs(run.slip_angle) <= max(share * widest, _LIMITS.least_slip * _DEGREE)
     gradient, correlation = _slope(run.slip_angle[inner], run.side_force[inner])

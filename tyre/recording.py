@@ -53,7 +53,10 @@ SYNTHETIC_NOTES = (SIMULATED_NOTE, COMPUTED_NOTE)
 
 @dataclass(frozen=True)
 class RigRun:
-    """One slip-sweep (or slip-step) recording of a rolling tyre."""
+    """One slip-sweep (or slip-step) recording of a rolling tyre, or settled points of it (``steady``).
+
+    Settled points have no time: there it is their number, and nothing is made of it.
+    """
 
     condition: Condition
     axes: str
@@ -68,7 +71,7 @@ class RigRun:
     pressure: Channel | None = None
     source: Path | None = None
     synthetic: bool = False
-    kind: Literal["slip_sweep", "slip_step"] = "slip_sweep"
+    kind: Literal["slip_sweep", "slip_step", "steady"] = "slip_sweep"
     notes: tuple[str, ...] = ()
 
 

@@ -52,7 +52,7 @@ def _note(value: Any) -> tuple[str, ...]:
     return tuple(notes)
 
 
-_KINDS = ("slip_sweep", "slip_step", "pull_test")
+_KINDS = ("slip_sweep", "slip_step", "steady", "pull_test")
 _TEXT = text(blank=False)
 _PLAIN_KEYS: dict[str, Check] = {
     "kind": text(f"is not one of {', '.join(_KINDS)}", allowed=_KINDS), "tyre": _TEXT, "surface": _TEXT, "rim": _TEXT,
@@ -194,7 +194,7 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
             parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
             chosen = replace(channel_map, **{name: part for name, part in parts.items() if part})
         pull = "plate_displacement" in chosen.channels  # dial gauges are often read by hand
-        records = read_records(file, chosen, QUANTITIES, timed=not pull)
+        records = read_records(file, chosen, QUANTITIES, timed=not pull and sidecar.kind != "steady")
         names = [record.event for record in records] if len(records) > 1 else [""]
         return split({name: rig_recording(record, sidecar, file) for name, record in zip(names, records, strict=True)})
     if suffix == ".tdx":
@@ -253,13 +253,17 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
             raise InputError(f"{path}: rigid_rim = true, but rim_displacement is recorded; take one of them out")
         if "plate_displacement" in columns:
             columns = {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
+    if sidecar.kind == "steady":
+        columns = _settled(columns, sidecar)
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
     lacking, found = next((name for name in needed if name not in columns), ""), ", ".join(columns)
     if lacking and sidecar.channel_map is None:
         with or_map(path, QUANTITIES):
-            raise InputError(f"{path}: column {lacking}_{CHANNELS[lacking].unit} is missing (found: {found})")
+            more = STEADY if lacking == "time" else ""
+            raise InputError(f"{path}: column {lacking}_{CHANNELS[lacking].unit} is missing (found: {found}){more}")
     if lacking:
         more = "; or write rigid_rim = true if it cannot move" if lacking == "rim_displacement" else ""
+        more = STEADY if lacking == "time" else more
         raise InputError(f"{path}: [channels] names no {lacking} (it names {found}); add its column{more}")
     load = columns.get("vertical_load")
     if load is not None and turn["vertical_load"] < 0.0 and np.nanmedian(load) > 0.0:
@@ -285,6 +289,19 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
         recording = RigRun(sidecar.condition, sidecar.axes, **channels, **common, kind=kind, notes=everything)
     check_channels(recording, where=str(path))
     return recording
+
+
+STEADY = '; or write kind = "steady" into the sidecar if each row is a settled point of its own'
+
+
+def _settled(columns: dict[str, Channel], sidecar: Sidecar) -> dict[str, Channel]:
+    """Number settled points in place of their time; a declared load serves points of one load without its channel."""
+    count = len(next(iter(columns.values())))
+    columns = {"time": np.arange(count, dtype=float), **{name: x for name, x in columns.items() if name != "time"}}
+    if "vertical_load" not in columns and np.isfinite(sidecar.condition.load):
+        declared = signs(sidecar.axes)["vertical_load"] * sidecar.condition.load
+        columns["vertical_load"] = np.full(count, declared)
+    return columns
 
 
 def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:

@@ -46,8 +46,8 @@ class SlipStepFit:
 
 def is_slip_step(run: RigRun) -> bool:
     """Tell if a recording is a slip step: declared as one, or slip rests at two levels for most of the time."""
-    if run.kind == "slip_step":
-        return True
+    if run.kind != "slip_sweep":
+        return run.kind == "slip_step"
     slip = run.slip_angle[np.isfinite(run.slip_angle)]
     if slip.size < 20:
         return False

@@ -56,6 +56,9 @@ def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTes
     """Cut rolling ``events`` of one file where conditions change; undeclared ones are the levels of their channels."""
     found: dict[str, RigRun | PullTest] = {}
     for name, event in events.items():
+        if isinstance(event, RigRun) and event.kind == "steady":
+            found |= {f"{name}.{level}".strip("."): run for level, run in steady_levels(event).items()}
+            continue
         cuts = stretches(event) if isinstance(event, RigRun) else []
         if not isinstance(event, RigRun) or not cuts or _is_level(event, cuts):
             found[name] = event
@@ -65,6 +68,37 @@ def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTes
     rolling = {name: run for name, run in found.items() if isinstance(run, RigRun)}
     for name, condition in level_conditions(rolling).items():
         found[name] = replace(rolling[name], condition=condition)
+    return found
+
+
+def steady_levels(run: RigRun) -> dict[str, RigRun]:
+    """Sort the complete points of a steady table by the levels of what its sidecar leaves to the channels, each in the
+    order of its slip; "" is the only level."""
+    complete = np.isfinite(run.slip_angle) & np.isfinite(run.side_force) & np.isfinite(run.vertical_load)
+    levels: dict[str, dict[int, str]] = {}  # of a quantity: point -> its level as it is called
+    for quantity, tolerance in TOLERANCES.items():
+        channel: Channel | None = getattr(run, tolerance.channel)
+        if channel is None or not np.isnan(getattr(run.condition, quantity)):
+            continue
+        complete &= np.isfinite(channel)
+        groups = _levels({str(place): float(channel[place]) for place in np.flatnonzero(complete)}, tolerance)
+        called: dict[int, str] = {}
+        for members in groups if len(groups) > 1 else []:
+            mine = [int(name) for name in members]
+            level = tolerance.nominal(float(np.median(channel[mine]))) / tolerance.size
+            called |= dict.fromkeys(mine, f"{level:g}{tolerance.unit}")
+        levels[quantity] = called
+    members_of: dict[str, list[int]] = {}
+    columns = [getattr(run, tolerance.channel) for quantity, tolerance in TOLERANCES.items() if quantity in levels]
+    rising = np.lexsort([np.nan_to_num(x) for x in (run.slip_angle, *reversed(columns))])
+    for place in rising[complete[rising]].tolist():
+        name = "_".join(called[place] for called in levels.values() if place in called)
+        members_of.setdefault(name, []).append(place)
+    found = {}
+    for name, places in members_of.items():
+        order = np.array(places)[np.argsort(run.slip_angle[places], kind="stable")]
+        channels: Any = {key: x[order] for key, x in vars(run).items() if isinstance(x, np.ndarray)}
+        found[name] = replace(run, **channels | {"time": np.arange(order.size, dtype=float)})
     return found
 
 

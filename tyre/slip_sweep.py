@@ -132,7 +132,8 @@ def fit_slip_sweep(
     the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
     proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
     (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in
-    which the force cell or the slip sensor flattens are not used (:func:`find_fault`).
+    which the force cell or the slip sensor flattens are not used (:func:`find_fault`). The points
+    of a steady table count as they are, without lag.
 
     Parameters
     ----------
@@ -156,7 +157,9 @@ def fit_slip_sweep(
     """
     where = str(run.source or run.condition.tyre)
     calibration = calibration or Calibration()
-    blocks = sweep_curve.block_means(run)
+    is_steady = run.kind == "steady"  # settled points have neither lag nor branches
+    lag_correction = lag_correction and not is_steady
+    blocks = sweep_curve.point_blocks(run) if is_steady else sweep_curve.block_means(run)
     notes = list(run.notes)
     model = sweep_curve.sweep_model(
         blocks, lag_correction=lag_correction, relaxation_length=relaxation_length, notes=notes, where=where

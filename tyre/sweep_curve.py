@@ -89,6 +89,7 @@ class Blocks:
     missing: int  # samples without side force
     first: NDArray[np.int64]  # sample of each block
     size: NDArray[np.int64]
+    points: bool = False  # settled points, few and far apart
 
     @cached_property
     def history(self) -> Any:
@@ -150,6 +151,28 @@ def block_means(run: RigRun) -> Blocks:
         heavier=_wander(run.vertical_load, mean(run.vertical_load), size[usable]), branch=owner[usable],
         rate=np.concatenate(rate)[usable], settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
         speed=speed, missing=int(np.sum(~valid)), first=first[usable], size=size[usable],
+    )  # fmt: skip
+
+
+FEWEST_POINTS = 12  # of a steady curve, which has six coefficients
+
+
+def point_blocks(run: RigRun) -> Blocks:
+    """Take each settled point of a steady table, in the order of its slip, as a block without lag."""
+    where = str(run.source or run.condition.tyre)
+    count = run.slip_angle.size
+    if count < FEWEST_POINTS:
+        raise InputError(f"{where}: {count} points are too few for a steady curve; at least {FEWEST_POINTS} are needed")
+    if not run.slip_angle.min() < 0.0 < run.slip_angle.max():
+        raise InputError(f"{where}: the points do not cross zero slip; the slope there cannot be measured")
+    moment = run.aligning_moment
+    nothing = np.zeros(count)
+    return Blocks(
+        time=run.time, slip=run.slip_angle, force=run.side_force,
+        moment=moment if moment is not None and np.isfinite(moment).mean() > 0.8 else None,
+        heavier=run.vertical_load / run.vertical_load.mean() - 1.0, branch=np.zeros(count, int), rate=nothing,
+        settled=np.ones(count, bool), speed=None, missing=0, first=np.arange(count), size=np.ones(count, int),
+        points=True,
     )  # fmt: skip
 
 
@@ -304,7 +327,9 @@ def _free_parameters(
 def _line_near_zero(blocks: Blocks, where: str) -> tuple[float, float]:
     """Slope (N/rad) and force (N) of a straight line through the blocks near zero slip."""
     near = np.abs(blocks.slip) < max(np.deg2rad(1.5), 0.25 * float(np.abs(blocks.slip).max()))
-    if near.sum() < 5:
+    if blocks.points and near.sum() < 5:
+        near = np.argsort(np.abs(blocks.slip), kind="stable")[:5]
+    elif near.sum() < 5:
         raise InputError(f"{where}: the sweep does not cross zero slip; its slope there cannot be measured")
     slope, level = np.polyfit(blocks.slip[near], blocks.force[near], 1)
     if slope <= 0.0:

@@ -92,7 +92,8 @@ def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Dr
     if not given.axes and not roles.unknown_units([*ALL_ROLLING, *ALL_PULL]):
         return []
     if not given.windows:
-        kind = "pull test" if given.pull else "slip step" if given.step else "slip sweep"
+        rolling = "slip step" if given.step else "steady curve" if given.steady else "slip sweep"
+        kind = "pull test" if given.pull else rolling
         name = f"{stem}.pull.toml" if given.pull else f"{stem}.toml"
         return [Draft(name, _sidecar(roles, given, folder), f"sidecar for tyre fit, {kind}")]
     made = []
@@ -106,7 +107,8 @@ def _sidecars(roles: Roles, given: Supposed, folder: Path, stem: str) -> list[Dr
 
 
 def _sidecar(roles: Roles, given: Supposed, folder: Path) -> str:
-    conditions = [found.condition for found in given.windows] or ([given.condition] if given.condition else [])
+    conditions = [found.condition for found in given.windows] or [*given.levels]
+    conditions = conditions or ([given.condition] if given.condition else [])
     levels = {
         name: sorted({round(getattr(c, name) / TOLERANCES[name].size, 6) for c in conditions})
         for name in TOLERANCES if conditions and not given.pull and (name == "load" or name in given.recorded)
@@ -125,7 +127,8 @@ def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
         return [f"# the channels are those of --channels {roles.map.source}: give it to tyre fit too"]
     lines = ["[channels]", *roles.lines(wanted)]
     untimed = all(signal.time is None for signal in roles.opened.signals.signals.values())
-    if roles.opened.clock is None and roles.opened.time is None and untimed:
+    is_steady = {"slip_angle", "side_force"} <= roles.guessed.keys()
+    if roles.opened.clock is None and roles.opened.time is None and untimed and not is_steady:
         lines.append("# time = {rate_hz = ...}  # no column could be the time")
     lacking = [name for name in wanted if name not in roles.guessed]
     lines += [f'# {name} = {{column = "{UNKNOWN}", unit = "{SI[QUANTITIES[name]]}"}}' for name in lacking]

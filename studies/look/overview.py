@@ -70,7 +70,7 @@ def look(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] 
     """Look at a recording."""
     opened = open_recording(path, channel_map, dbc)
     from studies.look.motion_uses import motion_uses  # after the file was opened: what is refused is refused at once
-    from studies.look.rig_uses import USES, rig_uses
+    from studies.look.rig_uses import place_of, rig_uses
 
     found = roles(opened, channel_map)
     if found.given is None and found.map is not None:
@@ -78,7 +78,7 @@ def look(path: Path, channel_map: ChannelMap | None = None, dbc: Sequence[Path] 
         found = roles(opened, channel_map)
     rig, supposed = rig_uses(found)
     moved, motion = motion_uses(found)
-    uses = sorted((*rig, *moved), key=lambda use: USES.index(use.name))
+    uses = sorted((*rig, *moved), key=place_of)
     return Look(opened, found, tuple(uses), supposed, motion)
 
 

@@ -20,11 +20,12 @@ from tyre.preflight import preflight
 from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
 from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
 from tyre.relaxation import complete_samples, is_slip_step
-from tyre.segments import level_conditions, stretches
+from tyre.segments import level_conditions, steady_levels, stretches
 from tyre.sweep_curve import block_means, samples_used
 
-SWEEP, PULLED, STEP = "slip sweep", "pull test", "step (relaxation)"
+SWEEP, PULLED, STEP, STEADY = "slip sweep", "pull test", "step (relaxation)", "steady curve"
 USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")
+"""Uses of a recording; of a table without time the first one is a steady curve."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +60,22 @@ class Use:
         return bool(self.events)
 
 
+def place_of(use: Use) -> int:
+    """Place of a use among :data:`USES`."""
+    return USES.index(SWEEP if use.name == STEADY else use.name)
+
+
 OTHERWISE = {
     SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
     PULLED: "a pull test needs side_force, plate_displacement and rim_displacement (or rigid_rim = true)",
+    STEADY: 'settled points of slip angle, load and side force have no time, with kind = "steady"',
     STEP: 'a step rests, goes to another slip angle and rests there; write kind = "slip_step" into its sidecar',
 }
 """What makes a recording the other use."""
 
-KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}
+KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}  # in which each recording is sorted
 ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature", "pressure")
+MANY_POINTS = 300  # of a level; nobody waits for so many to settle
 CHANNEL_OF = {"load": "vertical_load", "camber": "inclination"}
 ALL_PULL = (*PULL, "rim_displacement")
 
@@ -92,6 +100,8 @@ class Supposed:
     rigid_rim: bool = False  # a pull test without rim displacement
     pull: bool = False
     step: bool = False  # the whole recording is a step
+    steady: bool = False  # settled points, without time
+    levels: tuple[Condition, ...] = ()  # of settled points
     recorded: tuple[str, ...] = ()  # channels of the condition
 
     @property
@@ -100,7 +110,7 @@ class Supposed:
         known = [] if self.known is None else ["tyre", "surface", "axes"]
         if self.known is not None:
             known += [name for name in ("load", "pressure") if not np.isnan(getattr(self.known.condition, name))]
-        known += [] if self.pull else [*self.recorded, "load"]
+        known += [] if self.pull else [*self.recorded, *(["load"] if not np.isnan(self.load) else [])]
         return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in known]
 
 
@@ -131,6 +141,10 @@ def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | P
     )  # fmt: skip
     sidecar = given.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
     sidecar = replace(sidecar, axes=axes, rigid_rim=given.rigid_rim)
+    if given.steady:
+        load = np.nan if "vertical_load" in record.values else 400.0
+        condition = replace(sidecar.condition, load=load)
+        return rig_recording(record, replace(sidecar, kind="steady", condition=condition), path)
     found = rig_recording(record, sidecar, path)
     if isinstance(found, RigRun) and is_slip_step(found):
         return rig_recording(record, replace(sidecar, kind="slip_step"), path)
@@ -143,6 +157,8 @@ def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> 
         recording = replace(recording, condition=level_conditions({"": recording})[""])
     if isinstance(recording, PullTest):
         kind, used, lacks = PULLED, recording.complete, "lack a reading"
+    elif recording.kind == "steady":
+        kind, used, lacks = STEADY, np.isfinite(recording.side_force), "lack the side force"
     elif is_slip_step(recording):
         kind, used, lacks = STEP, complete_samples(recording), "lack a channel"
     else:
@@ -199,8 +215,8 @@ def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
         return _described(roles), []
     rolling, first = _supposed(roles, ROLLING)
     pulled, second = _supposed(roles, PULL)
-    uses = {use.name: use for use in (*rolling, *pulled)}
-    return [uses[name] for name in KINDS.values()], [given for given in (first, second) if given is not None]
+    uses = sorted((*rolling, *pulled), key=place_of)
+    return uses, [given for given in (first, second) if given is not None]
 
 
 def _described(roles: Roles) -> list[Use]:
@@ -212,7 +228,9 @@ def _described(roles: Roles) -> list[Use]:
     except InputError as error:
         return [Use(name, reasons=(short(error, path),), remedies=(mend,)) for name in KINDS.values()]
     step = f"velotyre tyre fit {quote(str(path.parent))} --out fit"
-    return _by_kind(judged, [*KINDS.values()], "the sidecar and the channels make it a", mend, next_step=step)
+    is_steady = roles.sidecar is not None and roles.sidecar.kind == "steady"
+    names = [STEADY if is_steady and name == SWEEP else name for name in KINDS.values()]
+    return _by_kind(judged, names, "the sidecar and the channels make it a", mend, next_step=step)
 
 
 def _by_kind(
@@ -239,6 +257,8 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
     wanted = ALL_PULL if pull else ALL_ROLLING
     there = roles.names(wanted)
     lacking = [name for name in needed if name not in there]
+    if not pull and not roles.is_timed(there) and not set(lacking) - {"vertical_load"}:
+        return _settled(roles)
     if not pull and not roles.is_timed(there):
         lacking.append("time")
     if lacking:
@@ -262,6 +282,47 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
         except InputError as error:
             reason, remedy = short(error, roles.opened.path), "write the map with --channels, or mend the draft"
     return [Use(name, (), (reason,), (remedy,)) for name in names], given
+
+
+def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
+    """Judge a table of slip angle and side force without time: settled points, sorted by their levels."""
+    path, wanted = roles.opened.path, ALL_ROLLING
+    given = Supposed(steady=True)
+    step = Use(STEP, (), ("no channel could be the time: these are settled points",), (OTHERWISE[STEP],))
+    if unsure := roles.unknown_units(["slip_angle", "side_force", "vertical_load"]):
+        reason = f"no unit is known of {', '.join(unsure.values())}"
+        return [Use(STEADY, (), (reason,), ("write the units into the draft",)), step], given
+    try:
+        (whole,) = records(roles.opened.signals, roles.map_of(wanted), QUANTITIES, timed=False)
+        load = whole.values.get("vertical_load")
+        middle = None if load is None else float(np.nanmedian(load))
+        recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
+        given = replace(given, recorded=recorded, load=np.nan if middle is None else abs(middle))
+        axes, recording = oriented(whole, given, path, middle)
+        assert isinstance(recording, RigRun)
+        levels = steady_levels(recording)
+        conditions = level_conditions(levels)
+        judged = [judge(name, run, roles, path) for name, run in levels.items()]
+    except InputError as error:
+        return [
+            Use(STEADY, (), (short(error, path),), ("write the map with --channels, or mend the draft",)),
+            step,
+        ], given
+    size = recording.time.size
+    events = tuple(
+        replace(event, first=1, last=size, left_out=_of_others(size - event.used), start_s=0.0, end_s=0.0)
+        for _, event, problem in judged if not problem
+    )  # fmt: skip
+    reasons = tuple(f"{event.name or 'all points'}: {problem}" for _, event, problem in judged if problem)
+    given = replace(given, axes=axes, levels=tuple(conditions.values()))
+    provided = f"{', '.join(given.unsaid)}, which no recording says" if given.unsaid else ""
+    many = max((event.used for event in events), default=0) > MANY_POINTS
+    remedies = ("so many points are rather samples of a sweep, which lags: then map their time",) if many else ()
+    return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], given
+
+
+def _of_others(count: int) -> dict[str, int]:
+    return {"of other levels, or incomplete": count} if count else {}
 
 
 def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequence[str]) -> tuple[list[Use], Supposed]:

@@ -232,8 +232,10 @@ def residuals(summary: RecordingSummary) -> Figure:
     if summary.kind == "slip_sweep":
         x, rising, left = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0, points["residual_N"]
         groups: tuple[Any, ...] = ((rising, "^", COLOURS[0], "up branch"), (~rising, "v", COLOURS[2], "down branch"))
+        if not points["rate_rad_s"].any():  # settled points
+            groups = ((np.ones(x.size, bool), "o", COLOURS[0], "settled point"),)
         fine = np.linspace(x.min(), x.max(), 200)
-        curve, label = (fine, _sweep_curve(summary, np.deg2rad(fine))), "steady curve (lag removed)"
+        curve, label = (fine, _sweep_curve(summary, np.deg2rad(fine))), "steady curve"
         figure_title += f"R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
         below.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
     else:

@@ -45,7 +45,8 @@ def typed(line: str) -> tuple[int, str, str]:
     if words[0] == "fill":
         text = Path(words[1]).read_text(encoding="utf-8")
         for key, value in (word.split("=") for word in words[2:]):
-            text = re.sub(rf"^{key} = .*", f'{key} = "{value}"', text, flags=re.M)
+            written = value if re.fullmatch(r"[\d.]+", value) else f'"{value}"'
+            text = re.sub(rf"^{key} = .*", f"{key} = {written}", text, flags=re.M)
         Path(words[1]).write_text(text, encoding="utf-8")
         return 0, "", ""
     with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
