@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -318,13 +318,14 @@ def _words(bicycle: Bicycle) -> dict[str, str]:
     return {key: text for key in WORDS if (text := getattr(bicycle, key)) and (key, text) != ("kind", "bicycle")}
 
 
-def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
-    """Text of a TOML file of ``bicycle`` that :func:`load_bicycle` reads back exactly."""
+def to_toml(bicycle: Bicycle, *, allow_unusual: bool = False, bodies: Sequence[Mapping[str, Any]] = ()) -> str:
+    """Text of a TOML file of ``bicycle``, with ``bodies`` to join, that :func:`load_bicycle` reads back exactly."""
     import tomli_w
 
     content: dict[str, Any] = {WAY_OUT: True} if allow_unusual else {}
     content |= {"description": "", "source": ""} | _words(bicycle) | {"values": dict(bicycle.values)}
-    return tomli_w.dumps(content | _uncertainty(bicycle))
+    content |= _uncertainty(bicycle) | ({"bodies": [dict(body) for body in bodies]} if bodies else {})
+    return tomli_w.dumps(content)
 
 
 def _uncertainty(bicycle: Bicycle) -> dict[str, Any]:

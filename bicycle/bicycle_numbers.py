@@ -51,12 +51,15 @@ BODY = schema.table(
         schema.maybe("size", [0.0, 0.0, 0.0]): schema.list_of(
             schema.number(least=0), "must be [length, width, height] in m", least=3, most=3
         ),
+        schema.maybe("inertia"): schema.list_of(
+            schema.number(), "must be [Ixx, Iyy, Izz], or [Ixx, Iyy, Izz, Ixz], in kg m^2", least=3, most=4
+        ),
         schema.maybe("name", ""): schema.text(),
         schema.maybe("on", "frame"): schema.text("must be 'frame' or 'front'", allowed=("frame", "front")),
     }
 )
 BODIES = schema.list_of(BODY, "must be tables: write [[bodies]] with mass, place and size", strict=False)
-"""Luggage, a child seat, a battery: boxes that are fixed to the rear frame, or turn with the front one."""
+"""A rider, luggage, a child seat: boxes or given inertias, fixed to the rear frame, or turning with the front one."""
 
 
 def si_unit(key: str) -> str:
@@ -251,10 +254,7 @@ class GivenNumbers:
         """Join the bodies to the frames: values, and their standard deviations to first order."""
         carried: dict[str, list[RigidBody]] = {"B": [], "H": []}
         for one in self.bodies:
-            (x, height), (length, width, tall) = one["place"], one["size"]
-            squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
-            box = RigidBody(one["mass"], np.array([x, 0.0, -height]), np.diag(one["mass"] / 12 * squares))
-            carried["H" if one["on"] == "front" else "B"].append(box)
+            carried["H" if one["on"] == "front" else "B"].append(carried_body(one, z_up=self.z_up))
 
         def loaded(values: Mapping[str, float]) -> dict[str, float]:
             found = dict(values)
@@ -304,13 +304,42 @@ def given_numbers(
     for key, value in values.items():
         if key in (*WORDS, Z_UP):
             numbers.add_word(key, value, where=place)
-        elif key != COVARIANCE:
+        elif key not in (COVARIANCE, "bodies"):
             numbers.add(key, value, where=place)
     for key, value in (sd or {}).items():
         numbers.add_sd(key, value, where="[sd]")
     if COVARIANCE in values:
         numbers.add_covariance(any_table(values[COVARIANCE]), where=f"{place}: {COVARIANCE}")
+    numbers.bodies = schema.read(BODIES, values.get("bodies", []), where=place, section="bodies")
     return numbers
+
+
+def read_body(given: Mapping[str, Any]) -> RigidBody:
+    """The rigid body of an entry of ``[[bodies]]`` that is not checked yet."""
+    return carried_body(schema.read(BODY, given, where="body"))
+
+
+def carried_body(given: Mapping[str, Any], *, z_up: bool = False) -> RigidBody:
+    """The rigid body of an entry of :data:`BODIES`: of its own inertia, else a box of its size; without one a point."""
+    (x, height), (length, width, tall) = given["place"], given["size"]
+    mass, name = given["mass"], given["name"] or f"of {given['mass']:g} kg"
+    if "inertia" not in given:
+        squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
+        inertia = np.diag(mass / 12 * squares)
+    elif any(given["size"]):
+        raise InputError(f"body {name}: size and inertia both say its inertia; keep one")
+    else:
+        xx, yy, zz, *product = given["inertia"]
+        xz = product[0] if product else 0.0
+        xz = -xz if z_up else xz
+        inertia = np.array([[xx, 0.0, xz], [0.0, yy, 0.0], [xz, 0.0, zz]])
+        least, middle, largest = np.linalg.eigvalsh(inertia)
+        if least < 0 or largest > (least + middle) * (1 + 1e-9):
+            raise InputError(
+                f"body {name}: no rigid body has the principal inertias {least:.4g}, {middle:.4g} and {largest:.4g} "
+                "kg m^2; none may be negative or more than the other two together"
+            )
+    return RigidBody(mass, np.array([x, 0.0, -height]), inertia)
 
 
 def model_table(bicycle: Bicycle) -> dict[str, Any]:

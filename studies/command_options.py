@@ -9,7 +9,7 @@ import click
 import click.core
 
 from tyre.errors import InputError, plain_digits, read_number
-from tyre.typed_number import typed_number
+from tyre.typed_number import typed_number, typed_numbers
 
 MOST_BYTES = 1e9  # of the arrays that one number asks for
 
@@ -50,6 +50,28 @@ class Number(click.ParamType):
         return typed_number(value, self.unit) if self.unit and isinstance(value, str) else read_number(value)
 
 
+class Numbers(click.ParamType):
+    """So many finite numbers in ``unit``, separated by commas."""
+
+    name = "numbers"
+
+    def __init__(self, least: int, most: int, *, unit: str, example: str) -> None:
+        self.least, self.most, self.unit, self.example = least, most, unit, example
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """Give the numbers; click refuses anything else with the option's name."""
+        if not isinstance(value, str):
+            return tuple(value)
+        try:
+            numbers = typed_numbers(value.split(","), self.unit)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+        if not self.least <= len(numbers) <= self.most:
+            count = f"{self.least}" if self.least == self.most else f"{self.least} or {self.most}"
+            self.fail(f"{value}: give {count} numbers in {self.unit}, such as {self.example}", param, ctx)
+        return tuple(numbers)
+
+
 SPEED = Number(0, 1000, unit="m/s")
 SPEED_ABOVE_0 = Number(0, 1000, above=True, unit="m/s")
 SEED = Number(0, 2**32 - 1, whole=True)
@@ -60,6 +82,8 @@ POSTURE = click.Choice(("upright", "hoods", "drops"))
 FINITE, POSITIVE, ANGLE = Number(-1e6, 1e6), Number(0, 1e6, above=True), Number(-360, 360, unit="deg")
 LENGTH, LENGTH_ABOVE_0 = Number(-1e6, 1e6, unit="m"), Number(0, 1e6, above=True, unit="m")
 MASS, INERTIA = Number(0, 1e6, above=True, unit="kg"), Number(0, 1e6, above=True, unit="kg m^2")
+PLACE = Numbers(2, 2, unit="m", example="0.35,1.05")
+INERTIAS = Numbers(3, 4, unit="kg m^2", example="8,9,2.5,1.2")
 DURATION = Number(-1e6, 1e6, unit="s")
 TIME = Number(-1e12, 1e12, unit="s")  # also since 1970
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bicycle import scaled_bicycle as scaled
-from bicycle.bicycle_numbers import FORK_OFFSET, trail_of_offset
+from bicycle.bicycle_numbers import FORK_OFFSET, read_body, trail_of_offset
 from bicycle.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.default_sd import DEFAULTS
 from bicycle.effect import WHEELS
@@ -59,6 +59,8 @@ class Asked:
     fork_offset: float | None = None
     rider_height: float | None = None
     rider_mass: float | None = None
+    rider_place: tuple[float, float] | None = None  # of the rider's mass centre: m before the rear contact, m up
+    rider_inertia: tuple[float, ...] | None = None  # Ixx, Iyy, Izz, perhaps Ixz about it, kg m^2, z down
     posture: str = "hoods"
     front_wheel_mass: float | None = None
     fork_mass: float | None = None
@@ -81,6 +83,17 @@ class Asked:
         if not 4 <= self.mass <= 60:
             raise InputError(f"--mass {self.mass:g} is the bicycle's without rider, 4 to 60 kg")
         return scaled.Geometry(self.wheelbase, trail, lam, radius, radius, self.mass)
+
+    @property
+    def rider_words(self) -> str:
+        """The rider in a few words; empty without one."""
+        if self.rider_mass is None:
+            return ""
+        if self.rider_place is None:
+            return f", rider {self.rider_height:g} m, {self.rider_mass:g} kg, {self.posture}"
+        x, height = self.rider_place
+        size = "" if self.rider_inertia else ", a point"
+        return f", rider {self.rider_mass:g} kg at {x:g} m, {height:g} m up{size}"
 
     @property
     def wheel_size(self) -> WheelSize:
@@ -190,6 +203,8 @@ def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
 
 def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
     """The rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
+    if asked.rider_place is not None or asked.rider_inertia is not None:
+        return _placed_rider(asked), {}
     if asked.rider_height is None and asked.rider_mass is None:
         return None, {}
     if asked.rider_height is None or asked.rider_mass is None:
@@ -201,6 +216,15 @@ def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[st
     person = scaled_rider(height=asked.rider_height, mass=asked.rider_mass)
     found = rider_on_bicycle(_plain(guess.values()), person, posture=asked.posture, geometry=SeatGeometry())
     return found.body, dict(found.causes)
+
+
+def _placed_rider(asked: Asked) -> RigidBody:
+    """The rider by mass, place and perhaps inertia, which count as exact."""
+    if asked.rider_place is None or asked.rider_mass is None or asked.rider_height is not None:
+        raise InputError("--rider-place and --rider-inertia go with --rider-mass and without --rider-height")
+    entry: dict[str, Any] = {"mass": asked.rider_mass, "place": list(asked.rider_place), "name": "rider"}
+    inertia = {} if asked.rider_inertia is None else {"inertia": list(asked.rider_inertia)}
+    return read_body(entry | inertia)
 
 
 def _plain(values: Mapping[str, float]) -> Bicycle:

@@ -6,7 +6,18 @@ from typing import Any
 
 import click
 
-from studies.command_options import ANGLE, INERTIA, LENGTH, LENGTH_ABOVE_0, MASS, PATH, POSTURE, stated
+from studies.command_options import (
+    ANGLE,
+    INERTIA,
+    INERTIAS,
+    LENGTH,
+    LENGTH_ABOVE_0,
+    MASS,
+    PATH,
+    PLACE,
+    POSTURE,
+    stated,
+)
 from studies.reporting.command_context import example
 
 NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
@@ -38,6 +49,8 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
     "--rider-height", type=LENGTH_ABOVE_0, help="m; without it a bicycle without rider (needs the extra rider)."
 )
 @click.option("--rider-mass", type=MASS, help="kg.")
+@click.option("--rider-place", type=PLACE, metavar="X,HEIGHT", help="Mass centre, m, in place of --rider-height.")
+@click.option("--rider-inertia", type=INERTIAS, metavar="XX,YY,ZZ[,XZ]", help="With it, kg m^2, z down; else a point.")
 @click.option("--posture", type=POSTURE, default="hoods", help="[default: hoods]")
 @click.option("--front-wheel-mass", type=MASS, help="kg, if you weigh it: the speeds are then better known.")
 @click.option("--fork-mass", type=MASS, help="Fork, stem and bar, kg, if you weigh them.")
@@ -93,7 +106,11 @@ def _write_own(target: Path, own: dict[str, Any]) -> None:
         raise InputError(f"a bicycle of yours needs {', '.join(missing)}")
     asked = Asked(**own)
     found = own_bicycle(asked, target.stem)
-    options = [f"--{key.replace('_', '-')} {quote(str(value))}" for key, value in own.items() if value is not None]
+    options = []
+    for key, value in own.items():
+        if value is not None:
+            text = ",".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value)
+            options.append(f"--{key.replace('_', '-')} {quote(text)}")
     text = file_text(found, asked, f"velotyre new {target.name} {' '.join(options)}")
     write_text(target, text)
     head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]

@@ -5,11 +5,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.command_options import ANGLE, LENGTH, MASS, PATH, POSTURE
+from studies.command_options import ANGLE, INERTIAS, LENGTH, MASS, PATH, PLACE, POSTURE
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
+    from bicycle.parameters import Bicycle
     from bicycle.rider_body import RiderMeasurements
+
+
+OF_A_BODY = ("rider_name", "height", "posture", "torso_lean", "back_rounding", "elbows_out", "geometry")
+"""Options of a rider whose body is modelled."""
 
 
 @click.command(
@@ -17,6 +22,7 @@ if TYPE_CHECKING:
     epilog=example(
         "velotyre rider pista --rider charlie --posture drops --out pista_charlie_drops.toml",
         "velotyre rider browser --height 1.80 --mass 75 --posture upright --out browser_rider.toml",
+        "velotyre rider pista --mass 75 --place 0.35,1.05 --inertia 8,9,2.5,1.2 --out pista_rider.toml",
     ),
 )
 @verbose
@@ -24,7 +30,9 @@ if TYPE_CHECKING:
 @click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
 @click.option("--height", type=LENGTH, help="m; with --mass instead of --rider: a body scaled from a measured one.")
 @click.option("--mass", type=MASS, help="Total mass of the rider, kg.")
-@click.option("--posture", type=POSTURE, required=True, help="How the rider sits.")
+@click.option("--place", type=PLACE, metavar="X,HEIGHT", help="With --mass alone: its centre, m; also of a load.")
+@click.option("--inertia", type=INERTIAS, metavar="XX,YY,ZZ[,XZ]", help="With --place, kg m^2, z down; else a point.")
+@click.option("--posture", type=POSTURE, help="How the rider sits; not with --place.")
 @click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
 @click.option("--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
 @click.option("--elbows-out", type=ANGLE, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
@@ -32,7 +40,8 @@ if TYPE_CHECKING:
 @click.option("--out", required=True, metavar="FILE", type=PATH, help=".toml; a picture beside.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
-    bicycle: str, rider_name: str | None, height: float | None, mass: float | None, posture: str,
+    bicycle: str, rider_name: str | None, height: float | None, mass: float | None,
+    place: tuple[float, float] | None, inertia: tuple[float, ...] | None, posture: str | None,
     torso_lean: float | None, back_rounding: float, elbows_out: float, geometry: Path | None, out: Path, *, force: bool,
 ) -> None:  # fmt: skip
     import math
@@ -43,10 +52,16 @@ def command(
     from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
     from studies import rider_report as rider_words
     from studies.reporting.output import print_table, print_warnings
+    from tyre.errors import InputError
     from tyre.files import write_text
 
     _check_target(out, force=force)
     frame = load_bicycle(bicycle)
+    if place is not None or inertia is not None:
+        _write_placed(frame, mass, place, inertia, out)
+        return
+    if posture is None:
+        raise InputError("give --posture (upright, hoods or drops), or --mass and --place of a rider or load")
     person = _rider(rider_name, height, mass)
     known = geometry or packaged_geometry(bicycle)
     found = rider_on_bicycle(
@@ -78,6 +93,43 @@ def command(
         click.echo(f"note: {note}")
     print_warnings(made.warnings)
     click.echo(f"{out.as_posix()}, {out.with_suffix('.png').as_posix()}")
+
+
+def _write_placed(
+    frame: "Bicycle",
+    mass: float | None,
+    place: tuple[float, float] | None,
+    inertia: tuple[float, ...] | None,
+    out: Path,
+) -> None:
+    """Write a bicycle that carries a mass at a place, as an entry of its ``[[bodies]]``."""
+    from dataclasses import replace
+    from typing import Any
+
+    from bicycle.bicycle_files import load_bicycle, to_toml
+    from bicycle.bicycle_numbers import read_body
+    from studies.command_options import stated
+    from studies.reporting.output import print_warnings
+    from tyre.errors import InputError
+    from tyre.files import write_text
+
+    given = [f"--{key.removesuffix('_name').replace('_', '-')}" for key in OF_A_BODY if stated(key)]
+    if mass is None or place is None:
+        raise InputError("--place X,HEIGHT goes with --mass, and --inertia with both")
+    if given:
+        raise InputError(f"--place needs no body model: leave out {', '.join(given)}")
+    body: dict[str, Any] = {"name": "rider", "mass": mass, "place": list(place)}
+    body |= {} if inertia is None else {"inertia": list(inertia)}
+    read_body(body)
+    x, height = place
+    words = f"{frame.name} with {mass:g} kg at {x:g} m, {height:g} m up{'' if inertia else ' (a point)'}"
+    described = replace(frame, description=words, source=frame.source or "a file")
+    write_text(out, to_toml(described, allow_unusual=frame.unusual, bodies=[body]))
+    made = load_bicycle(out)
+    rear, front = made.static_loads
+    click.echo(f"{words}; wheel loads {rear:.0f} N rear, {front:.0f} N front; mass, place and inertia count as exact")
+    print_warnings(made.warnings)
+    click.echo(out.as_posix())
 
 
 def _check_target(out: Path, *, force: bool) -> None:

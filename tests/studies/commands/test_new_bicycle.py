@@ -127,3 +127,23 @@ def test_the_offset_of_the_fork_stands_for_the_trail(tmp_path, refused):
     assert "give one of --trail and --fork-offset" in refused("new", tmp_path / "b.toml", *EIGHT, "--fork-offset", "1")
     told = refused("new", tmp_path / "b.toml", *without_trail, "--fork-offset", "45")
     assert "--fork-offset 45: c = " in told
+
+
+def test_a_rider_by_mass_and_place_needs_no_body_model(tmp_path, refused):
+    """The same by the file's own numbers and by the bodies of a file."""
+    rider = ["--rider-mass", "75kg", "--rider-place", "42cm,106 cm", "--rider-inertia", "7.5,8,2.7,0.9"]
+    main(["new", str(tmp_path / "frame.toml"), *EIGHT])
+    main(["new", str(tmp_path / "ridden.toml"), *EIGHT, *rider])
+    placed = ["--mass", "75", "--place", "0.42,1.06", "--inertia", "7.5,8,2.7,0.9"]
+    main(["rider", str(tmp_path / "frame.toml"), *placed, "--out", str(tmp_path / "placed.toml")])
+    ridden, other = (load_bicycle(tmp_path / f"{name}.toml") for name in ("ridden", "placed"))
+    assert dict(other.values) == pytest.approx(dict(ridden.values), rel=1e-4)
+    assert dict(other.sd) == pytest.approx(dict(ridden.sd), rel=0.02)  # one of them with six digits
+    assert "rider 75 kg at 0.42 m, 1.06 m up" in ridden.description
+    assert "--rider-place and --rider-inertia go with" in refused("new", tmp_path / "b.toml", *EIGHT, *rider[2:])
+    told = refused("rider", "pista", *placed, "--posture", "hoods", "--out", tmp_path / "b.toml")
+    assert "--place needs no body model: leave out --posture" in told
+    assert "give 3 or 4 numbers in kg m^2" in refused(
+        "rider", "pista", *placed[:4], "--inertia", "1", "--out", "b.toml"
+    )
+    assert "give --posture" in refused("rider", "pista", "--mass", "75", "--out", tmp_path / "b.toml")
