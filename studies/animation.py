@@ -247,6 +247,16 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
         yield canvas, show
 
 
+def _widen_to_one_scale(axes: Any) -> None:
+    """Widen the limits across or along, about their middle, until a metre is as long both ways."""
+    box = axes.get_window_extent()  # pixels
+    x, y = np.array(axes.get_xlim()), np.array(axes.get_ylim())  # m
+    metres_per_pixel = max(abs(x[1] - x[0]) / box.width, abs(y[1] - y[0]) / box.height)
+    half = 0.5 * metres_per_pixel * np.array([-1.0, 1.0])
+    axes.set_xlim(x.mean() + half * box.width * np.sign(x[1] - x[0]))
+    axes.set_ylim(y.mean() + half * box.height * np.sign(y[1] - y[0]))
+
+
 def _frame_views(model: Model, motion: Response, drawn: BicycleDrawing, side: Any, rear: Any, top: Any) -> None:
     """Limits at one scale both ways that hold the bicycle, its motion and some of its track."""
     p, outputs = model.bicycle.values, motion.outputs
@@ -260,6 +270,6 @@ def _frame_views(model: Model, motion: Response, drawn: BicycleDrawing, side: An
     top.set(xlim=(behind - min(road, 1.5), ahead), ylim=(reach, -reach), xlabel="x forward, m", ylabel="y right, m",
             title="Top")  # fmt: skip
     for axes in (side, rear, top):
-        axes.set_aspect("equal", adjustable="datalim", anchor="S")
+        _widen_to_one_scale(axes)
     for axes in (side, rear):
         axes.axhline(0.0, color="0.6", linewidth=1.2)

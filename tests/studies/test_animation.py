@@ -6,7 +6,7 @@ from PIL import Image
 
 from bicycle import modes
 from bicycle.model_file import read_model
-from studies.animation import bicycle_drawing, describe, modal_motion
+from studies.animation import bicycle_drawing, describe, film, modal_motion
 from studies.cli import main
 
 MODEL = """bicycle = "benchmark"
@@ -105,7 +105,7 @@ def test_descriptions():
     assert describe(0j) == "neutral"
 
 
-def test_the_command_writes_film_and_phasors(file, tmp_path, capsys):
+def test_the_command_writes_film_and_phasors(file, tmp_path, capsys, caplog):
     name, speed = "wobble_at_8.5", "8.5"
     film = tmp_path / f"{name}.gif"
     main(["animate", file, "--mode", "wobble", "--speed", speed, "--out", str(film), "--seconds", "0.2"])
@@ -119,6 +119,18 @@ def test_the_command_writes_film_and_phasors(file, tmp_path, capsys):
         "m.toml", f"{name}.gif", f"{name}_phasors.png", f"{name}_phasors.svg",
     }  # fmt: skip
     assert f"{name}.gif and {name}_phasors.png, .svg" in capsys.readouterr().out
+    assert not caplog.records  # no remark of matplotlib on limits and aspects
+
+
+def test_a_metre_is_as_long_both_ways_in_every_view(file, drawn):
+    model = read_model(file)
+    linear = model.linear_model()
+    motion = modal_motion(linear, speed=8.5, eigenvalue=-1 + 20j, amplitude=0.2, frames=4)
+    with film(model, drawn, motion, "title") as (canvas, _):
+        for axes in canvas.axes:
+            right, down = axes.transData.transform([(1.0, 0.0), (0.0, 1.0)]) - axes.transData.transform((0.0, 0.0))
+            assert abs(right[0]) == pytest.approx(abs(down[1]), rel=1e-6)
+            assert right[0] > 0.0 > down[1]  # x and y to the right, z and the rider's right downwards
 
 
 @pytest.mark.parametrize(("options", "words"), [
