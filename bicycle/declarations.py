@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-import sympy as sp
+from tyre.door import library
+
+sp = library("sympy")
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,12 @@ class Declarations:
 
 
 Expression = Any  # sympy.Expr; the library carries no types
+
+
+def _zero() -> Expression:
+    return sp.S.Zero
+
+
 Builder = Any  # bicycle.equations.ModelBuilder, which stands on this file
 
 
@@ -98,12 +106,12 @@ class Wheel:
     offset: Expression  # m, of the place where it touches the road, as :meth:`.ModelBuilder.lateral_offset`
     side_force: Expression
     static_load: Expression
-    crown_radius: Expression = sp.S.Zero  # m, of the cross-section
-    series_compliance: Expression = sp.S.Zero  # m/N, of rim and spokes in series with the tyre
-    lagged_camber_force: Expression = sp.S.Zero  # N
-    direct_camber_force: Expression = sp.S.Zero  # N
-    moment: Expression = sp.S.Zero  # N m about the vertical
-    forward_force: Expression = sp.S.Zero  # N, along the wheel
+    crown_radius: Expression = field(default_factory=_zero)  # m, of the cross-section
+    series_compliance: Expression = field(default_factory=_zero)  # m/N, of rim and spokes in series with the tyre
+    lagged_camber_force: Expression = field(default_factory=_zero)  # N
+    direct_camber_force: Expression = field(default_factory=_zero)  # N
+    moment: Expression = field(default_factory=_zero)  # N m about the vertical
+    forward_force: Expression = field(default_factory=_zero)  # N, along the wheel
     contact_line: Any = None  # effect that gives the contact a length (:meth:`lengthen_contact`); None: a point
 
     def add_moment(self, moment: Expression) -> None:
@@ -138,7 +146,7 @@ class Motor:
     """A motor, or a rider's arms, between rear frame and steering: what it is told to give, and what arrives (N m)."""
 
     command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))
-    told: Expression = sp.S.Zero
+    told: Expression = field(default_factory=_zero)
     _torque: Expression | None = None
 
     def tell(self, torque: Expression) -> None:

@@ -9,14 +9,15 @@ from dataclasses import KW_ONLY, dataclass, field
 from textwrap import fill
 from typing import Any, ClassVar
 
-import sympy as sp
-
 from bicycle.declarations import Coordinate, Mode
 from bicycle.equations import ModelBuilder
 from bicycle.parameter_covariance import WHEELS
 from bicycle.parameters import bodies
+from tyre.door import library
 from tyre.errors import InputError, is_number, refuse_unknown, shown
 from tyre.plausible import Doubt, doubt, suspicion
+
+sp = library("sympy")
 
 ANY = (-math.inf, math.inf)
 """Bounds of a parameter of either sign."""

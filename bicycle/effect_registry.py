@@ -96,7 +96,7 @@ def _run(path: Path, name: str, content: bytes) -> ModuleType:
 
 def _classes(module: ModuleType) -> Iterator[type[Effect]]:
     for thing in list(vars(module).values()):
-        if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
+        if issubclass(type(thing), type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
             yield thing
 
 

@@ -5,14 +5,16 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy as sp
 
 from bicycle import rigid_bodies
 from bicycle.declarations import Builder, ContactLaw, Coordinate, Declarations, Expression, Mode, Motor, State, Wheel
 from bicycle.joint_tree import JointTree
 from bicycle.parameters import UNITS, bodies, static_loads
 from bicycle.symbolic_polynomial import SymbolicPolynomial
+from tyre.door import library
 from tyre.errors import InputError, unknown
+
+sp = library("sympy")
 
 
 class Rows:
@@ -296,7 +298,9 @@ def _matrix(rows: Any) -> Any:
     return sp.Matrix([list(row) for row in rows])
 
 
-SPEED = sp.Symbol("v", real=True)
+def speed_symbol() -> Expression:
+    """The forward speed, m/s: the same symbol whoever makes it."""
+    return sp.Symbol("v", real=True)
 
 
 class Point(NamedTuple):
@@ -312,7 +316,7 @@ class ModelBuilder:
     """The open model that effects extend in ``apply``."""
 
     def __init__(self) -> None:
-        self.speed = SPEED
+        self.speed = speed_symbol()
         self.bicycle = p = {key: sp.Symbol(key, real=True) for key in UNITS}
         self.bodies: list[rigid_bodies.Body] = list(bodies(p))
         self.lean = Coordinate("lean", sp.Symbol("lean"), sp.Symbol("lean_rate"))
@@ -330,7 +334,7 @@ class ModelBuilder:
         self.yaw_moments: list[tuple[str, Expression]] = []
         self.roll_moments: list[tuple[str, Expression]] = []
         self.lateral_forces: list[tuple[str, Expression, Expression, Expression]] = []
-        self.spins = [(b.name, b.spin_inertia * SPEED / b.radius) for b in self.bodies if b.spin_inertia != 0]
+        self.spins = [(b.name, b.spin_inertia * self.speed / b.radius) for b in self.bodies if b.spin_inertia != 0]
         self.inputs: dict[str, str] = {}  # of the effects, with their units
         self.gravity, self.slope = p["g"], sp.S.Zero  # m/s^2: weight per mass on the road, and along it downhill
         self.traction: Expression = sp.S.Zero  # N, forces of the contacts that all masses resist

@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from bicycle.declarations import Expression
-from bicycle.equations import SPEED, ModelBuilder, SymbolicModel
+from bicycle.equations import ModelBuilder, SymbolicModel, speed_symbol
 from bicycle.speed_polynomial import SpeedPolynomial
 from bicycle.symbolic_polynomial import powers
 from tyre.arrays import Array
+from tyre.door import library
 from tyre.errors import InputError
+
+sp = library("sympy")
 
 
 def line_of(error: BaseException, path: Path) -> str:
@@ -225,7 +227,7 @@ class Evaluator:
 
     @cached_property
     def _loads(self) -> Function:
-        moved = powers(sp.sympify(self.symbolic.load_transfer), SPEED)
+        moved = powers(sp.sympify(self.symbolic.load_transfer), speed_symbol())
         return compiled(self._parameters, [*self.symbolic.static_loads, moved.get(0, 0.0), moved.get(2, 0.0)])
 
     def wheel_loads(self, values: Mapping[str, Any]) -> tuple[Any, Any, Any]:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import sympy as sp
 from numpy.typing import ArrayLike
 
 from bicycle.declarations import Wheel
@@ -16,9 +15,12 @@ from bicycle.inputs import InputHistory
 from bicycle.model import Model
 from bicycle.responses import PATH, Response, check_time, initial_state, input_grid, units_of
 from tyre.arrays import Array
+from tyre.door import library
 from tyre.errors import InputError, refuse_unknown
 from tyre.formula_tyre import FormulaTyre
 from tyre.magic_formula import normalised_side_force, normalised_side_force_slope
+
+sp = library("sympy")
 
 PROBES = {
     "slip velocity": "m", "lagged camber force": "N s", "direct camber force": "N s", "series compliance": "m s",

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import sympy as sp
 from numpy.typing import ArrayLike
 from scipy import linalg
 
@@ -29,8 +28,11 @@ from bicycle.linear_model import LinearModel
 from bicycle.model import Model
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.arrays import Array, Complex
+from tyre.door import library
 from tyre.errors import InputError, unknown
 from tyre.workers import one_blas_thread
+
+sp = library("sympy")
 
 ON_AXIS = 1e-6  # a root on the imaginary axis, relative to the largest root
 schur: Any = linalg.schur  # its stubs know no sort of complex values

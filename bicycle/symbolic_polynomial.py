@@ -6,9 +6,10 @@ from functools import reduce
 from itertools import product
 from typing import Any, ClassVar
 
-import sympy as sp
-
+from tyre.door import library
 from tyre.errors import InputError
+
+sp = library("sympy")
 
 Expression = Any  # sympy.Expr; the library carries no types
 Matrix = Any  # sympy.Matrix

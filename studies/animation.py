@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from bicycle.eigen import damping_ratio, frequency_hz
@@ -20,8 +19,11 @@ from bicycle.responses import Response, modal_response
 from bicycle.rigid_bodies import Body, Joint
 from studies.reporting.plotting import STYLE, drawing, look, plain_text
 from tyre.arrays import Array
+from tyre.door import library
 from tyre.errors import InputError
 from tyre.files import replacing
+
+sp = library("sympy")
 
 
 def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | None = None, number: int = 0) -> None:

@@ -2,10 +2,11 @@
 
 import math
 
-import sympy as sp
-
 from bicycle.effect import Mode, Parameter, SprungJoint
 from bicycle.equations import ModelBuilder
+from tyre.door import library
+
+sp = library("sympy")
 
 
 class ForkBending(SprungJoint):

@@ -2,11 +2,12 @@
 
 from typing import Any
 
-import sympy as sp
-
 from bicycle.declarations import Wheel
 from bicycle.effect import Effect
 from bicycle.equations import ModelBuilder
+from tyre.door import library
+
+sp = library("sympy")
 
 
 class NoSlip(Effect):

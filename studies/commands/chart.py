@@ -29,7 +29,7 @@ def command(
     sds: tuple[str, ...], json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
     from studies.axes import numbers_by_name
-    from studies.chart import Plane, checked, draw_chart, headers, record, rows, stability_chart, title
+    from studies.chart import Plane
     from studies.outputs import scalar_output
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
@@ -38,7 +38,12 @@ def command(
     chosen.model  # noqa: B018 (a mistake in the file is reported with its name)
     output = scalar_output(contours) if contours else None
     plane = Plane.of(chosen.content, x_text, y_text, speed=speed)
-    chart = stability_chart(plane, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), assume=assume)
+    sd = numbers_by_name(sds, "--sd", "c=0.005", "standard deviation")
+
+    # Tables and figures take a second to load: what was asked for is checked before.
+    from studies.chart import checked, draw_chart, headers, record, rows, stability_chart, title
+
+    chart = stability_chart(plane, sd=sd, assume=assume)
     with results(out):
         write_csv(chart.frame(), out / "stability_chart.csv")
         draw_chart(chart, out / "stability_chart", title=title(chart), contours=output)

@@ -34,8 +34,8 @@ def command(
         if len(chosen.each) > 1:
             raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
     output.check_targets(csv=csv_file, json=json_file)
-    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     asked = output.parse_speeds(speeds)
+    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
     check_memory("number of --speeds", len(asked), 64 * max(model.order for model in models.values()) ** 2)
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:

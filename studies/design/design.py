@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+import scipy
 
 from bicycle.effect_registry import registry
 from bicycle.limit_cycles import find_limit_cycles
@@ -48,7 +48,9 @@ class Certainty:
         kept, count = int((self.known <= 0).sum()), self.known.size + self.unknown
         if not count:
             return 0.0, 1.0
-        least, most = (binomtest(n, count).proportion_ci(method="wilson") for n in (kept, kept + self.unknown))
+        least, most = (
+            scipy.stats.binomtest(n, count).proportion_ci(method="wilson") for n in (kept, kept + self.unknown)
+        )
         return float(least.low), float(most.high)
 
     def back_off(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, minimize, minimize_scalar
 
 from bicycle.default_sd import standard_deviations
 from bicycle.eigen import eigensystem, projected
@@ -147,7 +147,7 @@ def _sharpened(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -
         values = linear.eigenvalues(speed)
         return complex(values[np.abs(values - near).argmin()])
 
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda v: -float(peak.demand.excess(root(v))), bounds=(speeds[0], speeds[-1]), method="bounded",
         options={"xatol": 1e-7 * peak.speed + 1e-9, "maxiter": 60},
     )  # fmt: skip
@@ -439,7 +439,13 @@ def _solved(cost: Any, start: Array, slope: Any, ends: tuple[Array, Array], cons
     """Minimise by SLSQP within the ends; scipy before 1.12 warns of steps that leave them by rounding."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        found = minimize(
-            cost, start, jac=slope, bounds=Bounds(*ends), constraints=[constraint], options=options, method="SLSQP"
+        found = scipy.optimize.minimize(
+            cost,
+            start,
+            jac=slope,
+            bounds=scipy.optimize.Bounds(*ends),
+            constraints=[constraint],
+            options=options,
+            method="SLSQP",
         )
     return np.clip(found.x, *ends)

@@ -247,3 +247,43 @@ def test_importing_stays_light_and_help_lists_every_command():
     assert [line for line in shown if line.startswith("[")] == ["[]"] * 5
     for module in (ROOT / "studies" / "commands").glob("[a-z]*.py"):
         assert any(line.startswith(f"  {module.stem.replace('_', '-')} ") for line in shown)
+
+
+REFUSED = """
+amplitude nope
+bicycles nope
+chart benchmark --x speed=1:10 --y c=nan:0.12 --out chart
+chart benchmark --x speed=nan:10 --y c=0.02:0.12 --out chart
+critical nope
+critical benchmark --tyre nope
+diagnose nope
+effects nope
+explore nope
+look nope.csv
+modal nope.csv@4.6 --from 0.4 --to 3 --out weave.csv
+modes benchmark --speeds nan
+new x.toml --bicycle nope
+run --bicycle nope
+sweep nope.toml
+tyres nope
+tyre fit nope --out fit
+uncertainty benchmark --sd c=nan
+uncertainty benchmark --sd nope=3
+"""
+REFUSE = """
+import sys
+from studies.cli import main
+slow = ["sympy.core", "pandas", "matplotlib", "scipy.optimize", "scipy.stats", "scipy.signal", "scipy.integrate"]
+for line in {!r}.strip().splitlines():
+    try:
+        main(line.split())
+        print(line, "was not refused")
+    except SystemExit as end:
+        print(line, end.code, [name for name in slow if name in sys.modules])
+"""
+
+
+def test_a_refusal_waits_for_no_library_that_takes_long_to_load():
+    """A second each on a quiet machine, which no test can time: what they load is named instead."""
+    shown = ask(ROOT, f"exec({REFUSE.format(REFUSED)!r})").splitlines()
+    assert shown == [f"{line} 2 []" for line in REFUSED.strip().splitlines()]
