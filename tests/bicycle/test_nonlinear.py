@@ -1,5 +1,7 @@
 """Magic Formula simulation against the linear model, its limits, and closed forms."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from built import built
@@ -233,6 +235,31 @@ def test_forces_and_moments_are_those_of_the_file_at_the_lagged_slip(tmp_path):
         left.append((rate - system.force_matrix[:, 0] * force)[yaw])
         moments.append(float(tyre.source.aligning_moment(**at)))
     np.testing.assert_allclose(np.array(left) / left[0], np.array(moments) / moments[0], rtol=1e-5)
+
+
+@dataclass(frozen=True)
+class CurveWithoutMoment:
+    """A file of a tyre that holds no moment: side force by tanh, at a camber of which a third counts as slip."""
+
+    def side_force(self, *, slip_angle, camber, load, pressure):
+        return 0.8 * load * np.tanh(20.0 * (np.asarray(slip_angle) + np.asarray(camber) / 3.0))
+
+    def aligning_moment(self, **_):
+        raise InputError("no aligning moment")
+
+
+@pytest.mark.parametrize("kind", ["magic", "curve"])
+@pytest.mark.parametrize(("slip", "camber"), [(0.03, 0.0), (0.02, 0.02), (-0.05, 0.01), (0.0, -0.04)])
+def test_a_trail_that_no_curve_gives_falls_with_slip_and_camber_together(kind, slip, camber):
+    """t / t0 = 1 / (1 + (z / 0.28)^2), z = C (slip + camber) / (3 peak), whatever the sign."""
+    load, stiffness = 400.0, 7000.0
+    tyre = MagicTyre(friction=0.8, shape_factor=1.4) if kind == "magic" else CurveTyre(CurveWithoutMoment(), 5e5)
+    under = tyre.under(load, stiffness)
+    # the curve slides whole at its peak up to 20 deg, its slip scaled from 6400 to 7000 N/rad
+    peak = 0.8 * load if kind == "magic" else 0.8 * load * np.tanh(20.0 * stiffness / 6400.0 * np.radians(20.0))
+    z = stiffness * (slip + camber) / (3 * peak)
+    trail = float(under.by_trail(np.array(slip), np.array(camber)) / under.force(np.array(slip), np.array(camber)))
+    assert trail == pytest.approx(1 / (1 + (z / 0.28) ** 2), rel=1e-6)
 
 
 def test_without_a_curve_of_the_moment_the_trail_falls_like_that_of_a_brush():

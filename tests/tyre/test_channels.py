@@ -302,10 +302,11 @@ def trigger(**given):
     return [{"name": "kick", "trigger": {"channel": "force", "unit": "kN", "after_s": 0.1, **given}}]
 
 
-def test_events_by_a_trigger():
+@pytest.mark.parametrize("begin", [0.0, 5.0, 1.7e9])  # s, of the clock of a test bench, or since 1970
+def test_events_by_a_trigger(begin):
     force = np.zeros(N)
     force[[3, 50, 52, 120, 197]] = 2500.0
-    given = signals(t=(TIME, "s"), F=(force, "N"), a=(TIME, "rad"))
+    given = signals(t=(TIME + begin, "s"), F=(force, "N"), a=(TIME, "rad"))
     made = a_map(channels={"time": "t", "force": "F", "angle": "a"}, windows=trigger(above=2.0, before_s=0.05))
     found = records(given, made, QUANTITIES)
     assert [record.event for record in found] == ["kick.1", "kick.2"]
@@ -315,12 +316,13 @@ def test_events_by_a_trigger():
     assert len(records(given, made, QUANTITIES)) == 3
 
 
+@pytest.mark.parametrize("begin", [0.0, 5.0])  # s
 @pytest.mark.parametrize(("windows", "words"), [
     (trigger(above=9.0), "force gives no event: it ranges from 0 to 1990 and the level is 9000, in SI units"),
     ([{"from_s": 1, "to_s": 3}], r"window '1' from 1 to 3 s is not inside the recording, which lasts 1.99 s"),
     ([{"from_s": 1.0001, "to_s": 1.0002}], "event 1 holds 0 samples; make its window longer"),
     ([{"trigger": {"channel": "kick", "above": 1, "unit": "N", "after_s": 1}}], "triggered by kick, which is not"),
 ])  # fmt: skip
-def test_events_that_are_refused(windows, words):
-    given = signals(t=(TIME, "s"), F=(1000 * TIME, "N"))
+def test_events_that_are_refused(windows, words, begin):
+    given = signals(t=(TIME + begin, "s"), F=(1000 * TIME, "N"))
     refuses(words, records, given, a_map(channels={"time": "t", "force": "F"}, windows=windows), QUANTITIES)

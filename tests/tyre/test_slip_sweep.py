@@ -113,6 +113,9 @@ def test_two_rates_in_one_recording_tell_play_from_lag():
     assert fit.cornering_stiffness.value == pytest.approx(C, rel=4e-3)
     assert fit.parameters["hysteresis"] == pytest.approx(play, rel=0.05)
     assert fit.apparent_relaxation_length == pytest.approx(0.11, rel=0.03)
+    # the branches lie apart by twice the lag at their mean rate and twice the play
+    assert fit.rate == pytest.approx(np.mean(np.abs(fit.blocks.rate[fit.blocks.settled])))
+    assert fit.half_gap == pytest.approx(0.11 / V * fit.rate + play, rel=0.03)
 
 
 def test_fit_uncertainty_matches_the_scatter_of_repeats():
@@ -121,6 +124,9 @@ def test_fit_uncertainty_matches_the_scatter_of_repeats():
     claimed = np.sqrt(np.mean([fit.fit_sd**2 for fit in fits]))
     # 15 degrees of freedom: the ratio lies within 0.64..1.35 in 95 % of cases, 0.55..1.5 in 99.5 %
     assert 0.55 < scatter / claimed < 1.5
+    gaps = [fit.half_gap for fit in fits]
+    assert np.mean(gaps) == pytest.approx(C / K / V * fits[0].rate, rel=0.03)
+    assert 0.55 < np.std(gaps, ddof=1) / np.sqrt(np.mean([fit.half_gap_sd**2 for fit in fits])) < 1.5
 
 
 def test_spikes_and_dropouts_hardly_matter():

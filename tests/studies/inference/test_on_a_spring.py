@@ -117,6 +117,24 @@ def test_what_is_missing_is_named_with_its_size(identifier, parameter, size):
     assert all(check.passed for check in verdict.checks)
 
 
+@dataclass(frozen=True, eq=False)
+class OneRun(Spring):
+    """The same readings, told as one run: no part of them can be left out."""
+
+    @property
+    def rows(self):
+        return replace(super().rows, fold=np.zeros(len(STARTS) * len(TIME), int))
+
+
+def test_of_a_single_run_nothing_is_named_and_the_warning_says_what_to_record():
+    readings = recorded(3, damping=0.15)
+    alone, several = judge(OneRun(readings)).verdict, judge(Spring(readings)).verdict
+    warning = "one run: nothing can be held out, so nothing is named; record further runs or speeds"
+    assert alone.verdict != "named"
+    assert alone.warnings.count(warning) == 1
+    assert (several.verdict, several.warnings.count(warning)) == ("named", 0)
+
+
 def test_two_that_are_missing_are_both_named():
     verdict = judge(Spring(recorded(4, damping=0.15, cubic=0.4))).verdict
     assert {effect.identifier for effect in verdict.effects} == {"damper", "stiffening"}
