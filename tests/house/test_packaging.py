@@ -268,7 +268,6 @@ sweep nope.toml
 tyres nope
 tyre fit nope --out fit
 uncertainty benchmark --sd c=nan
-uncertainty benchmark --sd nope=3
 """
 REFUSE = """
 import sys
