@@ -36,7 +36,13 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
     A ``.m`` file of MATLAB assigns the fields of a struct: ``P.w = 1.02; % m``.
     """
     found = GivenNumbers()
+    if path.read_bytes().removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{"):
+        raise InputError(f"{path}: holds JSON; let its name end in .json")
     for where, key, text in key_value_lines(path):
+        if text.startswith("struct("):
+            raise InputError(
+                f"{where}: {key} = struct(...) is not read; write one number a line, such as {key}.w = 1.02;"
+            )
         key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
         if key in FLAGS:
             found.add_word(key, text.rstrip("; "), where=where)

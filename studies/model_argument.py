@@ -131,7 +131,7 @@ def _bare(text: str) -> ChosenModel:
 
 def bicycle_alone(text: str) -> str | None:
     """Name or file for :func:`bicycle.load_bicycle` if ``text``, an argument MODEL, is a bicycle; else None."""
-    from bicycle.bicycle_files import available_bicycles, bicycle_place, is_bicycle_table
+    from bicycle.bicycle_files import READERS, available_bicycles, bicycle_place, is_bicycle_table
     from bicycle.model_file import available_models, model_content
 
     path = Path(text)
@@ -144,7 +144,11 @@ def bicycle_alone(text: str) -> str | None:
     if not path.is_file() and path.suffix.lower() != ".toml" and text not in available_models():
         there = unknown("bicycle or model", text, [*available_bicycles(), *available_models()])
         raise InputError(f"{there}; or give a file: velotyre new model.toml writes an example")
-    content = model_content(text)
+    try:
+        content = model_content(text)
+    except InputError as error:
+        forms = f"; the ending tells the form: .toml of a model, {', '.join(READERS)} of a bicycle"
+        raise InputError(f"{error}{forms if path.is_file() else ''}") from error
     flat = {"values", "mB", "xB", "w"} & set(content)  # parameters below [values], or at the top
     return path.resolve().as_posix() if flat and "bicycle" not in content else None
 

@@ -239,3 +239,20 @@ def test_luggage_on_an_incomplete_file_and_one_with_stated_deviations(tmp_path):
     refuses("missing c, lam", load_bicycle, path)
     with pytest.raises(InputError, match=r"bodies must be tables|number 1: place is missing"):
         load_bicycle(write(tmp_path, "b.toml", BENCHMARK, tail="[[bodies]]\nmass = 8.0\n"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("b.txt", '{"w": 1.02}', "holds JSON; let its name end in .json"),
+        (
+            "b.m",
+            "P = struct('w', 1.02, 'c', 0.08);",
+            r"P = struct\(...\) is not read; write one number a line, such as P.w",
+        ),
+    ],
+)
+def test_another_form_is_named(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=words):
+        load_bicycle(tmp_path / name)
