@@ -207,7 +207,7 @@ class Pacejka89Tyre(FormulaTyre):
         return np.asarray(sum(w * evaluate(fit) for w, fit in zip(weights, self.sets, strict=True) if w))
 
 
-KIND = "pacejka89"
+KIND, CHRONO = "pacejka89", "Lateral Coefficients"
 SIDE, MOMENT, SQUARE = "side_force", "aligning_moment", "camber_by_square"
 COUNT = {SIDE: 14, MOMENT: 18}
 # other spellings of keys, in small letters
@@ -347,6 +347,11 @@ def _one_mapping(content: Any, stem: str) -> Any:
         content = {"set": content} if content and isinstance(content[0], Mapping) else {SIDE: content}
     if not isinstance(content, Mapping):
         return content
+    if CHRONO in content:
+        raise InputError(
+            f"'{CHRONO}' is of a tyre file of Chrono, which states no pressure; copy its a0 to a13 (and c0 to c17) to "
+            "the top of a .json with pressure_kPa"
+        )
     top = _spelled(content)
     inner = [key for key, value in top.items() if isinstance(value, Mapping) and SIDE in _spelled(value)]
     if "set" not in top and SIDE not in top and inner:  # beside coefficients a struct with Fy is the measured data

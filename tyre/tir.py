@@ -260,7 +260,8 @@ class TirTyre(FormulaTyre):
                 model.version == "motorcycle",
             "PKY1 is positive: the file does not keep ISO signs, adapted SAE signs are taken": model["PKY1"] > 0,
             "the file names no surface: taken as flat": "SURFACE" not in file.comments,
-            "the file states no pressure": self.default_pressure is not None and any_pressure,
+            f"the file states no pressure{self._pressure_in_comments}":
+                self.default_pressure is not None and any_pressure,
             "the file states no range of pressures (PRESMIN, PRESMAX)": model.by_pressure and any_pressure,
             "the file states no range of loads (FZMIN, FZMAX)": self.load_range[1] == inf,
             "no relaxation coefficients PTY1, PTY2: LATERAL_STIFFNESS gives the relaxation length":
@@ -273,6 +274,15 @@ class TirTyre(FormulaTyre):
             f"{', '.join(file.skipped)}": bool(file.skipped),
         }  # fmt: skip
         return (*(note for note, holds in told.items() if holds), *self.doubts)
+
+    @property
+    def _pressure_in_comments(self) -> str:
+        """Words of the first comment that names a pressure; it is shown, not used."""
+        for line in self.file.text.splitlines():
+            found = re.match(r"\s*[!$#][\s:]*(?:COMMENT\s*:)?\s*(.*\bpress.*\d.*)", line, re.IGNORECASE)
+            if found:
+                return f"; a comment says {found[1].strip()[:80]!r}"
+        return ""
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """Return the quantities of the file at many conditions; nothing is checked."""

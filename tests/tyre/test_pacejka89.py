@@ -224,6 +224,7 @@ def test_an_aborted_fit_is_refused(tmp_path):
     ("a_p300.json", {"Fy": MZ}, "side_force = .* must be a list of 14 numbers"),
     ("a_p300.json", {"Fy": FY, "Mz": FY}, "aligning_moment = .* must be a list of 18 numbers"),
     ("a_p300.json", {"Fx": FY}, "unknown key 'Fx'"),
+    ("a_p300.json", {"Name": "x", "Lateral Coefficients": {"a0": 1.3}}, "is of a tyre file of Chrono, which states no"),
     ("a_p300.json", {k: v for k, v in NAMED.items() if k != "a9"}, "a_p300.json: a9 is missing; give a0 to a13"),
     ("a_p300.json", NAMED | {"a14": 1}, "unknown key 'a14'; known: a0 to a13"),
     ("a_p300.json", NAMED | {"a111": 1, "a112": 2}, "a11 and a111 are both given; keep a111 with a112, or a11 alone"),
