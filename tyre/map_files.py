@@ -19,7 +19,7 @@ from tyre.plain_table import PlainTable, read_plain_table
 from tyre.plausible import LARGEST, SMALLEST, negative_quantities, table_doubts
 from tyre.schema import Check, flag, list_of, maybe, needed, number, read, table, text
 from tyre.sheet import split_row
-from tyre.table import read_cells, read_columns
+from tyre.table import read_cells, read_columns, refuse_huge_line
 from tyre.tables import CommonCalibration, MeasuredColumn, MeasuredTable, common_lateral_stiffness, listed
 from tyre.units import PASCAL_PER_BAR
 
@@ -227,6 +227,7 @@ def _columns(path: Traversable, tyre: str) -> PlainTable:
     """Read the columns of a table; a header in other names than velotyre's own is read by its units."""
     header = read_cells(path, kind="tyre table", example=", ".join(REQUIRED)).text.lstrip("\ufeff \r\n")
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
+    refuse_huge_line(names, where=f"{path}, names of the columns")
     try:
         own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
     except csv.Error as error:

@@ -157,8 +157,10 @@ def test_arrays_must_fit_and_be_positive() -> None:
 
 
 def test_names_of_columns_that_are_no_csv_are_refused(tmp_path):
-    (tmp_path / "t.csv").write_text('"' + "a" * 200_000 + "\n1\n")
+    (tmp_path / "t.csv").write_text('"' + "a " * 70_000 + "\n1\n")
     refuses(r"the names of the columns are not CSV \(field larger than field limit", read_table, tmp_path / "t.csv")
+    (tmp_path / "t.csv").write_text("# tyre: A\n" + "a" * 2_000 + "\n1\n")
+    refuses("names of the columns: 'a{20}'... has 2,000 characters", read_table, tmp_path / "t.csv")
 
 
 OWN = "load_N,pressure_bar,cornering_stiffness_N_per_deg,lateral_stiffness_N_per_mm\n340,3.5,90,45\n490,3.5,110,45\n"
