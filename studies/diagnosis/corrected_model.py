@@ -73,7 +73,7 @@ def corrected_models(
             model = own.with_named(fit)
         except InputError as error:
             raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
-        model = _with_values(model, own.model, fit)
+        model = with_values(model, own.model, fit)
         exact = [key for key, sd in own.uncertainty.items() if sd == 0]  # known exactly, as the file states
         dropped = made.torque.dropped if made.torque else ()
         spread = covariance_of(fit, made.covariance, model, dropped=dropped, exact=exact)
@@ -83,7 +83,7 @@ def corrected_models(
     return found
 
 
-def _with_values(named: Model, base: Model, final: Fit) -> Model:
+def with_values(named: Model, base: Model, final: Fit) -> Model:
     """The ``named`` model with all values of a ``final`` fit; what follows the bicycle in an effect still does."""
     unknowns = Family(base, final.nuisances, final.candidates)
     values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}

@@ -42,7 +42,11 @@ def readings_of(column: str) -> Mapping[str, float]:
 
 
 def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
-    """Statements of the data of a ``judgement``, or of its bicycle, that are surely wrong."""
+    """Statements of the data of a ``judgement``, or of its bicycle, that are surely wrong, or badly paired."""
+    return (*judgement.kind.mispaired(judgement), *_surely_wrong(judgement, torque))
+
+
+def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
     kind, null = judgement.kind, judgement.hypotheses.null
     if found := kind.doubts(judgement, torque):
         return found

@@ -21,6 +21,7 @@ from bicycle.named_modes import modes
 from bicycle.naming import known_modes
 from bicycle.parameter_covariance import entries_of
 from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
+from studies.diagnosis.corrected_model import with_values
 from studies.diagnosis.doubts import ANGLES, FREQUENCIES, SPEEDS
 from studies.diagnosis.family import Family, MatrixSlopes, Settings, flat_parts
 from studies.diagnosis.mistakes import (
@@ -36,9 +37,11 @@ from studies.diagnosis.mistakes import (
     turn_ratios,
 )
 from studies.diagnosis.modal_columns import read_modal_columns
-from studies.diagnosis.pairing import Wanted, misnamed, root_of
+from studies.diagnosis.pairing import Wanted, compared_with_another, misnamed, root_of
 from studies.inference import kind as base
 from studies.inference.evidence import folds
+from studies.inference.fit import Fit
+from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Proposal, Rows, Series
 from studies.inference.parameter import Candidate
 from tyre.arrays import Array, Complex
@@ -92,7 +95,7 @@ class ModalPoint:
     speed: float
     mode: str
     eigenvalue: complex  # a part that was not measured is NaN
-    sd: tuple[float, float]
+    sd: tuple[float, float]  # 1/s and rad/s; 0 of the frequency of a real root, which has none to be measured
     ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
     group: str = ""
     settings: Settings = ()  # parameters of effects that were set otherwise in this row, exactly
@@ -102,6 +105,10 @@ class ModalPoint:
         root = complex(real * self.eigenvalue.real, imag * self.eigenvalue.imag)
         sd = (abs(real) * self.sd[0], abs(imag) * self.sd[1])
         return replace(self, eigenvalue=root, sd=sd, speed=speed * self.speed)
+
+    def without_frequency(self) -> "ModalPoint":
+        """The point with an imaginary part that is not measured."""
+        return replace(self, eigenvalue=complex(self.eigenvalue.real, np.nan))
 
     def with_ratios(self, names: Mapping[str, str], factor: float) -> "ModalPoint":
         """The point with ratios under other ``names``, times a ``factor``; those that are not named stay."""
@@ -207,13 +214,21 @@ def _with_speed_sd(model: Model, point: ModalPoint, speed_sd: float) -> ModalPoi
     if not np.isfinite(slope):
         raise InputError(f"{SPEED_SD}: the base model has no {point.mode} near {point.speed:g} m/s, so leave it out")
     real, imag = (float(np.hypot(sd, by * speed_sd)) for sd, by in zip(point.sd, (slope.real, slope.imag), strict=True))
-    return replace(point, sd=(real, imag))
+    return replace(point, sd=(real, imag if point.sd[1] else 0.0))
 
 
 def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], list[str]]:
     """Fill in missing standard deviations, and add the scatter of repeats beyond the stated ones."""
     notes: list[str] = []
-    eigenvalue_sd = np.stack([_sd_of_part(points, part, notes, given=given[part]) for part in (0, 1)], 1)
+    is_real = np.array([point.eigenvalue.imag == 0 and point.sd[1] == 0 for point in points])
+    oscillating = tuple(
+        point if not real else point.without_frequency() for point, real in zip(points, is_real, strict=True)
+    )
+    real_sd = _sd_of_part(points, 0, notes, given=given[0])
+    imag_sd = np.where(is_real, 0.0, _sd_of_part(oscillating, 1, notes, given=given[1]))
+    eigenvalue_sd = np.stack([real_sd, imag_sd], 1)
+    if is_real.any():
+        notes.append(f"{is_real.sum()} roots are real: they have no frequency that could be off, so it is not counted")
     if any(sd == 0 for point in points for _, sd in point.ratios.values()):
         notes.append(f"a shape ratio without sd: {DEFAULT_RATIO_SD:g} is assumed for both parts")
     filled = tuple(
@@ -323,6 +338,10 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     return number, slope
 
 
+PAIRING = (
+    "each measured mode is compared with the nearest root of the model, whatever it is called: a real root counts as "
+    "three times as far from one that oscillates, and no two modes at one speed have the same root"
+)
 LEAN = "lean_of_ratios"  # the signal that all ratios are divided by
 
 
@@ -405,7 +424,8 @@ class Modal(BicycleKind, kind="modal"):
         """Real and imaginary parts of eigenvalue and ratios, and their sd (m, 3, 2, 2); NaN if not measured."""
         found = np.full((len(self.points), 1 + len(RATIOS), 2, 2), np.nan)
         for row, p in zip(found, self.points, strict=True):
-            row[0] = [(p.eigenvalue.real, p.sd[0]), (p.eigenvalue.imag, p.sd[1])]
+            frequency = p.eigenvalue.imag if p.sd[1] else np.nan
+            row[0] = [(p.eigenvalue.real, p.sd[0]), (frequency, p.sd[1])]
             for place, name in enumerate(RATIOS, 1):
                 if name in p.ratios:
                     value, sd = p.ratios[name]
@@ -454,11 +474,49 @@ class Modal(BicycleKind, kind="modal"):
     def varied(self) -> bool:
         return len(about_one_speed(self.speeds.tolist())) > 1
 
+    # ---- how measured modes are paired with roots ----
+
+    def assumptions(self) -> tuple[str, ...]:
+        return (PAIRING,)
+
+    def mispaired(self, judgement: Judgement) -> tuple[str, ...]:
+        """Rows that the base model, or the final one, is compared with at a root of another name."""
+        base_roots = self._modes((), self.nominal, slopes=False)[0][:, 0]
+        chi2 = float(judgement.nominal @ judgement.nominal)
+        final = self._rows_elsewhere(judgement.final)
+        found = []
+        for other in compared_with_another(self.points, base_roots, self.model):
+            lies = " and ".join(other.lies_on) or "a root without a name"
+            if other.more_chi2 is None:
+                by_name = f"it has no {other.mode} there"
+            else:
+                by_name = (
+                    f"with the roots called {other.mode} its chi^2 is {chi2 + other.more_chi2:.5g}, not {chi2:.5g}"
+                )
+            found.append(
+                f"{other} are compared with another root of the base model, which is nearer ({lies}); {by_name}; "
+                f"of the final model {final.get(other.mode, 'none is')}"
+            )
+        return tuple(found)
+
+    def _rows_elsewhere(self, final: Fit) -> dict[str, str]:
+        """By mode, how many rows a ``final`` model is compared with at another root, in words."""
+        if any(c.effect is None for c in final.candidates):  # an error moves what is measured away from the root
+            return dict.fromkeys(
+                (p.mode for p in self.points), "it is not known, for an error of the measurement is in it"
+            )
+        try:
+            model = with_values(self.with_named(final), self.model, final)
+        except InputError:
+            return dict.fromkeys((p.mode for p in self.points), "it is not known, for its values make no bicycle")
+        roots = self._modes(final.candidates, final.theta, slopes=False)[0][:, 0]
+        return {one.mode: f"{one.rows} are" for one in compared_with_another(self.points, roots, model)}
+
     # ---- what to measure next ----
 
     def proposed(self) -> tuple[Proposal, ...]:
         """Missing ratios, the mode at other speeds (six runs each), a forced response."""
-        sd = float(np.median([s for p in self.points for s in p.sd]))
+        sd = float(np.median([s for p in self.points for s in p.sd if s]))
         slowest, fastest, last = float(self.speeds.min()), float(self.speeds.max()), self.points[-1]
         have = {name for p in self.points for name in p.ratios}
         proposals: list[Proposal] = []

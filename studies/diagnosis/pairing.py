@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import NDArray
 
 from bicycle.model import Model
+from bicycle.model_family import ModelFamily
 from bicycle.named_modes import modes
 from tyre.arrays import Array, Complex
 
@@ -38,6 +39,76 @@ def misnamed(points: Sequence["ModalPoint"], model: Model) -> list[str]:
                 f"1/s away; its {name}: {lies}) and is compared with that root; if the name is wrong, correct it"
             )
     return notes
+
+
+@dataclass(frozen=True)
+class OtherRoot:
+    """Rows of one mode that a model is compared with at a root of another name."""
+
+    mode: str
+    rows: int  # of those below
+    of: int  # rows of this mode
+    slowest: float  # m/s, of the rows
+    fastest: float  # m/s, of the rows
+    lies_on: tuple[str, ...]  # what the model calls these roots
+    # how much larger chi^2 of the eigenvalues is with the roots of the name; None if the model has no such root there
+    more_chi2: float | None
+
+    def __str__(self) -> str:
+        ends = dict.fromkeys((f"{self.slowest:.3g}", f"{self.fastest:.3g}"))
+        return f"{self.rows} of {self.of} rows called {self.mode} (at {' to '.join(ends)} m/s)"
+
+
+SAME = 1e-6  # of a root, within which two are one
+
+
+def compared_with_another(points: Sequence["ModalPoint"], roots: Complex, model: Model) -> list[OtherRoot]:
+    """Modes of which some ``points`` are compared with ``roots`` (m,) that a ``model`` calls otherwise."""
+    found = []
+    lying = [_names_at(point, root, model) for point, root in zip(points, roots.tolist(), strict=True)]
+    for mode in dict.fromkeys(point.mode for point in points):
+        every = [k for k, point in enumerate(points) if point.mode == mode]
+        other = [k for k in every if mode not in lying[k][0]]
+        if not other:
+            continue
+        more = [_more_chi2(points[k], complex(roots[k]), lying[k][1]) for k in other]
+        speeds = [points[k].speed for k in other]
+        names = dict.fromkeys(name for k in other for name in lying[k][0])
+        found.append(
+            OtherRoot(
+                mode=mode,
+                rows=len(other),
+                of=len(every),
+                slowest=min(speeds),
+                fastest=max(speeds),
+                lies_on=tuple(names),
+                more_chi2=None if None in more else sum(x for x in more if x is not None),
+            )
+        )
+    return found
+
+
+def _names_at(point: "ModalPoint", root: complex, model: Model) -> tuple[list[str], complex | None]:
+    """What a ``model`` calls a ``root`` at the speed of a ``point``, and its nearest root of the point's name."""
+    here = ModelFamily(model).with_values(dict(point.settings)) if point.settings else model
+    table = modes(here.linear_model(), [point.speed])
+    branches = {name: table.branch(name)[0] for name in table.names}
+    names = [name for name, branch in branches.items() if (abs(branch - root) < SAME * (1 + abs(root))).any()]
+    own = branches.get(point.mode, np.zeros(0))
+    own = own[np.isfinite(own)]
+    return names, complex(own[np.argmin(abs(own - root))]) if len(own) else None
+
+
+def _more_chi2(point: "ModalPoint", root: complex, named: complex | None) -> float | None:
+    """How much larger chi^2 of one eigenvalue is with the root of its name than with the one that is nearest."""
+    if named is None:
+        return None
+    sums = []
+    for computed in (named, root):
+        off = point.eigenvalue - computed
+        parts = ((off.real, point.sd[0]), (off.imag, point.sd[1]))
+        sums.append(sum((part / sd) ** 2 for part, sd in parts if sd > 0 and np.isfinite(part)))
+    return float(sums[0] - sums[1])
 
 
 @dataclass(frozen=True)

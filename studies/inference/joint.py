@@ -334,6 +334,13 @@ class Joint(Kind):
         parts = tuple(replace(part, kind=kind) for part, kind in unseen if kind is not None)
         return Joint(parts) if parts else None
 
+    def mispaired(self, judgement: "Judgement") -> tuple[str, ...]:
+        """Of each part, after its name."""
+        found = []
+        for number, part in enumerate(self.parts):
+            found += [f"{part.name}: {text}" for text in part.kind.mispaired(self.view(judgement, number))]
+        return tuple(found)
+
     def figures(self) -> dict[str, Figure]:
         """Figures of each part, such as ``gap_1``."""
 

@@ -271,6 +271,10 @@ class Kind:
         """Statements of the data that are surely wrong, in words."""
         return ()
 
+    def mispaired(self, judgement: "Judgement") -> tuple[str, ...]:
+        """Data that a model is compared with at another place than their name says, in words."""
+        return ()
+
     def bicycles(self, final: "Fit") -> dict[str, tuple["Kind", "Fit"]]:
         """Each bicycle ("" the first) with the kind that has its base model, and the fit in its own names."""
         return {"": (self, final)} if self.model is not None else {}

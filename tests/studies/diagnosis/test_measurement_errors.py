@@ -164,12 +164,25 @@ def test_repeats_at_about_one_speed_and_one_kick_far_off(tmp_path):
     assert any("the weave at 5.08 m/s lies far outside the scatter of its repeats; it alone" in n for n in found.notes)
 
 
-def test_repeats_of_a_real_mode_have_no_frequency_that_scatters(tmp_path):
+def test_a_real_mode_has_no_frequency_that_is_counted_or_drawn(tmp_path):
+    """Nobody measured it: an sd of it would be made up, and exact zeros would make any fit look better."""
     rows = [f"{speed},capsize,{real},0" for speed in (4, 5, 6) for real in (-0.2, -0.25, -0.31)]
+    rows += [f"{speed},weave,-0.5,3.{speed}" for speed in (4, 5, 6)]
     found = read_measurement(modal(tmp_path, head="speed_m_s,mode,real_1_s,imag_rad_s", rows=rows))
-    assert "imag_sd_rad_s is missing and repeats do not differ: 3% of |eigenvalue| is assumed" in found.notes
+    assert "9 roots are real: they have no frequency that could be off, so it is not counted" in found.notes
     assert any(note.startswith("real_sd_1_s is missing: the scatter of repeats (6 degrees") for note in found.notes)
-    assert [p.sd[1] for p in found.points] == pytest.approx([0.03 * abs(p.eigenvalue) for p in found.points])
+    sds = {p.mode: p.sd[1] for p in found.points}
+    assert sds == {"capsize": 0.0, "weave": pytest.approx(0.03 * abs(-0.5 + 3.6j))}
+    assert set(found.rows.series) == {"capsize, real", "weave, real", "weave, imaginary"}
+    assert len(found.data[0]) == 9 + 2 * 3
+    assert (found.data[1] > 0).all()
+
+
+def test_a_stated_sd_of_the_frequency_of_a_real_mode_is_kept(tmp_path):
+    """Who states it says that the root could have been seen to oscillate."""
+    rows = [f"{speed},capsize,-0.2,0,0.02,0.05" for speed in (4, 5, 6)]
+    found = read_measurement(modal(tmp_path, rows=rows))
+    assert set(found.rows.series) == {"capsize, real", "capsize, imaginary"}
 
 
 @pytest.mark.parametrize(("toml", "head", "words"), [

@@ -1,8 +1,13 @@
 """Rows whose name of a mode the base model contradicts are told; eigenvalues of Meijaard et al. (2007), table 2."""
 
+import re
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from studies.diagnosis import read_measurement
+from studies.inference import fit
 
 WEAVE = {5: -0.77534188219585 + 4.46486771378823j, 6: -1.52644486584142 + 5.87673060598709j,
          7: -2.13875644258362 + 7.19525913329805j}  # fmt: skip
@@ -31,3 +36,41 @@ def test_rows_on_their_own_mode_are_not(tmp_path):
     assert told(tmp_path, "weave", WEAVE, 0.3) == []
     assert told(tmp_path, "capsize", CAPSIZE, -0.1) == []
     assert told(tmp_path, "capsize", {5: WEAVE[5], 6: CAPSIZE[6], 7: WEAVE[7]}) == []  # one lies elsewhere
+
+
+def paired(folder, mode, table):
+    """What is told of the pairing of a table of these eigenvalues with the base model and its adjusted parameters."""
+    told(folder, mode, table)
+    kind = read_measurement(folder / "m.toml").ready()
+    nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
+    return kind.mispaired(SimpleNamespace(nominal=nominal, final=fit(kind)))
+
+
+def test_a_row_that_is_compared_with_a_root_of_another_name_is_told_with_chi2_by_name(tmp_path):
+    """Capsize of Meijaard et al. under the name of weave: by hand, chi^2 of the roots of the table, sd 0.05."""
+    table = {5: WEAVE[5], 6: WEAVE[6], 7: CAPSIZE[7]}
+    (text,) = paired(tmp_path, "weave", table)
+    off = CAPSIZE[7] - WEAVE[7]
+    by_name = (off.real**2 + off.imag**2) / 0.05**2
+    assert text.startswith("1 of 3 rows called weave (at 7 m/s) are compared with another root of the base model")
+    said = re.search(r"\(capsize\); with the roots called weave its chi\^2 is ([\d.e+]+), not ([\d.e+-]+);", text)
+    assert float(said[1]) == pytest.approx(by_name, rel=1e-3)
+    assert float(said[2]) < 1e-6
+    assert text.endswith("of the final model 1 are")
+
+
+def test_a_mode_that_the_base_model_lacks_has_no_chi2_by_name(tmp_path):
+    (text,) = paired(tmp_path, "wobble", WEAVE)
+    assert "3 of 3 rows called wobble (at 5 to 7 m/s) are compared" in text
+    assert "(weave); it has no wobble there; of the final model 3 are" in text
+
+
+def test_rows_that_are_compared_with_roots_of_their_name_are_not_told(tmp_path):
+    assert paired(tmp_path, "weave", WEAVE) == ()
+    assert paired(tmp_path, "capsize", CAPSIZE) == ()
+
+
+def test_how_roots_are_paired_is_said_in_the_report(tmp_path):
+    told(tmp_path, "weave", WEAVE)
+    (text,) = (note for note in read_measurement(tmp_path / "m.toml").ready().notes if "nearest root" in note)
+    assert "a real root counts as three times as far from one that oscillates" in text
