@@ -17,10 +17,8 @@ from bicycle.nonlinear import magic_formula_model
 from bicycle.rigid_bodies import Body
 from tests.validation.independent_derivation import (
     HINGES,
-    NEUTRAL_TARGET,
-    ORDER_TARGET,
     OTHERS,
-    TARGET,
+    TARGETS,
     distance,
     draw,
     largest_error,
@@ -52,11 +50,11 @@ def drawn_pairs(seed: int) -> list[tuple[str, tuple[str, str]]]:
 def test_a_pair_has_the_roots_of_an_independent_derivation_whatever_its_order(law, pair):
     rng = np.random.default_rng(71)
     model, speed = draw(rng, [law, *pair]), float(rng.uniform(2.0, 25.0))
-    assert largest_error(model, speed) < TARGET
-    assert order_error(model, speed) < ORDER_TARGET
+    assert largest_error(model, speed) < TARGETS["pairs"]
+    assert order_error(model, speed) < TARGETS["order"]
     for name in pair:
         if name in HINGES:
-            assert neutral_error(model, name, speed) < NEUTRAL_TARGET
+            assert neutral_error(model, name, speed) < TARGETS["neutral"]
 
 
 @pytest.mark.parametrize(("law", "speed"), [("relaxation_length", 3.0), ("no_slip", 11.0)])
@@ -64,8 +62,8 @@ def test_many_effects_at_once(law, speed):
     """All four hinges, hands, masses, drag, brakes, a rotor and a round tyre."""
     every = [*HINGES, "rider_hands", "luggage", "bar_bag", "aerodynamic_drag", "longitudinal", "rotating_mass"]
     model = draw(np.random.default_rng(5), [law, *every, "crown_radius", "overturning_moment", "steer_assist"])
-    assert largest_error(model, speed) < TARGET
-    assert order_error(model, speed) < ORDER_TARGET
+    assert largest_error(model, speed) < TARGETS["pairs"]
+    assert order_error(model, speed) < TARGETS["order"]
 
 
 def test_hands_hang_on_the_steer_axis_of_a_fork_that_bends():
