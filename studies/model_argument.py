@@ -14,8 +14,10 @@ from tyre.errors import InputError, unknown
 from tyre.typed_number import typed_numbers
 
 if TYPE_CHECKING:
+    from bicycle.linear_model import LinearModel
     from bicycle.model import Model
 
+MATRICES = "matrices"  # key of a content that is a file of canonical matrices
 LAWS = ("relaxation_length", "side_slip")  # contact laws that take a measured tyre; the first is what --tyre adds
 
 
@@ -32,10 +34,39 @@ class ChosenModel:
         """The model; a mistake in the file is reported with its name."""
         from bicycle.model_file import build_model
 
+        self.refuse_matrices()
         try:
             return build_model(self.content)
         except InputError as error:
             raise InputError(f"{self.where}: {error}" if self.where else str(error)) from error
+
+    @property
+    def of_matrices(self) -> bool:
+        """Whether the file gives canonical matrices in place of a bicycle."""
+        return MATRICES in self.content
+
+    @cached_property
+    def linear(self) -> "LinearModel":
+        """The model with numbers, of a bicycle with its effects or of matrices."""
+        from bicycle.matrix_model import read_matrices
+
+        return read_matrices(self.content[MATRICES]) if self.of_matrices else self.model.linear_model()
+
+    def refuse_matrices(self) -> None:
+        """Refuse a file of matrices where a bicycle is needed."""
+        if self.of_matrices:
+            raise InputError(
+                f"{self.where} holds matrices M, C1, K0, K2, which only velotyre modes and critical take; all else "
+                "needs the parameters of the bicycle (velotyre new bicycle.toml)"
+            )
+
+    @property
+    def title(self) -> str:
+        """The bicycle and its effects, or the file of matrices."""
+        if self.of_matrices:
+            return f"{Path(self.content[MATRICES]).stem}: no slip, of its matrices"
+        effects = ", ".join(effect.identifier.replace("_", " ") for effect in self.model.effects)
+        return f"{self.model.bicycle.name}: {effects}"
 
     @cached_property
     def each(self) -> "dict[str, ChosenModel]":
@@ -55,12 +86,22 @@ class ChosenModel:
 
 def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a click ``command`` the argument MODEL and the options of its tyre; it gets a :class:`ChosenModel` first."""
+    return _takes_model(command, matrices=False)
+
+
+def takes_model_or_matrices(command: Callable[..., Any]) -> Callable[..., Any]:
+    """As :func:`takes_model`, for a command that a file of matrices does for."""
+    return _takes_model(command, matrices=True)
+
+
+def _takes_model(command: Callable[..., Any], *, matrices: bool) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def with_model(
         model: str, tyre: str | None, pressure: str | None, surface: str | None, *, extrapolate: bool, **rest: Any
     ) -> Any:
-        chosen = choose(model, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
+        how = {"tyre": tyre, "pressure": pressure, "surface": surface}
+        chosen = choose(model, **how, extrapolate=extrapolate, matrices=matrices)
         if chosen.remark:
             click.echo(chosen.remark, err=True)
         return command(chosen, **rest)
@@ -80,10 +121,19 @@ def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def choose(
     text: str, *, tyre: str | None = None, pressure: str | None = None, surface: str | None = None,
-    extrapolate: bool = False,
+    extrapolate: bool = False, matrices: bool = False,
 ) -> ChosenModel:  # fmt: skip
-    """Choose the model that MODEL and its options mean."""
+    """Choose the model that MODEL and its options mean; a file of ``matrices`` is refused unless they will do."""
+    from bicycle.matrix_model import REFUSAL
+
     chosen = _bare(text)
+    if chosen.of_matrices:
+        if not matrices:
+            chosen.refuse_matrices()
+        for option, value in (("--tyre", tyre), ("--pressure", pressure), ("--surface", surface)):
+            if value is not None:
+                raise InputError(f"{option} {value}: {text} {REFUSAL}; give the parameters of the bicycle")
+        return chosen
     if not isinstance(chosen.content.get("effects", {}), Mapping):
         return chosen  # whoever builds it says what is wrong
     effects = dict(chosen.content.get("effects", {}))
@@ -111,9 +161,12 @@ def choose(
 def _bare(text: str) -> ChosenModel:
     """Read MODEL without its options; the files it names become absolute."""
     from bicycle.bicycle_files import bicycle_place
+    from bicycle.matrix_model import holds_matrices
     from bicycle.model_file import model_content
     from bicycle.wheel_tyres import located
 
+    if holds_matrices(text):
+        return ChosenModel({MATRICES: Path(text).resolve().as_posix()}, text)
     alone = bicycle_alone(text)
     if alone is not None:
         remark = "wheels that roll without slip (Whipple model); --tyre NAME --pressure BAR puts it on tyres that were"

@@ -3,7 +3,7 @@
 import click
 
 from studies.command_options import max_speed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_argument import ChosenModel, takes_model_or_matrices
 from studies.reporting.command_context import example
 
 
@@ -11,7 +11,7 @@ from studies.reporting.command_context import example
     help="Exact critical speeds of MODEL, or of each bicycle of a table: where a mode becomes stable or unstable.",
     epilog=example("velotyre critical benchmark --tyre Tyre1 --pressure 5.5 --csv critical.csv"),
 )
-@takes_model
+@takes_model_or_matrices
 @max_speed_option(60.0)
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
@@ -21,11 +21,10 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
     from studies.reporting.analysis import analyse, record, records
 
     output.check_targets(csv=csv_file, json=json_file)
-    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
-    found = {
-        name: with_onsets(one.model, one.content, analyse(models[name], [], max_speed=max_speed)[1])
-        for name, one in chosen.each.items()
-    }
+    models = {name: one.linear for name, one in chosen.each.items()}
+    found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
+    if not chosen.of_matrices:
+        found = {name: with_onsets(one.model, one.content, found[name]) for name, one in chosen.each.items()}
     if csv_file is not None:
         tables = [output.named_rows(output.critical_table(critical), name) for name, critical in found.items()]
         output.write_csv(output.stacked(tables), csv_file)

@@ -3,7 +3,7 @@
 import click
 
 from studies.command_options import check_memory, max_speed_option, speeds_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_argument import ChosenModel, takes_model_or_matrices
 from studies.reporting.command_context import example
 from tyre.errors import InputError
 
@@ -15,7 +15,7 @@ from tyre.errors import InputError
         "velotyre modes benchmark --tyre Tyre1 --pressure 5.5 --speeds 1:20:0.5 --plot modes.png",
     ),
 )
-@takes_model
+@takes_model_or_matrices
 @speeds_option(".", "2:20:2")
 @max_speed_option(60.0)
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw frequency and real part: .png, .svg or .pdf.")
@@ -35,7 +35,7 @@ def command(
             raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
     output.check_targets(csv=csv_file, json=json_file)
     asked = output.parse_speeds(speeds)
-    models = {name: one.model.linear_model() for name, one in chosen.each.items()}
+    models = {name: one.linear for name, one in chosen.each.items()}
     check_memory("number of --speeds", len(asked), 64 * max(model.order for model in models.values()) ** 2)
     found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
     if csv_file is not None:
@@ -43,8 +43,7 @@ def command(
         output.write_csv(output.stacked([output.named_rows(*one[::-1]) for one in tables.items()]), csv_file)
     if plot_file is not None:
         ((name, model),) = models.items()
-        bicycle, effects = chosen.each[name].model.bicycle, chosen.each[name].model.effects
-        title = f"{bicycle.name}: {', '.join(effect.identifier.replace('_', ' ') for effect in effects)}"
+        title = chosen.each[name].title
         draw_picture(model, asked, plot_file, title=title)
     if json_file is not None:
         told = {name: record(models[name], *both, max_speed=max_speed) for name, both in found.items()}

@@ -1,5 +1,6 @@
 """Eigenvalues, named modes and critical speeds of a model as one plain record (the JSON of the commands)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -33,7 +34,7 @@ def record(
 ) -> dict[str, Any]:
     """Make the result JSON-ready; ``max_speed`` (m/s) is that of the search; complex numbers as [real, imaginary]."""
     speeds = np.empty(0) if found is None else found.speeds
-    rear, front = model.static_loads
+    rear, front = (None if math.isnan(load) else load for load in model.static_loads)  # matrices tell no loads
     return {
         "states": list(model.states),
         "static_loads_N": {"rear": rear, "front": front},
