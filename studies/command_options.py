@@ -63,7 +63,7 @@ class Numbers(click.ParamType):
         if not isinstance(value, str):
             return tuple(value)
         try:
-            numbers = typed_numbers(value.split(","), self.unit)
+            numbers = typed_numbers(value.split(","), self.unit, alike=False)
         except InputError as error:
             self.fail(str(error), param, ctx)
         if not self.least <= len(numbers) <= self.most:

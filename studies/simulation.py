@@ -13,9 +13,9 @@ from studies.reporting.plotting import drawing, look
 from tyre.channel_map import ChannelMap
 from tyre.channels import read_records
 from tyre.draft import draft_words, refuse_unmapped
-from tyre.errors import InputError, read_number, unknown
+from tyre.errors import InputError, unknown
 from tyre.table import read_columns
-from tyre.typed_number import typed_numbers
+from tyre.typed_number import typed_number
 from tyre.units import SI
 
 SHAPES: Mapping[str, tuple[Callable[..., InputHistory], bool]] = {
@@ -30,15 +30,17 @@ HOW = (
 )
 
 
-def parse_initial(text: str) -> dict[str, float]:
-    """State -> value (SI) from a ``text`` like ``lean=0.02,steer_rate=0.1``."""
+def parse_initial(text: str, units: Mapping[str, str] | None = None) -> dict[str, float]:
+    """State -> value (SI) from a ``text`` like ``lean=0.02,steer_rate=5deg/s``, in the SI ``units`` of states."""
     values: dict[str, float] = {}
     for part in filter(None, text.split(",")):
         name, _, number = (piece.strip() for piece in part.partition("="))
         if name in values:
             raise InputError(f"initial {text!r}: {name} is given twice")
         try:
-            values[name] = read_number(number)
+            values[name] = typed_number(number, (units or {}).get(name, ""))
+        except InputError as error:
+            raise InputError(f"initial {text!r}: {name}: {error}") from error
         except ValueError:
             raise InputError(f"initial {text!r}: write STATE=NUMBER,... such as lean=0.02,steer_rate=0.1") from None
     return values
@@ -62,7 +64,7 @@ def parse_inputs(
             read = read_history(Path(value), name, allowed[name], channel_map)
             inputs[name] = replace(read, linear=FILES[shape])
         elif shape in SHAPES:
-            inputs[name] = _shaped(text, shape, value)
+            inputs[name] = _shaped(text, shape, value, allowed[name])
         else:
             raise InputError(f"input {text!r}: {unknown('shape', shape, [*SHAPES, *FILES])}; {HOW}")
     return inputs
@@ -111,12 +113,12 @@ def _mapped_history(path: Path, quantity: dict[str, str], channel_map: ChannelMa
     return InputHistory(found[0].time, values)
 
 
-def _shaped(text: str, shape: str, value: str) -> InputHistory:
+def _shaped(text: str, shape: str, value: str, unit: str) -> InputHistory:
     make, lasts = SHAPES[shape]
     size, _, when = value.partition("@")
     start, _, duration = when.partition("+")
     try:
-        numbers = [read_number(size), *typed_numbers([part for part in (start or "0", duration) if part], "s")]
+        numbers = [typed_number(size, unit), *(typed_number(part, "s") for part in (start or "0", duration) if part)]
     except InputError:
         raise
     except ValueError:

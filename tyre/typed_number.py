@@ -21,15 +21,17 @@ def typed_number(text: str, unit: str) -> float:
     return numbers[0]
 
 
-def typed_numbers(texts: Sequence[str], unit: str) -> list[float]:
+def typed_numbers(texts: Sequence[str], unit: str, *, alike: bool = True) -> list[float]:
     """Read numbers into ``unit``, each with its own unit, or all with that behind the last: 10, 20, 30 km/h.
 
+    Numbers that are not ``alike``, such as coordinates, have a unit each or none: of 0.9, -80 cm the first may be in m.
     Empty if one of them is no number; InputError of a unit of something else.
     """
     parts = [TYPED.fullmatch(text) for text in texts]
     units = [part[2] if part else "" for part in parts]
-    if any(units[:-1]) and not all(units):
-        raise InputError(f"{', '.join(texts)}: write the unit behind the last number alone, or behind each")
+    if any(units if not alike else units[:-1]) and not all(units):
+        last = "the last number alone, or behind " if alike else ""
+        raise InputError(f"{', '.join(texts)}: write the unit behind {last}each")
     if units and not any(units[:-1]):
         units = [units[-1]] * len(units)
     try:

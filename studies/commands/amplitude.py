@@ -96,7 +96,7 @@ def _point(text: str | None) -> tuple[float, float] | None:
 
     if text is None:
         return None
-    place = typed_numbers(text.split(","), "m")
+    place = typed_numbers(text.split(","), "m", alike=False)
     if len(place) != 2 or max(map(abs, place)) > 10:
         raise InputError(f"--point {text}: give X,Z in m, up to 10, z down, such as 0.9,-0.8")
     return place[0], place[1]

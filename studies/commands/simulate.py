@@ -91,7 +91,8 @@ def command(
     time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
     taken = {name: linear.declared.units[name] for name in linear.inputs}
     channel_map = chosen_map(channels_file, channel_texts)
-    start, histories = parse_initial(initial), parse_inputs(inputs, allowed=taken, channel_map=channel_map)
+    start = parse_initial(initial, linear.declared.units)
+    histories = parse_inputs(inputs, allowed=taken, channel_map=channel_map)
     check_within(histories, float(time[-1]))
     if not (start or histories or frequency_response or (nonlinear and offset)):
         raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")

@@ -149,3 +149,14 @@ def test_refused_initial_states(text, words):
 def test_refused_commands(options, words, file, tmp_path, refused):
     assert words in refused("simulate", file, "--speed", "5", "--out", tmp_path / "out", *options)
     assert not (tmp_path / "out").exists()
+
+
+def test_what_is_typed_with_units():
+    found = parse_initial("lean=2deg,steer_rate=90deg/s", {"lean": "rad", "steer_rate": "rad/s"})
+    assert found == pytest.approx({"lean": np.radians(2), "steer_rate": np.radians(90)})
+    inputs = parse_inputs(["lateral_force:pulse:10kg@1+200ms"], allowed={"lateral_force": "N"})
+    history = inputs["lateral_force"]
+    assert history.value.max() == pytest.approx(98.0665)
+    assert history.time == pytest.approx([1.0, 1.2])  # the unit of the duration is not that of the start
+    with pytest.raises(InputError, match="lean: 2 kg: unit 'kg' is not a unit of angle"):
+        parse_initial("lean=2 kg", {"lean": "rad"})

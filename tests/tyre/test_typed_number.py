@@ -36,6 +36,12 @@ def test_one_unit_behind_the_last_is_that_of_all():
         typed_numbers(["50psi", "6"], "bar")
 
 
+def test_coordinates_have_a_unit_each():
+    assert typed_numbers(["42cm", "1.06 m"], "m", alike=False) == pytest.approx([0.42, 1.06])
+    with pytest.raises(InputError, match="0.9, -80 cm: write the unit behind each"):
+        typed_numbers(["0.9", "-80 cm"], "m", alike=False)
+
+
 @pytest.mark.parametrize(
     ("text", "unit", "message"),
     [
