@@ -224,3 +224,16 @@ def test_a_folder_of_too_many_files_is_refused(tmp_path):
     assert [path.name for path in files_below(tmp_path, most=3)] == ["a", "b", "c"]
     with pytest.raises(InputError, match="holds more than 2 files and folders; give a folder of what is meant alone"):
         files_below(tmp_path, most=2)
+
+
+def test_a_row_of_a_table_behind_a_symbolic_link_is_outside_too(tmp_path, monkeypatch):
+    """``two.csv#A`` names the file two.csv, which may be a link to anywhere."""
+    (tmp_path / "secret").mkdir()
+    (tmp_path / "secret" / "two.csv").write_text("x")
+    folder = tmp_path / "project" / "models"
+    folder.mkdir(parents=True)
+    (folder / "two.csv").symlink_to(tmp_path / "secret" / "two.csv")
+    monkeypatch.chdir(folder)
+    for name in ("two.csv", "two.csv#A"):
+        (folder / "model.toml").write_text(f'tyre = "{name}"\n')
+        refuses("names 'two.csv', which lies outside its folder", read_toml, folder / "model.toml", "model file")
