@@ -30,11 +30,31 @@ class Quality:
     frozen_from: int
     spikes: int
     levels: int
+    dropouts: int = 0  # stretches in which it falls to one value and comes back
+    dropout_samples: int = 0
+    dropout_from: int = 0
+    dropout_value: float = 0.0
 
     @property
     def dead(self) -> bool:
         """True if it never changes, or holds no valid sample."""
         return not self.highest > self.lowest
+
+    @property
+    def losses(self) -> tuple[str, ...]:
+        """Remarks on samples that hold no measured value, a phrase each."""
+        found = []
+        if self.missing:
+            found.append(
+                f"{self.missing} missing ({self.missing / self.samples:.1%}), at most {self.longest_missing} in a row "
+                f"from sample {self.first_missing}"
+            )
+        if self.dropouts:
+            found.append(
+                f"{self.dropouts} dropout{'s' * (self.dropouts > 1)} to {self.dropout_value:.6g}, "
+                f"{self.dropout_samples} samples, the first from sample {self.dropout_from}"
+            )
+        return tuple(found)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -45,11 +65,7 @@ class Quality:
         if self.dead:
             what = "a set value, or dead" if self.lowest else "dead, or not connected"
             found.append(f"constant {self.lowest:.6g}: {what}?")
-        if self.missing:
-            found.append(
-                f"{self.missing} missing ({self.missing / self.samples:.1%}), at most {self.longest_missing} in a row "
-                f"from sample {self.first_missing}"
-            )
+        found += self.losses
         for held, value, name in ((self.held_high, self.highest, "highest"), (self.held_low, self.lowest, "lowest")):
             if held:
                 found.append(f"{held} samples stay at its {name} value {value:.6g}: saturated?")
@@ -80,10 +96,14 @@ def quality(values: Array) -> Quality:
         step = resolution(good[:_MOST])
         noise = noise_level(good[:_MOST])
         still = (0, 0, 0, 0) if levels <= _FEW else _still(values, low, high, step)
-        spikes = _spikes(good, max(noise, step / np.sqrt(12)), high - low) if levels > _FEW else 0
+        visible = max(noise, step / np.sqrt(12))
+        spikes = _spikes(good, visible, high - low) if levels > _FEW else 0
+        dropouts = _dropouts(values, visible, low, high) if levels > _FEW else (0, 0, 0, 0.0)
+    count, samples, first, value = dropouts
+    spikes = max(spikes - count, 0) if count == samples else spikes  # of one sample each
     return Quality(
         values.size, int(values.size - good.size), *gaps, low, float(np.median(good)), high, step, noise, *still,
-        spikes, levels,
+        spikes, levels, count, samples, first, value,
     )  # fmt: skip
 
 
@@ -134,6 +154,22 @@ def _still(values: Array, low: float, high: float, step: float) -> tuple[int, in
     longest = int(np.where(inside, lengths, 0).argmax())
     frozen = int(lengths[longest]) if inside[longest] and lengths[longest] >= max(20, 20 * usual) else 0
     return held[0], held[1], frozen, int(starts[longest]) + 1 if frozen else 0
+
+
+def _dropouts(values: Array, noise: float, low: float, high: float) -> tuple[int, int, int, float]:
+    """Number of dropouts, of their samples, the first one from 1, and the value to which a channel falls: 0, or an
+    end of its range that is far off; it comes back to about where it was."""
+    best = (0, 0, 0, 0.0)
+    for value in dict.fromkeys((0.0, low, high)):
+        starts, lengths = runs(values == value)
+        inner = (starts > 0) & (starts + lengths < values.size)
+        starts, lengths = starts[inner], lengths[inner]
+        before, after = values[starts - 1] - value, values[starts + lengths] - value
+        fall = np.minimum(np.abs(before), np.abs(after))
+        far = (fall > 12.0 * noise) & (fall > 0.1 * (high - low)) & (np.abs(before - after) < 0.3 * fall)
+        if np.count_nonzero(far) > best[0]:
+            best = (int(np.count_nonzero(far)), int(lengths[far].sum()), int(starts[far][0]) + 1, float(value))
+    return best
 
 
 def _spikes(values: Array, noise: float, span: float) -> int:

@@ -12,7 +12,7 @@ from studies.reporting.command_context import example
     help="Show what is in recordings (any format) and what can be done with them: channels, faults, usable samples.",
     epilog=example("velotyre look rig0815.csv --out look"),
 )
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
+@click.argument("files", nargs=-1, required=True, metavar="FILE|FOLDER...", type=PATH)
 @click.option(
     "--channels", "channels_file", type=PATH, metavar="MAP.toml",
     help="Which column is which channel; without, the sidecar's map, else guesses.",
@@ -28,25 +28,33 @@ def command(
     from contextlib import nullcontext
 
     from studies.channel_options import chosen_map
-    from studies.look import drafts, draw, look, stems, steps, tell, write_drafts
+    from studies.look import drafts, draw, look, recordings_of, stems, steps, tell, tell_several, write_drafts
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
     from tyre.errors import InputError
+    from tyre.formats import FORMATS
 
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file; give a folder")
     channel_map = chosen_map(channels_file, ())
     looks, failed = [], []
-    for path in files:
+    paths = recordings_of(files)
+    if not paths:
+        raise InputError(f"{files[0]}: no file in this folder ends like a recording ({', '.join(FORMATS)})")
+    for path in paths:
         try:
             looks.append(look(path, channel_map, dbc))
         except InputError as error:
-            if len(files) == 1:
+            if len(paths) == 1:
                 raise
-            failed.append(str(error))
+            if path in files:
+                failed.append(str(error))
+            else:  # a folder may hold what is no recording
+                click.echo(f"note: {error}", err=True)
     with nullcontext() if out is None else results(out):
         called = stems([found.opened.path for found in looks])
-        for place, (found, stem) in enumerate(zip(looks, called, strict=True)):
+        all_steps, all_written = [], list[str]()
+        for found, stem in zip(looks, called, strict=True):
             made, lines = drafts(found, out or Path(), stem), []
             if out is not None:
                 written = write_drafts(made, out, force=force)
@@ -54,10 +62,13 @@ def command(
                 for path, draft in zip(written, made, strict=True):
                     marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
                     lines.append(f"draft: {path} ({draft.purpose}{marks})")
-            if json_file != "-":
-                click.echo("\n" * (place > 0), nl=False)
-                tell(found, steps(found, made, out))
+                all_written += [str(path) for path in written]
+            all_steps.append(steps(found, made, out))
+            if json_file != "-" and len(looks) == 1:
+                tell(found, all_steps[-1])
                 click.echo("\n".join([*lines, ""]) if lines else "", nl=False)
+        if json_file != "-" and len(looks) > 1:
+            tell_several(looks, all_steps, all_written)
     if json_file:
         write_json({"files": [found.as_json() for found in looks]}, json_file)
     if failed:

@@ -5,6 +5,7 @@ from tyre.door import room
 HOME = {
     "draft_files": ("Draft", "drafts", "stems", "steps", "write_drafts"),
     "overview": ("Look", "draw", "look", "tell"),
+    "several": ("recordings_of", "tell_several"),
     "rig_uses": ("USES", "Event", "Use"),
 }
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""

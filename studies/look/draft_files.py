@@ -127,8 +127,8 @@ def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
         return [f"# the channels are those of --channels {roles.map.source}: give it to tyre fit too"]
     lines = ["[channels]", *roles.lines(wanted)]
     untimed = all(signal.time is None for signal in roles.opened.signals.signals.values())
-    is_steady = {"slip_angle", "side_force"} <= roles.guessed.keys()
-    if roles.opened.clock is None and roles.opened.time is None and untimed and not is_steady:
+    needs_no_time = {"slip_angle", "side_force"} <= roles.guessed.keys() or wanted is ALL_PULL
+    if roles.opened.clock is None and roles.opened.time is None and untimed and not needs_no_time:
         lines.append("# time = {rate_hz = ...}  # no column could be the time")
     lacking = [name for name in wanted if name not in roles.guessed]
     lines += [f'# {name} = {{column = "{UNKNOWN}", unit = "{SI[QUANTITIES[name]]}"}}' for name in lacking]

@@ -22,6 +22,7 @@ from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording
 from tyre.relaxation import complete_samples, is_slip_step
 from tyre.segments import level_conditions, steady_levels, stretches
 from tyre.sweep_curve import block_means, samples_used
+from tyre.units import find_unit, quantity_of
 
 SWEEP, PULLED, STEP, STEADY = "slip sweep", "pull test", "step (relaxation)", "steady curve"
 USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")
@@ -110,7 +111,8 @@ class Supposed:
         known = [] if self.known is None else ["tyre", "surface", "axes"]
         if self.known is not None:
             known += [name for name in ("load", "pressure") if not np.isnan(getattr(self.known.condition, name))]
-        known += [] if self.pull else [*self.recorded, *(["load"] if not np.isnan(self.load) else [])]
+        known += [] if self.pull else [*self.recorded]
+        known += [] if np.isnan(self.load) else ["load"]
         return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in known]
 
 
@@ -331,8 +333,9 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
     (whole,) = records(roles.opened.signals, plain, QUANTITIES, timed=not given.pull)
     load = whole.values.get("vertical_load")
     middle = None if load is None or given.pull else float(np.nanmedian(load))
+    stood = _load_read(roles) if given.pull else np.nan
     recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
-    given = replace(given, recorded=recorded, load=np.nan if middle is None else abs(middle))
+    given = replace(given, recorded=recorded, load=stood if middle is None else abs(middle))
     axes, recording = oriented(whole, given, path, middle)
     if isinstance(recording, RigRun):
         given = replace(given, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step")
@@ -354,6 +357,15 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
         replace(use, provided=f"{', '.join(names)}, which no recording says" if use.usable and names else "")
         for use, names in zip(uses, lacking, strict=True)
     ], given
+
+
+def _load_read(roles: Roles) -> float:
+    """Median of the vertical load that stands beside a pull, N; NaN if no column holds it in a known unit."""
+    guess = roles.guessed.get("vertical_load")
+    if guess is None or quantity_of(guess.unit or guess.column.unit) != "force":
+        return float("nan")
+    unit = find_unit(guess.unit or guess.column.unit, "force", where=str(roles.opened.path))
+    return abs(unit.factor * roles.opened.quality[guess.column.name].median)
 
 
 def _found(

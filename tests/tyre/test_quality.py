@@ -47,3 +47,26 @@ def test_gaps_of_a_hundred_steps_do_not_hide_the_step():
 
 def test_rounding_of_printed_numbers_is_no_step():
     assert resolution(np.append(np.arange(40) / 10, np.arange(40) * 0.1)) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(("places", "length", "value", "words"), [
+    ((100, 700, 1500), 5, 0.0, "3 dropouts to 0, 15 samples, the first from sample 101"),
+    ((50, 900), 1, -9999.0, "2 dropouts to -9999, 2 samples, the first from sample 51"),
+    ((400,), 200, 0.0, "1 dropout to 0, 200 samples, the first from sample 401"),
+])  # fmt: skip
+def test_dropouts_are_named(places, length, value, words):
+    x = 400 + np.random.default_rng(0).normal(0, 2, 2000)
+    for place in places:
+        x[place : place + length] = value
+    assert words in quality(x).remarks
+
+
+def test_a_signal_that_passes_zero_or_rests_has_no_dropouts():
+    rng, time = np.random.default_rng(0), np.arange(2000) / 100
+    for x in (
+        np.round(5 * np.sin(9 * time) + rng.normal(0, 0.02, 2000), 2),
+        np.round(3 * np.sin(60 * time), 1),
+        np.clip(np.sin(9 * time), -0.6, 0.6),
+        np.where(time < 5, 0.0, 400 + rng.normal(0, 2, 2000)),
+    ):
+        assert not quality(x).dropouts
