@@ -281,7 +281,14 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     if path.suffix.lower() in READERS:
         if not path.is_file():
             raise InputError(f"{path}: no such bicycle file; packaged bicycles: {', '.join(available_bicycles())}")
-        return _one_of_file(path, allow_unusual=allow_unusual)
+        try:
+            return _one_of_file(path, allow_unusual=allow_unusual)
+        except InputError:
+            from bicycle.matrix_model import REFUSAL, holds_matrices
+
+            if holds_matrices(path):
+                raise InputError(f"{path} {REFUSAL}; give it by itself to velotyre modes or critical") from None
+            raise
     if text not in available_bicycles():
         endings = ", ".join([*READERS, *ENDINGS])
         raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a file ({endings})")

@@ -10,7 +10,6 @@ from bicycle.bicycle_numbers import given_numbers
 from bicycle.default_sd import MODEL_FILE
 from bicycle.effect import Effect
 from bicycle.effect_registry import effect_class
-from bicycle.matrix_model import REFUSAL, holds_matrices
 from bicycle.model import Model
 from bicycle.parameter_covariance import ParameterCovariance, ParameterKey, read_covariance
 from bicycle.parameters import UNUSED, Bicycle, doubts_about, of_kind
@@ -146,8 +145,6 @@ def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) ->
 
 
 def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
-    if isinstance(given, str) and holds_matrices(folder / given):
-        raise InputError(f"bicycle = {given!r} {REFUSAL}; give it by itself to velotyre modes or critical")
     if isinstance(given, Mapping):
         place = "bicycle of the model file"
         return given_numbers(given, place=place).bicycle(place, "model file", allow_unusual=allow_unusual)

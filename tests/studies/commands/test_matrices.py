@@ -38,6 +38,7 @@ def test_critical_speeds_and_modes_of_matrices(file, capsys):
 @pytest.mark.parametrize(("words", "why"), [
     ("critical mck.m --tyre Tyre1 --pressure 5.5", "--tyre Tyre1: mck.m holds matrices M, C1, K0, K2, on which no"),
     ("modes model.toml", "holds matrices M, C1, K0, K2, on which no tyre or effect can be put; give it by itself to"),
+    ("bicycles mck.m", "mck.m holds matrices M, C1, K0, K2, on which no tyre or effect can be put; give it by itself"),
     ("uncertainty mck.m", "mck.m holds matrices M, C1, K0, K2, which only velotyre modes and critical take"),
     ("root-locus mck.m --parameter w --range 1:1.1 --speed 5 --out out", "which only velotyre modes and critical take"),
 ])  # fmt: skip
