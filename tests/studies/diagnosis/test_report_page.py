@@ -196,6 +196,8 @@ def test_where_nothing_is_named_nothing_is_said_to_be(nothing):
     text = written(nothing)
     assert "**What.** No missing effect is detected: the base model fits as it stands." in text
     assert "could hide" not in text
+    assert "the base model has no gap beyond noise." in text
+    assert "of the base model's gap" not in text  # a share of what is no more than noise
     share = probability(nothing.verdict.posterior["none"])
     assert f"**How sure.** Probability that nothing is missing: {share}." in text
     assert list(titles(nothing).values()) == ["base model", "parameters adjusted"]
