@@ -15,6 +15,7 @@ from tyre.errors import InputError
 from tyre.magic_formula import magic_formula
 from tyre.properties import REPEATABILITY_DOF, Calibration, Estimate, combine_uncertainties, weighed_scatter
 from tyre.recording import Channel, RigRun
+from tyre.sweep_curve import load_wander
 
 
 def first_order_lag(signal: Array, *, step: float, start: float | None = None) -> Array:
@@ -75,11 +76,13 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     length d(lagged slip)/d(distance) + lagged slip = slip, F = F0 + curve(lagged slip) (Pacejka 2012, ch. 7; at small
     slip the first-order lag of the force of Dell'Orto et al., eqs. 1 and 2). The recorded slip is the input, integrated
     exactly over travelled distance, so a step that takes a while does not lengthen the result. Cornering stiffness,
-    offset and length are fitted; one step does not tell the peak of the curve, so it is assumed as :data:`PEAK` of the
-    load, and its uncertainty goes into that of the length.
+    offset and length are fitted. The force follows the measured load, as a load that swings once a turn of the wheel
+    would be taken for lag. A drift of the force cell is slow noise, which the interval allows for. One step does not
+    tell the peak of the curve, so it is assumed as :data:`PEAK` of the load, and its uncertainty goes into that of the
+    length.
     """
     where = str(run.source or run.condition.tyre)
-    distance, slip, force = _over_distance(run, where)
+    distance, slip, force, heavier = _over_distance(run, where)
     head = max(3, distance.size // 100)
     before, after = float(np.median(slip[:head])), float(np.median(slip[-max(head, distance.size // 5) :]))
     jump = after - before
@@ -102,7 +105,8 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     def fitted(peak: float, start: Array, scale: float) -> Any:
         def residual(z: Channel) -> Channel:
             lagged = before + jump * first_order_lag(u, step=step / float(np.exp(z[2])))
-            return z[0] + steady_curve(lagged, stiffness=z[1], peak=peak) - force
+            steady = (1.0 + heavier) * steady_curve(lagged, stiffness=z[1], peak=peak)
+            return z[0] + steady - force
 
         robust: dict[str, Any] = {"loss": "soft_l1", "f_scale": 3.0 * scale}
         found: Any = scipy.optimize.least_squares(residual, start, bounds=limits, x_scale="jac", **robust)
@@ -154,6 +158,7 @@ def _averaged_over_noise(
 
     A slip step is too short to tell the size and memory of slow noise, and the interval at the likeliest ones is too
     narrow: step and covariance are averaged over a grid of them by restricted likelihood (Patterson & Thompson, 1971).
+    A force cell without any slow noise is not on the grid: so short a recording cannot show its absence.
     """
     n, p = jacobian.shape
     width = max(1, n // 140)  # means hold what a fit sees of slow noise
@@ -162,8 +167,8 @@ def _averaged_over_noise(
     size = np.linalg.norm(x, axis=0)
     x, apart = x / size, np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
     weights, steps, squares, spent = [], [], [], []
-    for memory in np.geomspace(1.0, m / 3.0, 7):
-        for share in (0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 0.95):
+    for memory in np.geomspace(m / 50.0, m / 1.5, 7):
+        for share in (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98):
             factor = np.linalg.cholesky((1.0 - share) * np.eye(m) + share * np.exp(-apart / memory))
             white = solve_triangular(factor, np.column_stack([x, y]), lower=True)
             basis, triangle = np.linalg.qr(white[:, :p])
@@ -175,7 +180,7 @@ def _averaged_over_noise(
             steps.append(-step)
             # slow noise counts as one value a memory
             spent.append(share**2 / max(2.5, m / (2.0 * memory) - p) + (1.0 - share) ** 2 / (m - p))
-            squares.append(inverse @ inverse.T * left / (m - p) + np.outer(step, step))
+            squares.append(inverse @ inverse.T * left / (m - p - 2) + np.outer(step, step))
     weight = np.exp(np.array(weights) - max(weights))
     weight /= weight.sum()
     mean = np.tensordot(weight, steps, 1)
@@ -189,7 +194,8 @@ def complete_samples(run: RigRun) -> NDArray[np.bool_]:
     return valid if run.speed is None else valid & np.isfinite(run.speed)
 
 
-def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel]:
+def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel, Channel]:
+    """Even steps of distance (m), and there the slip (rad), the force (N) and the load over its mean less one."""
     valid = complete_samples(run)
     if (count := int(valid.sum())) < 50:
         raise InputError(f"{where}: {count} complete samples are too few for a slip step; at least 50 are needed")
@@ -205,7 +211,14 @@ def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel]:
     travelled = np.concatenate([[0.0], np.cumsum(np.diff(time) * 0.5 * (speed[1:] + speed[:-1]))])
     even = np.linspace(0.0, travelled[-1], travelled.size)
     slip = np.interp(even, travelled, run.slip_angle[valid])
-    return even, slip, np.interp(even, travelled, run.side_force[valid])
+    force = np.interp(even, travelled, run.side_force[valid])
+    there = np.isfinite(run.vertical_load[valid])
+    if not there.any():
+        return even, slip, force, np.zeros_like(even)
+    load = np.interp(even, travelled[there], run.vertical_load[valid][there])
+    width = 2 * (even.size // 100) + 1  # noise averages out, and what swings with a turn of the wheel does not
+    means = np.convolve(np.pad(load, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    return even, slip, force, load_wander(load, means, np.full(even.size, width))
 
 
 def relaxation_from_stiffness(

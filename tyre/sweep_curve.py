@@ -148,7 +148,7 @@ def block_means(run: RigRun) -> Blocks:
     travelled = (clock[first] - clock[edges[:-1]][owner]) * (speed if speed is not None else 1.0)
     return Blocks(
         time=mean(clock), slip=mean(slip), force=mean(run.side_force), moment=moment,
-        heavier=_wander(run.vertical_load, mean(run.vertical_load), size[usable]), branch=owner[usable],
+        heavier=load_wander(run.vertical_load, mean(run.vertical_load), size[usable]), branch=owner[usable],
         rate=np.concatenate(rate)[usable], settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
         speed=speed, missing=int(np.sum(~valid)), first=first[usable], size=size[usable],
     )  # fmt: skip
@@ -176,7 +176,7 @@ def point_blocks(run: RigRun) -> Blocks:
     )  # fmt: skip
 
 
-def _wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Channel:
+def load_wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Channel:
     """Wander of the load in block means (relative), shrunk by the share of its variance that is white noise."""
     load = load[np.isfinite(load)]
     if not load.size:
