@@ -29,47 +29,103 @@ class AligningMoment:
     at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
 
 
-def fit_aligning_moment(
-    blocks: sweep_curve.Blocks, cornering_stiffness: float, parameters: dict[str, float]
-) -> AligningMoment | None:
-    """Fit Mz = offset - t F with a trail t = t0 / (1 + (slip / width)^2) that shrinks with slip.
+def _round_trail(slip: Channel, width: float, _exponent: float) -> Channel:
+    """Trail over its largest, round at zero slip: the first terms of the Magic Formula's cosine."""
+    return np.asarray(1.0 / (1.0 + (slip / width) ** 2))
 
-    The side force F is the fitted one without its offset; the slip in t lags like the force does. The form is the first
-    terms of the Magic Formula's cosine trail (Pacejka, Tire and Vehicle Dynamics, 3rd ed., eq. 4.E42).
+
+def _peaked_trail(slip: Channel, width: float, exponent: float) -> Channel:
+    """Trail over its largest, which falls from zero slip on as the end of the contact slides, until all of it does."""
+    return np.asarray(np.clip(1.0 - np.abs(slip) / width, 0.0, None) ** exponent)
+
+
+# the trail falls like a cosine (Pacejka, Tire and Vehicle Dynamics, 3rd ed., eq. 4.E42) or in proportion to the slip,
+# as under a pressure that vanishes at the ends of the contact (section 3.2.1 there): the pressure is not known
+TRAIL_LAWS = (_round_trail, _peaked_trail)
+
+
+@dataclass(frozen=True)
+class _TrailFit:
+    """A law of the trail fitted to the moment of the blocks."""
+
+    trail: float  # m
+    offset: float  # N m
+    shape_at_zero: float  # trail at zero recorded slip over its largest
+    covariance: NDArray[np.float64]  # (p, p), of trail, offset and the numbers of the shape, with correlated residuals
+    residual: Channel  # (m,), N m
+    evidence: float  # twice the log likelihood less what the numbers cost
+
+
+def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: float) -> _TrailFit:
+    """Fit Mz = offset - t F with a trail t of one ``law`` over the slip (m,), ``shift`` at zero recorded slip."""
+    shapes = 1 if law is _round_trail else 2  # the width, and the exponent of a peak
+    start, low, high = [np.log(0.1), np.log(2.0)], [np.log(0.01), np.log(0.5)], [np.log(10.0), np.log(6.0)]
+
+    def shape(z: Channel, at: Channel) -> Channel:
+        return np.asarray(law(at, float(np.exp(z[2])), float(np.exp(z[3])) if shapes == 2 else 1.0))
+
+    def residual(z: Channel) -> Channel:
+        return z[1] - z[0] * force * shape(z, slip) - moment
+
+    begin = np.array([0.0, 0.0, *start[:shapes]])
+    columns = np.column_stack([-force * shape(begin, slip), np.ones_like(force)])
+    begin[:2] = np.linalg.lstsq(columns, moment, rcond=None)[0]
+    limits = ([-1.0, -np.inf, *low[:shapes]], [1.0, np.inf, *high[:shapes]])
+    found: Any = scipy.optimize.least_squares(residual, np.clip(begin, *limits), bounds=limits, x_scale="jac")
+    left = residual(found.x)
+    power = max(float(left @ left), 1e-300)
+    # blocks of one branch share slow errors: count the lag-one correlation as fewer independent blocks
+    rho = float(np.clip(left[1:] @ left[:-1] / power, 0.0, 0.95))
+    independent = left.size * (1.0 - rho) / (1.0 + rho)
+    variance = power / max(left.size - shapes - 2, 1) * (1.0 + rho) / (1.0 - rho)
+    return _TrailFit(
+        trail=float(found.x[0]),
+        offset=float(found.x[1]),
+        shape_at_zero=float(shape(found.x, np.array([shift]))[0]),
+        covariance=np.linalg.pinv(found.jac.T @ found.jac) * variance,
+        residual=left,
+        evidence=-independent * float(np.log(power)) - shapes * float(np.log(left.size)),
+    )
+
+
+def fit_aligning_moment(
+    blocks: sweep_curve.Blocks, cornering_stiffness: float, stiffness_sd: float, parameters: dict[str, float]
+) -> AligningMoment | None:
+    """Fit Mz = offset - t F with a trail t that shrinks with slip, round or peaked at zero slip.
+
+    The side force F is the measured one without its offset; the slip in t lags like the force does. Near zero slip the
+    moment vanishes with the force, so the trail there rests on the law by which it falls. Each of :data:`TRAIL_LAWS`
+    counts by its likelihood (Schwarz 1978), and what they differ by is in the standard deviation. So is that of the
+    slope of the force there (``stiffness_sd``, N/rad), by which the moment is divided.
     """
     if blocks.moment is None:
         return None
     used = blocks.settled & np.isfinite(blocks.moment)
     moment = blocks.moment[used]
-    force = _curve(blocks, blocks.time[used], blocks.rate[used], cornering_stiffness, parameters)
-    lagged, _ = sweep_curve.lagged_slip(blocks.time[used], blocks.history, lag=parameters["lag"])
-    slip = lagged + parameters["horizontal_shift"]
-
-    def design(width: float) -> NDArray[np.float64]:
-        return np.column_stack([-force / (1.0 + (slip / width) ** 2), np.ones_like(force)])
-
-    def residual(z: Channel) -> Channel:
-        return design(np.exp(z[2])) @ z[:2] - moment
-
-    start = np.array([*np.linalg.lstsq(design(0.1), moment, rcond=None)[0], np.log(0.1)])
-    found: Any = scipy.optimize.least_squares(
-        residual, start, bounds=([-1.0, -np.inf, np.log(0.01)], [1.0, np.inf, np.log(10.0)]), x_scale="jac"
-    )
-    left = residual(found.x)
-    total = float(np.sum((moment - moment.mean()) ** 2))
-    covariance = np.linalg.pinv(found.jac.T @ found.jac)
-    # blocks of one branch share slow errors: count the lag-one correlation as fewer independent blocks
-    rho = float(np.clip(left[1:] @ left[:-1] / max(float(left @ left), 1e-300), 0.0, 0.95))
-    variance = float(left @ left) / max(left.size - 3, 1) * (1.0 + rho) / (1.0 - rho)
-    trail, sd = float(found.x[0]), float(np.sqrt(covariance[0, 0] * variance))
+    # the measured force, as the law that was fitted to it may be none of this tyre
+    clock = (blocks.time[used] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
+    force = blocks.force[used] - parameters["vertical_shift"] - parameters["drift"] * clock
+    past = blocks.time[used][:, None] - parameters["lag"] * sweep_curve.LAG_NODES
     shift = parameters["horizontal_shift"]
+    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + shift
+    fits = [_fit_trail(law, slip, force, moment, shift) for law in TRAIL_LAWS]
+    best = max(fits, key=lambda fit: fit.evidence)
+    weights = np.exp([0.5 * (fit.evidence - best.evidence) for fit in fits])
+    weights /= weights.sum()
+    trails = np.array([fit.trail for fit in fits])
+    trail = float(weights @ trails)
+    variance = float(weights @ [fit.covariance[0, 0] + (fit.trail - trail) ** 2 for fit in fits])
     there = _steady(np.zeros(1), cornering_stiffness, parameters)[0][0]
-    row = np.array([-there / (1.0 + (shift / np.exp(found.x[2])) ** 2), 1.0])
+    row = np.array([-there * best.shape_at_zero, 1.0])
+    total = float(np.sum((moment - moment.mean()) ** 2))
     return AligningMoment(
-        pneumatic_trail=trail, pneumatic_trail_sd=sd, slope=-trail * cornering_stiffness, offset=float(found.x[1]),
-        r_squared=1.0 - float(left @ left) / total if total > 0.0 else 0.0,
-        at_zero=(float(row @ found.x[:2]), float(np.sqrt(row @ covariance[:2, :2] @ row * variance))),
-    )  # fmt: skip
+        pneumatic_trail=trail,
+        pneumatic_trail_sd=float(np.hypot(np.sqrt(variance), trail * stiffness_sd / cornering_stiffness)),
+        slope=-trail * cornering_stiffness,
+        offset=best.offset,
+        r_squared=1.0 - float(best.residual @ best.residual) / total if total > 0.0 else 0.0,
+        at_zero=(float(row @ [best.trail, best.offset]), float(np.sqrt(row @ best.covariance[:2, :2] @ row))),
+    )
 
 
 def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
@@ -196,8 +252,8 @@ def fit_slip_sweep(
         branches=int(np.unique(blocks.branch[blocks.settled]).size), samples=samples,
         force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
-        aligning_moment=fit_aligning_moment(blocks, c, parameters), notes=tuple(notes), sensor_faults=tuple(faults),
-        blocks=blocks, residuals=solution.residuals,
+        aligning_moment=fit_aligning_moment(blocks, c, fit_sd, parameters), notes=tuple(notes),
+        sensor_faults=tuple(faults), blocks=blocks, residuals=solution.residuals,
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ tyre slides. Three smooth curves are drawn in turn; the parabolic brush, whose s
 its sign, is counted apart. The steering has play behind its encoder, the load wanders, the force cell drifts, the belt
 does not run evenly, the guides of the pull test rub, and every sensor is noisy. A campaign is slip sweeps at two rates,
 three pulls and two slip steps of a tyre, and sweeps at three cambers, written as CSV files with sidecars. Counted: bias
-of C, K, C/K, step and camber stiffness, how often they hold the truth, and warnings that the routes disagree.
+of C, K, C/K, step, camber stiffness and trail, how often they hold the truth, and warnings that the routes disagree.
 """
 
 from collections.abc import Callable
@@ -218,6 +218,7 @@ def _fitted(seed: int, number: int, folder: Path, row: Row) -> None:
         "C_over_K": (found.relaxation_length, tyre.length), "step": (found.direct.get("slip step"), tyre.length),
         "two_rates": (found.direct.get("two sweep rates"), tyre.length),
         "camber_stiffness": (_camber_stiffness(folder / "cambers"), tyre.camber_stiffness),
+        "trail": (found.pneumatic_trail, tyre.trail),
     }  # fmt: skip
     for name, (estimate, truth) in told.items():
         if estimate is not None:
@@ -251,7 +252,7 @@ def run(*, out: Path, seed: int, tyres: int = 30, brushes: int = 6, workers: int
 def summary(rows: list[Row]) -> dict[str, Any]:
     """Bias (with its standard error) and coverage of each quantity."""
     found: dict[str, Any] = {"routes_disagree": share_of(rows, "disagree")}
-    for name in ("C", "K", "C_over_K", "step", "two_rates", "camber_stiffness"):
+    for name in ("C", "K", "C_over_K", "step", "two_rates", "camber_stiffness", "trail"):
         told = [row[name] for row in rows if name in row]
         if len(told) > 1:
             errors = 100 * np.array([one["error"] for one in told])
