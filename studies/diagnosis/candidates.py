@@ -20,6 +20,7 @@ from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.parameter_covariance import ParameterKey, entries_of
 from bicycle.parameters import UNITS, UNUSED
+from bicycle.possible_inertia import FRAMES, bounds_beside, inertia_coordinates, is_rod
 from studies.diagnosis.family import TORQUES, feedback_key
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.errors import InputError, is_number, shown, unknown
@@ -240,18 +241,26 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
             f"{', '.join(together)}: their sd are used, their stated correlations are not; each is fitted as known by "
             "itself",
         )
+    floating = {key: deviation.sd for key, deviation in deviations.items() if deviation.sd > 0}
+    held = [key for keys in FRAMES if is_rod(values, keys) for key in keys if floating.pop(key, 0.0)]
+    if held:
+        notes += (f"{', '.join(held)} stay as stated: without a second principal inertia the frame is a rod",)
+    inertias = inertia_coordinates(values, floating)
+    places = {} if inertias is None else {key: place for place, key in enumerate(inertias.keys)}
     found = []
-    for key, deviation in deviations.items():
-        if deviation.sd > 0:
-            own = ParameterKey.parse(key)
-            effects = (effect for effect in model.effects if effect.identifier == own.effect)
-            declared = next((p for effect in effects for p in effect.parameters if p.name == own.name), None)
-            # an effect's own bounds, so that a lag does not become a lead; the bicycle's go where the data take them
-            bounds = declared.bounds if declared else (-math.inf, math.inf)
-            sets = dict.fromkeys((key, *followers.get(key, ())), 1.0)
-            unit = declared.unit if declared else UNITS.get(key, "")
-            by_default = deviation.origin == ASSUMED
-            found.append(UncertainParameter(key, unit, sets, values[key], deviation.sd, *bounds, assumed=by_default))
+    for key, sd in floating.items():
+        own = ParameterKey.parse(key)
+        effects = (effect for effect in model.effects if effect.identifier == own.effect)
+        declared = next((p for effect in effects for p in effect.parameters if p.name == own.name), None)
+        unit = declared.unit if declared else UNITS.get(key, "")
+        sets = dict.fromkeys((key, *followers.get(key, ())), 1.0)
+        u = UncertainParameter(key, unit, sets, values[key], sd, assumed=deviations[key].origin == ASSUMED)
+        if inertias is not None and key in places:
+            lowest = float(inertias.lowest[places[key]])
+            found.append(replace(u, lowest=lowest, coupling=inertias, place=places[key]))
+        else:  # no lag becomes a lead, and no mass negative
+            lowest, highest = declared.bounds if declared else bounds_beside(key, values)
+            found.append(replace(u, lowest=lowest, highest=highest))
     return tuple(found), notes
 
 

@@ -13,12 +13,14 @@ from bicycle.model import DEFAULT_CONTACT, Model
 from bicycle.model_file import SECTION, build_model
 from bicycle.parameter_covariance import ParameterCovariance
 from bicycle.parameters import UNUSED, Bicycle
+from bicycle.possible_inertia import fitting_moments
 from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.family import WRONG, Family
 from studies.diagnosis.labels import rendered, said
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.inference import Fit
+from studies.inference.parameter import slopes_of
 from tyre.arrays import Array
 from tyre.errors import InputError
 from tyre.plausible import WAY_OUT
@@ -88,8 +90,15 @@ def with_values(named: Model, base: Model, final: Fit) -> Model:
     unknowns = Family(base, final.nuisances, final.candidates)
     values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
     old = named.bicycle
+    followed = fitting_moments({key: values[key] for key in old.values})
+    notes = tuple(
+        f"{key}, which no motion shows, is {moved:.4g} kg m^2 for {old[key]:.4g}, the nearest that a body with the "
+        "adjusted inertias has"
+        for key, moved in followed.items()
+    )
+    values |= followed
     bicycle = Bicycle(
-        f"{old.name}, corrected", {key: values[key] for key in old.values}, {}, old.description, old.source
+        f"{old.name}, corrected", {key: values[key] for key in old.values}, {}, old.description, old.source, notes
     )
     effects = (effect_of(type(e), values, [p.name for p in e.parameters if hasattr(e, p.name)]) for e in named.effects)
     return Model(bicycle, tuple(effects))
@@ -100,15 +109,14 @@ def covariance_of(
 ) -> ParameterCovariance:
     """Covariance of the parameters of a corrected ``model``, SI."""
     rows: dict[str, Array] = {}
-    size = len(covariance)
-    for column, (u, x) in enumerate(zip(fit.unknowns, fit.theta, strict=True)):
-        slope = -u.slope(float(x)) if u.power < 0 else u.slope(float(x))
+    size, count = len(covariance), len(fit.theta)
+    for u, slope in zip(fit.unknowns, slopes_of(fit.unknowns, fit.theta), strict=True):
         for key, factor in u.sets.items():
             row = rows.setdefault(key.removeprefix(WRONG), np.zeros(size))
-            row[column] += factor * slope
+            row[:count] += factor * slope
     for candidate in fit.candidates:
         rows |= {key: rows[source] for key, source in candidate.ties.items() if source in rows}
-    for column, name in enumerate(dropped, len(fit.theta)):
+    for column, name in enumerate(dropped, count):
         rows[f"{EFFECT}.{name}"] = np.eye(size)[column]
     held = (*exact, *(f"{EFFECT}.{name}" for name in ("middle_speed", "speed_span")))
     rows |= {key: np.zeros(size) for key in held if key not in rows}
@@ -122,7 +130,8 @@ def covariance_of(
 def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle: str) -> str:
     import tomli_w
 
-    about = rendered("model_description.txt.j2", d=diagnosis, c=correction(diagnosis, residual, bicycle))
+    found = correction(diagnosis, residual, bicycle)
+    about = rendered("model_description.txt.j2", d=diagnosis, c=found, notes=model.bicycle.notes)
     content: dict[str, Any] = {
         "description": about, WAY_OUT: False, "bicycle": model.bicycle.table,
         "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},

@@ -13,7 +13,7 @@ from bicycle.equations import SymbolicModel
 from bicycle.model import Model
 from bicycle.model_family import ModelFamily
 from bicycle.speed_polynomial import SpeedPolynomial
-from studies.inference.parameter import Candidate, UncertainParameter, stencil
+from studies.inference.parameter import Candidate, Coupling, UncertainParameter, couplings, stencil
 from tyre.arrays import Array, Complex
 
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
@@ -84,6 +84,8 @@ class Family:
         coordinates = theta.T.copy()
         for column in bent:
             coordinates[column] = self.unknowns[column].value(theta[:, column])
+        for coupling, together in self._couplings:
+            coordinates[together] = coupling.values(coordinates[together])
         values = self._columns[count] | dict(zip(keys, (factors * coordinates[columns])[..., None], strict=True))
         for key in wrong:
             stated = key.removeprefix(WRONG)
@@ -91,6 +93,11 @@ class Family:
         for candidate in self.candidates:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
+
+    @cached_property
+    def _couplings(self) -> list[tuple[Coupling, list[int]]]:
+        """Couplings of unknowns, with their columns."""
+        return couplings(self.unknowns)
 
     @cached_property
     def _sets(self) -> tuple[list[str], NDArray[np.intp], Array, list[int], list[str]]:
@@ -131,7 +138,8 @@ class Family:
 
     def coordinates(self, theta: Array) -> dict[str, tuple[int, float]]:
         """Column and value of the coordinate that sets each parameter."""
-        return {key: (column, float(theta[column])) for column, u in enumerate(self.unknowns) for key in u.sets}
+        numbers = theta.tolist()
+        return {key: (column, numbers[column]) for column, u in enumerate(self.unknowns) for key in u.sets}
 
 
 class MatrixSlopes:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from bicycle.effect_registry import effect_class
 from studies.diagnosis.diagnose import Diagnosis
 from studies.inference import Candidate, Fit, HeldOut, Kind, Linear, UncertainParameter, fit, held_out, prior
+from studies.inference.parameter import slopes_of, values_of
 from tyre.arrays import Array
 from tyre.errors import InputError
 
@@ -265,12 +266,16 @@ class Residual:
             k: c.identifier for c in beside.candidates for k in range(*beside.columns(c).indices(len(beside.theta)))
         }
         spread, after = (np.sqrt(np.maximum(c.diagonal(), 0.0)) for c in (beside.covariance, self.covariance))
+        count = len(beside.theta)
+        ends = np.stack([beside.theta, self.fit.theta[:count]], 1)
+        values, slopes = values_of(beside.unknowns, ends), slopes_of(beside.unknowns, ends[:, 1])
+        value_sd = np.sqrt(np.maximum(np.diag(slopes @ self.covariance[:count, :count] @ slopes.T), 0.0))
         found = []
-        for k, (u, before, now) in enumerate(zip(beside.unknowns, beside.theta, self.fit.theta, strict=False)):
+        for k, (u, (before, now)) in enumerate(zip(beside.unknowns, ends, strict=True)):
             if abs(now - before) > spread[k]:
                 was = abs(before - u.centre) >= 2.0 * spread[k]
                 gone = bool(u.size and was and abs(now - u.centre) < 2.0 * after[k])
-                first, last, sd = float(u.value(before)), float(u.value(now)), u.slope(float(now)) * float(after[k])
+                first, last, sd = (float(x) for x in (*values[k], value_sd[k]))
                 for name, factor in u.factors.items():
                     sized = factor * first, factor * last, factor * sd
                     found.append(Changed(name, u.unit, owner.get(k, ""), *sized, gone))

@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dgeqrt
 from scipy.special import chdtrc, log_ndtr
 
 from studies.inference.kind import Kind
-from studies.inference.parameter import Array, Candidate, UncertainParameter, together
+from studies.inference.parameter import Array, Candidate, UncertainParameter, slopes_of, together, values_of
 from studies.inference.rules import RULES
 
 THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
@@ -453,12 +453,29 @@ class Moved:
 
 def moved(null: Fit, final: Fit) -> tuple[Moved, ...]:
     """Way of each nuisance in the fits without and with what was named, the farthest in the latter first."""
+    unknowns = final.unknowns[: final.effect_columns.start]
+    count = len(unknowns)
+    centre = np.array([u.centre for u in unknowns])
+    stated, alone, fitted = values_of(unknowns, np.stack([centre, null.theta[:count], final.theta[:count]], 1)).T
+    slopes = slopes_of(unknowns, final.theta[:count])
+    sd = np.sqrt(np.maximum(np.diag(slopes @ final.covariance[:count, :count] @ slopes.T), 0.0))
     found = []
-    sd = np.sqrt(np.maximum(final.covariance.diagonal(), 0.0))
-    for k, u in enumerate(final.unknowns[: final.effect_columns.start]):
-        x, start = float(final.theta[k]), float(null.theta[k])
-        stated = float(u.value(u.centre)), u.slope(u.centre) * u.scale
-        fitted = float(u.value(x)), u.slope(x) * float(sd[k])
-        ways = (start - u.centre) / u.scale, (x - u.centre) / u.scale
-        found.append(Moved(u.name, u.unit, *stated, *fitted, *ways, assumed=u.assumed))
+    for k, u in enumerate(unknowns):
+        if u.coupling is None:
+            ways = (null.theta[k] - u.centre) / u.scale, (final.theta[k] - u.centre) / u.scale
+        else:  # its own coordinate moves others as well
+            ways = (alone[k] - stated[k]) / u.scale, (fitted[k] - stated[k]) / u.scale
+        found.append(
+            Moved(
+                u.name,
+                u.unit,
+                prior=float(stated[k]),
+                prior_sd=u.slope(u.centre) * u.scale,
+                value=float(fitted[k]),
+                sd=float(sd[k]),
+                alone=float(ways[0]),
+                shift=float(ways[1]),
+                assumed=u.assumed,
+            )
+        )
     return tuple(sorted(found, key=lambda one: -abs(one.shift)))

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,13 @@ from numpy.typing import NDArray
 from studies.inference.rules import RULES
 
 Array = NDArray[np.float64]
+
+
+class Coupling(Protocol):
+    """Values of some unknowns that depend on the coordinates of all of them, as the inertias of a body do."""
+
+    def values(self, coordinates: Array) -> Array:
+        """Values (m, K) at ``coordinates`` (m, K)."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,9 @@ class UncertainParameter:
     # the value is the exponential less one: a wrong factor, which is as probable as its reciprocal
     relative: bool = False
     assumed: bool = False  # nobody stated its scale: it is a documented default
+    # what makes the value of this coordinate and those of others, all with power 1; equal to the coordinate at centre
+    coupling: Coupling | None = field(default=None, compare=False)
+    place: int = 0  # of the coordinate among those of the coupling
 
     def __post_init__(self) -> None:
         if not self.least >= 0:
@@ -153,6 +163,36 @@ class Candidate:
 def together(candidates: Sequence[Candidate]) -> str:
     """Name of a hypothesis of ``candidates``: ``a+b``, or ``none``."""
     return "+".join(candidate.identifier for candidate in candidates) or "none"
+
+
+def couplings(unknowns: Sequence[UncertainParameter]) -> list[tuple[Coupling, list[int]]]:
+    """Couplings among the ``unknowns``, each with the columns of its coordinates in their order."""
+    columns: dict[int, list[int]] = {}
+    each: dict[int, Coupling] = {}
+    for column in sorted(range(len(unknowns)), key=lambda column: unknowns[column].place):
+        coupling = unknowns[column].coupling
+        if coupling is not None:
+            each[id(coupling)] = coupling
+            columns.setdefault(id(coupling), []).append(column)
+    return [(coupling, columns[key]) for key, coupling in each.items()]
+
+
+def values_of(unknowns: Sequence[UncertainParameter], theta: Array) -> Array:
+    """Physical values (p, K) at coordinates ``theta`` (p, K)."""
+    found = np.array([u.value(x) for u, x in zip(unknowns, theta, strict=True)], dtype=float).reshape(np.shape(theta))
+    for coupling, columns in couplings(unknowns):
+        found[columns] = coupling.values(theta[columns])
+    return found
+
+
+def slopes_of(unknowns: Sequence[UncertainParameter], theta: Array) -> Array:
+    """Derivatives (p, p) of the physical values along the coordinates at ``theta`` (p,)."""
+    signs = np.array([-1.0 if u.power < 0 else 1.0 for u in unknowns])
+    found = np.diag(signs * np.array([u.slope(float(x)) for u, x in zip(unknowns, theta, strict=True)]))
+    for coupling, columns in couplings(unknowns):
+        batch, steps = stencil([unknowns[column] for column in columns], theta[columns])
+        found[np.ix_(columns, columns)] = central_differences(coupling.values(batch.T).T, steps)
+    return found
 
 
 def stencil(unknowns: Sequence[UncertainParameter], theta: Array) -> tuple[Array, Array]:

@@ -19,12 +19,20 @@ from tyre.errors import InputError
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
 
 
+def at_values(nuisances, theta):
+    """Values of the nuisances by name: their coordinates, but for inertias, which share those of their body."""
+    found = {u.name: float(x) for u, x in zip(nuisances, theta, strict=False)}
+    inertias = next(u.coupling for u in nuisances if u.coupling is not None)
+    coordinates = np.array([[found[key]] for key in inertias.keys])
+    return found | dict(zip(inertias.keys, inertias.values(coordinates)[:, 0].tolist(), strict=True))
+
+
 def test_the_corrected_model_has_the_values_of_the_final_fit(damped, tmp_path):
     (tmp_path / "model.toml").write_text(model_text(damped))
     model = read_model(tmp_path / "model.toml")
     final = damped.final
-    for u, x in zip(damped.kind.nuisances, final.theta, strict=False):
-        assert model.parameters[u.name] == pytest.approx(float(x), rel=1e-12), u.name
+    for name, x in at_values(damped.kind.nuisances, final.theta).items():
+        assert model.parameters[name] == pytest.approx(x, rel=1e-12), name
     assert model.parameters["steer_damper.damping"] == pytest.approx(final.theta[-1], rel=1e-12)
     made = corrected_model(damped)
     assert (dict(model.bicycle.values), model.effects) == (dict(made.bicycle.values), made.effects)
@@ -42,6 +50,16 @@ def test_the_corrected_model_is_known_as_well_as_the_data_tell(damped, modal, tm
     residual, jacobian = damped.kind.residual(damped.final.candidates, damped.final.theta)
     prior = np.diag([1 / u.scale**2 for u in damped.final.unknowns])
     posterior = np.linalg.inv(jacobian.T @ jacobian + prior) * max(1.0, damped.final.objective / len(residual))
+    slopes = np.eye(len(posterior))
+    nuisances = damped.kind.nuisances
+    for k, u in enumerate(nuisances):
+        ways = []
+        for shift in (1e-4, -1e-4):
+            theta = damped.final.theta.copy()
+            theta[k] += shift * u.scale
+            ways.append(np.array(list(at_values(nuisances, theta).values())))
+        slopes[: len(nuisances), k] = (ways[0] - ways[1]) / (2e-4 * u.scale)
+    posterior = slopes @ posterior @ slopes.T
     for k, u in enumerate(damped.kind.nuisances):
         assert model.sd[u.name] == pytest.approx(np.sqrt(posterior[k, k]), rel=1e-4), u.name
     last = names.index("steer_damper.damping")
