@@ -19,7 +19,7 @@ from bicycle.propagation import critical_speed_gradients, model_covariance, stan
 from bicycle.rider_body import RigidBody
 from bicycle.wheel_size import WheelSize, read_wheel_size
 from bicycle.wheel_tyres import joint_wheel_tyres
-from studies.main_study.settings import assumed_front
+from studies.main_study.settings import Front, Ranges, assumed_front
 from studies.reporting.markdown_text import render_file
 from tyre.arrays import Array
 from tyre.errors import InputError
@@ -39,9 +39,10 @@ class Limits:
     ridden: float = 20.0  # m/s, and wobble
     tyre: str = "Tyre1"
     bar: float = 5.5
-    stiffness: tuple[float, float] = (2500.0, 10000.0)  # of a flexible front, N m/rad, drawn evenly in its logarithm
-    damping: tuple[float, float] = (5.0, 40.0)  # N m s/rad, likewise
-    height: tuple[float, float] = (0.55, 0.75)  # m, of its hinge on the steer axis
+    stiffness: tuple[float, float] = Ranges.stiffness  # of a flexible front, N m/rad, drawn evenly in its logarithm
+    damping: tuple[float, float] = Ranges.damping  # N m s/rad, likewise
+    # m, of its hinge on the steer axis
+    height: tuple[float, float] = (Front.joint_height + Ranges.hinge[0], Front.joint_height + Ranges.hinge[1])
 
 
 LIMITS = Limits()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.bicycle_files import available_bicycles, load_bicycle
+from bicycle.default_sd import EFFECT
 from bicycle.effect import WHEELS
 from bicycle.effect_registry import effect_class
 from bicycle.model import DEFAULT_CONTACT, Model
@@ -197,7 +198,8 @@ class Settings:
         arms = ("inertia", "stiffness", "damping") if self.arms.given else ()
         known |= {f"arm_{name}": getattr(self.arms, name) for name in arms}
         known |= {"camber_share": 1.0} if "camber_thrust" in self.further else {}
-        found = {name: (0.8 * value, 1.25 * value) for name, value in known.items()}
+        within = 1 - 2 * EFFECT
+        found = {name: (within * value, value / within) for name, value in known.items()}
         found |= {"hinge": (-0.02, 0.02)} if given else {}
         found |= {"friction": (0.0, 0.0)} if "steer_damper" in self.further else {}
         return Ranges(**found)
