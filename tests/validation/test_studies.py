@@ -14,10 +14,12 @@ TINY = {
     "blind-test": "--seed 3 --cases 1 --cells modal-none --workers 1",
     "corrected-models": "--seed 4 --cases 1 --histories 0",
     "critical-speeds": "--seed 42 --models 4",
+    "disturbed-steps": "--seed 7 --tyres 2 --workers 1",
     "hands-on-the-bar": "--seed 5 --draws 60",
     "hostile": "--seed 910005 --cases 1",
     "limit-cycles": "--seed 6 --models 2",
     "mode-names": "--seed 5 --bicycles 1 --models 2",
+    "pull-shapes": "--seed 7 --draws 1 --workers 1",
     "repeats": "--seed 5 --campaigns 20",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
 }
