@@ -16,7 +16,7 @@ from bicycle.rider_posture import Contacts, Lengths, Seated, SeatGeometry
 from tyre.arrays import Array
 from tyre.errors import InputError
 
-KEYS = ("xB", "zB", "mB", "IBxx", "IByy", "IBzz", "IBxz")
+FRAME_KEYS = ("xB", "zB", "mB", "IBxx", "IByy", "IBzz", "IBxz")
 FRAME_TOGETHER, PART = "frame: what is known together", ", part "
 """Cause of the uncertainty of a frame with a covariance; its independent parts are numbered."""
 
@@ -48,7 +48,7 @@ class RiderOnBicycle:
 
     @cached_property
     def causes(self) -> Mapping[str, Array]:
-        """Change (7,) of :data:`KEYS` by one standard deviation of each independent cause, saddle and bar held."""
+        """Change (7,) of :data:`FRAME_KEYS` by 1 sd of each independent cause, saddle and bar held."""
         return _causes(self.frame, self.rider, self.geometry, self.angles)
 
     @property
@@ -58,14 +58,14 @@ class RiderOnBicycle:
 
     @property
     def covariance(self) -> Array:
-        """Covariance of :data:`KEYS`, shape (7, 7)."""
+        """Covariance of :data:`FRAME_KEYS`, shape (7, 7)."""
         steps = np.array(list(self.causes.values()))
         return np.asarray(steps.T @ steps)
 
     @property
     def sd(self) -> dict[str, float]:
         """One standard deviation of each of :attr:`values`."""
-        spread = dict(zip(KEYS, np.sqrt(np.diag(self.covariance)), strict=True))
+        spread = dict(zip(FRAME_KEYS, np.sqrt(np.diag(self.covariance)), strict=True))
         return {key: float(spread[key]) for key in self.values}
 
     @property
@@ -100,7 +100,7 @@ class RiderOnBicycle:
         together = _steps_together(self.frame)
         rows = []
         for cause, step in self.causes.items():
-            ridden = {key: change for key, change in zip(KEYS, step.tolist(), strict=True) if key in self.values}
+            ridden = {key: change for key, change in zip(FRAME_KEYS, step.tolist(), strict=True) if key in self.values}
             change = together.get(cause, {}) | ridden
             rows.append([change.get(key, 0.0) for key in names])
         steps = np.array(rows)
@@ -184,7 +184,7 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
         parts = rider_body.segments(rider, seated.configuration, at.hip, densities=densities)
         body = rider_body.join([part.body for part in parts])
         values = rider_body.as_rear_frame(rider_body.join([body, rider_body.rear_frame(frame_values)]))
-        return np.array([values.get(key, np.nan) for key in KEYS])
+        return np.array([values.get(key, np.nan) for key in FRAME_KEYS])
 
     mass = rider.mass
     assert mass is not None
@@ -203,7 +203,7 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
         changes[cause] = lambda s, shifts=shifts: {  # type: ignore[misc]
             "frame_values": {**frame.values, **{key: frame[key] + s * shift for key, shift in shifts.items()}}
         }
-    for key in KEYS:
+    for key in FRAME_KEYS:
         if frame.sd.get(key, 0.0) > 0 and key not in frame.covariance.names:
             changes[f"frame: {key}"] = lambda s, k=key: {  # type: ignore[misc]
                 "frame_values": {**frame.values, k: frame[k] + s * frame.sd[k]}

@@ -234,10 +234,10 @@ def _plain(values: Mapping[str, float]) -> Bicycle:
 
 def _shaken(values: dict[str, float], causes: Mapping[str, Array], rng: np.random.Generator) -> dict[str, float]:
     """The numbers with a rider who is a little off."""
-    from bicycle.rider_frame import KEYS
+    from bicycle.rider_frame import FRAME_KEYS
 
-    moved = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(KEYS)))
-    return values | {key: values[key] + float(by) for key, by in zip(KEYS, moved, strict=True) if key in values}
+    moved = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(FRAME_KEYS)))
+    return values | {key: values[key] + float(by) for key, by in zip(FRAME_KEYS, moved, strict=True) if key in values}
 
 
 def _speed(found: tuple[CriticalSpeed, ...], mode: str) -> float:

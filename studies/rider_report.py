@@ -10,7 +10,7 @@ import numpy as np
 from bicycle.bicycle_files import to_toml
 from bicycle.parameters import Bicycle
 from bicycle.rider_body import Segment, yeadon_version
-from bicycle.rider_frame import KEYS, PART, RiderOnBicycle
+from bicycle.rider_frame import FRAME_KEYS, PART, RiderOnBicycle
 from bicycle.rider_posture import LEG_SHARE, POSTURES
 from studies.reporting.markdown_text import render_file
 from studies.reporting.plotting import GREY, drawing
@@ -128,8 +128,8 @@ def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
         assumed=f"; assumed: {', '.join(assumed)}" if assumed else "",
     )  # fmt: skip
     made = found.bicycle(name, WORDS["description"].format(**_names(found), mass=found.body.mass), source)
-    values = {k: float(f"{v:.7g}") if k in KEYS else v for k, v in made.values.items()}
-    sd = {k: float(f"{v:.3g}") if k in KEYS and k not in made.covariance.names else v for k, v in made.sd.items()}
+    values = {k: float(f"{v:.7g}") if k in FRAME_KEYS else v for k, v in made.values.items()}
+    sd = {k: float(f"{v:.3g}") if k in FRAME_KEYS and k not in made.covariance.names else v for k, v in made.sd.items()}
     return replace(made, values=values, sd=sd)
 
 
@@ -155,7 +155,7 @@ def notes(found: RiderOnBicycle) -> list[str]:
 def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:
     """Key, and its two largest independent causes with their share of its variance, if that is 5 % or more."""
     rows = []
-    for column, key in enumerate(KEYS):
+    for column, key in enumerate(FRAME_KEYS):
         if key not in found.values:
             continue
         variance: dict[str, float] = {}
@@ -173,11 +173,11 @@ def table(found: RiderOnBicycle) -> list[list[Any]]:
     """Rows of key, unit, frame alone, rider alone, both, sd, main causes."""
     whole, sd, causes = found.values, found.sd, dict(main_causes(found))
     inertia, centre = found.body.inertia, found.body.centre
-    rider = dict(zip(KEYS, (centre[0], centre[2], found.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
+    rider = dict(zip(FRAME_KEYS, (centre[0], centre[2], found.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
                      strict=True))  # fmt: skip
     return [
         [key, unit, found.frame.values.get(key), float(rider[key]), whole[key], sd[key], causes[key]]
-        for key, unit in zip(KEYS, UNITS, strict=True)
+        for key, unit in zip(FRAME_KEYS, UNITS, strict=True)
         if key in whole
     ]
 

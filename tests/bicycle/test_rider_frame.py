@@ -7,7 +7,7 @@ import pytest
 
 from bicycle import load_bicycle
 from bicycle.rider_body import read_rider, scaled_rider
-from bicycle.rider_frame import ANGLE_SD, KEYS, rider_on_bicycle
+from bicycle.rider_frame import ANGLE_SD, FRAME_KEYS, rider_on_bicycle
 from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
 from tyre.errors import InputError
 
@@ -46,7 +46,7 @@ def test_the_cause_torso_lean_is_half_the_difference_of_two_postures(hoods):
         on_pista("drops", geometry=found.geometry, torso_lean=found.angles.torso_lean + s * ANGLE_SD).values
         for s in (1, -1)
     )
-    half = np.array([(more[key] - less[key]) / 2 for key in KEYS])
+    half = np.array([(more[key] - less[key]) / 2 for key in FRAME_KEYS])
     np.testing.assert_allclose(found.causes["torso lean"], half, atol=1e-9)
     assert math.degrees(ANGLE_SD) == 5
 
@@ -68,7 +68,7 @@ def test_a_frame_without_pitch_inertia_keeps_none():
         type(PISTA)("mine", values), read_rider("jason"), posture="drops", geometry=SeatGeometry()
     )  # fmt: skip
     assert "IByy" not in found.values
-    assert set(found.sd) == set(KEYS) - {"IByy"}
+    assert set(found.sd) == set(FRAME_KEYS) - {"IByy"}
 
 
 def test_what_is_refused():
