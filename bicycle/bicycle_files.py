@@ -284,7 +284,7 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
         try:
             return _one_of_file(path, allow_unusual=allow_unusual)
         except InputError:
-            from bicycle.matrix_model import REFUSAL, holds_matrices
+            from bicycle.matrix_file import REFUSAL, holds_matrices
 
             if holds_matrices(path):
                 raise InputError(f"{path} {REFUSAL}; give it by itself to velotyre modes or critical") from None

@@ -4,7 +4,6 @@ Such matrices (Meijaard et al. 2007; JBike6 writes them) hold what wheels withou
 is no mass, wheel load or place on which a tyre or an effect could act.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,29 +14,16 @@ import numpy as np
 from bicycle.declarations import Declarations, State
 from bicycle.evaluation import Matrices
 from bicycle.linear_model import LinearModel, SpeedRange
+from bicycle.matrix_file import matrix_content
 from bicycle.speed_polynomial import SpeedPolynomial
 from tyre.arrays import Array
 from tyre.errors import InputError, is_number, refuse_unknown, shown
-from tyre.files import read_text, read_toml
 
 NAMES = ("M", "C1", "K0", "K2")
 ALIASES = {"M0": "M"}
 GRAVITY = 9.81  # m/s^2, where a file states none
 WHEELBASE = (0.2, 5.0)  # m, of the matrices' own wheelbase over the cosine of the steer axis tilt
-ASSIGNMENT = re.compile(r"(?:\w+\.)*(\w+)\s*=\s*(\[[^\]]*\]|[^\s;,]+)")
 NOTE = "matrices M, C1, K0, K2 are of wheels that roll without slip; no tyre or effect can be put on them"
-REFUSAL = "holds matrices M, C1, K0, K2, on which no tyre or effect can be put"
-
-
-def holds_matrices(path: str | Path) -> bool:
-    """Whether a file gives canonical matrices: a ``.m`` or ``.txt`` of assignments, or a TOML file."""
-    file = Path(path)
-    if file.suffix.lower() not in (".m", ".txt", ".toml") or not file.is_file():
-        return False
-    try:
-        return {"C1", "K0", "K2"} <= set(_content(file))
-    except InputError:
-        return False  # whoever reads it as something else says what is wrong
 
 
 def read_matrices(path: str | Path) -> LinearModel:
@@ -54,7 +40,7 @@ def read_matrices(path: str | Path) -> LinearModel:
     InputError
         No such file, a matrix that is missing or is not one, or matrices that are no bicycle.
     """
-    content = _content(Path(path))
+    content = matrix_content(Path(path))
     values = {ALIASES.get(key, key): value for key, value in content.items()}
     keys = (*NAMES, "g", "description")
     if Path(path).suffix.lower() == ".toml":
@@ -120,23 +106,6 @@ def _wheelbase(matrices: Mapping[str, Array], gravity: float, where: str) -> flo
             f"be {low:g} to {high:g} m, so check signs and units, or give g = 1 if K0 holds g already"
         )
     return float(wheelbase)
-
-
-def _content(file: Path) -> dict[str, Any]:
-    if file.suffix.lower() == ".toml":
-        return dict(read_toml(file, "file of matrices"))
-    text = "\n".join(line.partition("%")[0].partition("#")[0] for line in read_text(file).splitlines())
-    return {name: _value(value) for name, value in ASSIGNMENT.findall(text)}
-
-
-def _value(text: str) -> Any:
-    """A matrix of MATLAB as its rows, or a number; text where it is neither."""
-    rows = re.split(r"[;\n]", text.strip("[]")) if text.startswith("[") else [text]
-    try:
-        table = [[float(number) for number in re.split(r"[,\s]+", row.strip())] for row in rows if row.strip()]
-    except ValueError:
-        return text
-    return table if text.startswith("[") else table[0][0]
 
 
 def _matrix(rows: Any, where: str) -> Array:

@@ -124,7 +124,7 @@ def choose(
     extrapolate: bool = False, matrices: bool = False,
 ) -> ChosenModel:  # fmt: skip
     """Choose the model that MODEL and its options mean; a file of ``matrices`` is refused unless they will do."""
-    from bicycle.matrix_model import REFUSAL
+    from bicycle.matrix_file import REFUSAL
 
     chosen = _bare(text)
     if chosen.of_matrices:
@@ -161,7 +161,7 @@ def choose(
 def _bare(text: str) -> ChosenModel:
     """Read MODEL without its options; the files it names become absolute."""
     from bicycle.bicycle_files import bicycle_place
-    from bicycle.matrix_model import holds_matrices
+    from bicycle.matrix_file import holds_matrices
     from bicycle.model_file import model_content
     from bicycle.wheel_tyres import located
 
