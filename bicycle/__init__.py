@@ -9,13 +9,13 @@
 What is computed from a model is imported when it is asked for: a model alone needs none of it.
 """
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.effect import Effect, Mode, Parameter
-from bicycle.effect_registry import effect_class, load_effects, registry
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model
-from bicycle.parameters import Bicycle
-from tyre.door import door
+from bicycle.effects.effect import Effect, Mode, Parameter
+from bicycle.effects.effect_registry import effect_class, load_effects, registry
+from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+from bicycle.model.model import Model
+from bicycle.model.state_space import LinearModel
+from bicycle.parameters.bicycle import Bicycle
+from tyre.ground.door import door
 
 __all__ = [
     "Bicycle", "Effect", "LinearModel", "Mode", "Model", "ModelFamily", "Parameter", "available_bicycles",
@@ -23,9 +23,12 @@ __all__ = [
 ]  # fmt: skip
 
 LATER = {
-    "ModelFamily": "bicycle.model_family", "critical_speeds": "bicycle.critical", "modes": "bicycle.named_modes",
-    "read_model": "bicycle.model_file", "respond": "bicycle.responses",
-}  # fmt: skip
+    "ModelFamily": "bicycle.model.model_family",
+    "critical_speeds": "bicycle.stability.critical",
+    "modes": "bicycle.stability.named_modes",
+    "read_model": "bicycle.model.model_file",
+    "respond": "bicycle.motion.responses",
+}
 """Name -> its home, for what is imported when it is first used; ``__init__.pyi`` tells the types."""
 
 __getattr__, __dir__ = door(__name__, LATER)

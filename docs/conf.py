@@ -16,8 +16,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from sphinx.application import Sphinx
 
-from bicycle.effect_docs import describe
-from bicycle.effect_registry import registry
+from bicycle.effects import describe, registry
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]  # mathml.py, tests.published

@@ -12,8 +12,8 @@ try:
     import click
 
     from studies.reporting.command_context import ARGUMENTS, example, version_of, working_told
-    from tyre.errors import InputError, unknown
-    from tyre.progress import interrupts_arrive
+    from tyre.ground.errors import InputError, unknown
+    from tyre.ground.progress import interrupts_arrive
 except KeyboardInterrupt:  # while the imports last
     sys.stderr.write("velotyre: interrupted\n")
     sys.exit(130)
@@ -71,7 +71,7 @@ def effects_option() -> click.Option:
 
 def _know_effects(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
     if files and not context.resilient_parsing:
-        from bicycle.effect_registry import outside_effects
+        from bicycle.effects.effect_registry import outside_effects
 
         stack = context.find_object(ExitStack)
         known = outside_effects(files)
@@ -97,7 +97,7 @@ def _show_version(context: click.Context, parameter: click.Parameter, value: boo
         return
     click.echo(f"velotyre, version {version_of('velotyre')}")
     if "--verbose" in context.meta[ARGUMENTS]:
-        from bicycle.eigen import KERNEL
+        from bicycle.model.eigen import KERNEL
         from tyre.formats.child import apart
         from tyre.formats.limits import MEMORY, PROCESSOR
 

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from tyre.campaign import Campaign
+    from tyre.fits import Campaign
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # where it is set, every process of a test compiles all modules anew
 sys.dont_write_bytecode = False
@@ -84,7 +84,7 @@ def rig_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def rig_campaign(rig_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple["Campaign", Path]:
     """The fit of the folder, and the folder of its cache."""
-    from tyre.campaign import fit_campaign
+    from tyre.fits import fit_campaign
 
     cache = tmp_path_factory.mktemp("fits") / "cache"
     return fit_campaign(rig_folder, cache_folder=cache, jobs=1, progress=False), cache

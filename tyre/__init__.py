@@ -3,16 +3,16 @@
 Every name is imported when it is first used: the command line needs none of them to start.
 """
 
-from tyre.door import door
+from tyre.ground.door import door
 
 __all__ = [
     "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
 ]  # fmt: skip
 
 HOME = {
-    "InputError": "tyre.errors", "MeasuredTable": "tyre.tables", "TyreMap": "tyre.tyre_map",
-    "TyreProperties": "tyre.properties", "TyreSource": "tyre.properties", "available_tyres": "tyre.map_files",
-    "read_tyre": "tyre.find_tyre",
+    "InputError": "tyre.ground.errors", "MeasuredTable": "tyre.measured.tables", "TyreMap": "tyre.maps.tyre_map",
+    "TyreProperties": "tyre.measured.properties", "TyreSource": "tyre.measured.properties",
+    "available_tyres": "tyre.maps.map_files", "read_tyre": "tyre.maps.find_tyre",
 }  # fmt: skip
 """Name -> its home; ``__init__.pyi`` tells the types."""
 

@@ -1,22 +1,45 @@
-"""The physical effects, one per file; the file's name is the effect's identifier. Classes are found by their names."""
+"""The physical effects, one per file, and the registry that finds them; a file's name is the effect's identifier.
 
-from typing import TYPE_CHECKING
+Classes of effects are found by their names: ``bicycle.effects.SteerDamper``.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from tyre.ground.door import room
 
 if TYPE_CHECKING:
-    from bicycle.effect import Effect
+    from bicycle.effects.effect import Effect
+
+_get_machinery, _list_machinery = room(
+    __name__,
+    {
+        "effect": ("Effect", "Mode", "Parameter", "WHEELS", "effect_of"),
+        "effect_docs": ("describe",),
+        "effect_registry": (
+            "effect_class",
+            "model_workers",
+            "outside_effects",
+            "packaged_effects",
+            "register",
+            "registry",
+        ),
+    },
+)
 
 
-def __getattr__(name: str) -> "type[Effect]":
-    if name.startswith("__") or name not in _classes():
-        raise AttributeError(f"module {__name__!r} has no effect {name!r}; there are {', '.join(_classes())}")
-    return _classes()[name]
+def __getattr__(name: str) -> Any:
+    if name in _list_machinery():
+        return _get_machinery(name)
+    if name.startswith("__") or name not in _effect_classes():
+        raise AttributeError(f"module {__name__!r} has no effect {name!r}; there are {', '.join(_effect_classes())}")
+    return _effect_classes()[name]
 
 
 def __dir__() -> list[str]:
-    return list(_classes())
+    return list(_effect_classes())
 
 
-def _classes() -> "dict[str, type[Effect]]":
-    from bicycle.effect_registry import registry
+def _effect_classes() -> "dict[str, type[Effect]]":
+    from bicycle.effects.effect_registry import registry
 
     return {effect.__name__: effect for effect in registry().values()}

@@ -1,7 +1,7 @@
 """Air drag along the relative wind, side force and yaw moment of the air, and the drive force that balances drag."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class AerodynamicDrag(Effect):

@@ -2,8 +2,8 @@
 
 import math
 
-from bicycle.effect import Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class AligningMoment(Effect):

@@ -1,7 +1,7 @@
 """Side force of a leaning tyre."""
 
-from bicycle.effect import Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class CamberThrust(Effect):

@@ -4,12 +4,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bicycle.declarations import Wheel
-from bicycle.effect import WHEELS, Effect, Parameter
-from bicycle.effect_registry import registry
-from bicycle.equations import ModelBuilder
-from tyre.contact_patch import string_trail
-from tyre.errors import InputError
+from bicycle.effects.effect import WHEELS, Effect, Parameter
+from bicycle.effects.effect_registry import registry
+from bicycle.equations.declarations import Wheel
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.errors import InputError
+from tyre.maps.contact_patch import string_trail
 
 
 class ContactLength(Effect):

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from bicycle.effect import WHEELS, Effect, Parameter
-from bicycle.equations import ModelBuilder
-from tyre.errors import InputError
+from bicycle.effects.effect import WHEELS, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.errors import InputError
 
 
 class CrownRadius(Effect):

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from bicycle.effect import ANY, Effect, Parameter
+from bicycle.effects.effect import ANY, Effect, Parameter
 from bicycle.effects.no_slip import NoSlip
-from bicycle.equations import ModelBuilder
-from bicycle.evaluation import evaluator
+from bicycle.equations.evaluation import evaluator
+from bicycle.equations.lateral import ModelBuilder
 
 
 class Longitudinal(Effect):

@@ -1,8 +1,8 @@
 """Luggage on the rear rack."""
 
-from bicycle.effect import ANY, Parameter, PointMass
-from bicycle.equations import ModelBuilder
-from bicycle.rigid_bodies import Body
+from bicycle.effects.effect import ANY, Parameter, PointMass
+from bicycle.equations.lateral import ModelBuilder
+from bicycle.parameters.rigid_bodies import Body
 
 
 class Luggage(PointMass):

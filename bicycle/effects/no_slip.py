@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from bicycle.declarations import Wheel
-from bicycle.effect import Effect
-from bicycle.equations import ModelBuilder
-from tyre.door import library
+from bicycle.effects.effect import Effect
+from bicycle.equations.declarations import Wheel
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.door import library
 
 sp = library("sympy")
 

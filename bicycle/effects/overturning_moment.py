@@ -1,7 +1,7 @@
 """Overturning moment of a tyre."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class OverturningMoment(Effect):

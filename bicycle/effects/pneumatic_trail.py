@@ -1,7 +1,7 @@
 """Aligning moment of the side force."""
 
-from bicycle.effect import Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class PneumaticTrail(Effect):

@@ -2,9 +2,9 @@
 
 import math
 
-from bicycle.effect import ANY, Mode, Parameter, SprungJoint
-from bicycle.equations import ModelBuilder
-from tyre.door import library
+from bicycle.effects.effect import ANY, Mode, Parameter, SprungJoint
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.door import library
 
 sp = library("sympy")
 

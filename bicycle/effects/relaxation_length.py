@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
-from bicycle.declarations import Wheel
-from bicycle.effect import Effect, Parameter
+from bicycle.effects.effect import Effect, Parameter
 from bicycle.effects.side_slip import REAR_TYRE
-from bicycle.equations import ModelBuilder
+from bicycle.equations.declarations import Wheel
+from bicycle.equations.lateral import ModelBuilder
 
 
 class RelaxationLength(Effect):

@@ -1,7 +1,7 @@
 """Torques that a measurement asks for and no effect explains."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 def _gains(what: str, size: float) -> tuple[Parameter, ...]:

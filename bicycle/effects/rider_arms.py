@@ -1,7 +1,7 @@
 """Hands on the handlebar."""
 
-from bicycle.effect import Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class RiderArms(Effect):

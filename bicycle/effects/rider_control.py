@@ -2,9 +2,9 @@
 
 import math
 
-from bicycle.declarations import Mode
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.declarations import Mode
+from bicycle.equations.lateral import ModelBuilder
 
 
 class RiderControl(Effect):

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from bicycle.declarations import Mode
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
-from bicycle.rigid_bodies import Body
-from tyre.errors import InputError
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.declarations import Mode
+from bicycle.equations.lateral import ModelBuilder
+from bicycle.parameters.rigid_bodies import Body
+from tyre.ground.errors import InputError
 
 
 class RiderHands(Effect):

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bicycle.effect import ANY, Mode, Parameter, SprungJoint
-from bicycle.equations import ModelBuilder
-from bicycle.rigid_bodies import Body
-from tyre.errors import InputError
+from bicycle.effects.effect import ANY, Mode, Parameter, SprungJoint
+from bicycle.equations.lateral import ModelBuilder
+from bicycle.parameters.rigid_bodies import Body
+from tyre.ground.errors import InputError
 
 
 class RiderLean(SprungJoint):

@@ -1,8 +1,8 @@
 """A rider who holds his lane: torque from heading and lateral position."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
-from tyre.errors import InputError
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.errors import InputError
 
 
 class RiderPath(Effect):

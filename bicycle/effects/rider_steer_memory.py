@@ -1,8 +1,8 @@
 """A rider who remembers his steering: torque from the integral of the steer angle."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
-from tyre.errors import InputError
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.errors import InputError
 
 
 class RiderSteerMemory(Effect):

@@ -1,7 +1,7 @@
 """Spin of what turns in the frame: engine, hub motor, crank, flywheel."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class RotatingMass(Effect):

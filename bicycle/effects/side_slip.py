@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from bicycle.declarations import Wheel
-from bicycle.effect import Effect, Mode, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Mode, Parameter
+from bicycle.equations.declarations import Wheel
+from bicycle.equations.lateral import ModelBuilder
 
 REAR_TYRE = Mode("rear_tyre", marks=("rear",), place=4, look=5)  # of every contact that slips
 

@@ -1,7 +1,7 @@
 """Balance assist by a motor on the steering."""
 
-from bicycle.effect import ANY, Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import ANY, Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class SteerAssist(Effect):

@@ -1,7 +1,7 @@
 """Viscous damping of the steering."""
 
-from bicycle.effect import Effect, Parameter
-from bicycle.equations import ModelBuilder
+from bicycle.effects.effect import Effect, Parameter
+from bicycle.equations.lateral import ModelBuilder
 
 
 class SteerDamper(Effect):

@@ -3,7 +3,7 @@
 Every name is imported when it is first used: a recording is read without what fits it.
 """
 
-from tyre.door import room
+from tyre.ground.door import room
 
 HOME = {  # module -> the names that it gives to other rooms
     "canonical": ("Canonical",),

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bicycle.model import Model
-from tyre.arrays import Array, Complex
+from bicycle.model.model import Model
+from tyre.ground.arrays import Array, Complex
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from bicycle.eigen import angular_frequency
 from bicycle.identification.recording import Run
-from tyre.arrays import Array
-from tyre.errors import InputError
+from bicycle.model.eigen import angular_frequency
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 SLOWEST, FASTEST = 0.1, 200.0  # rad/s
 LOWEST, HIGHEST = -50.0, 20.0  # 1/s

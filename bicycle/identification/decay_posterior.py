@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.identification import decay_noise as noise
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 CLEAR = math.log(20)  # of the odds for a further mode
 POINTS, WIDER, TAIL = 64, 1.2, 4.0  # for one mode; proposal over posterior; its degrees of freedom

@@ -18,13 +18,13 @@ import numpy as np
 import scipy
 from scipy.special import chdtrc, ndtr, ndtri
 
-from bicycle.eigen import angular_frequency, frequency_hz
 from bicycle.identification import decay_posterior as posterior
 from bicycle.identification.decay_noise import DRIFTS, FASTEST, KINDS, SLOWEST, window
 from bicycle.identification.decay_posterior import Estimate
 from bicycle.identification.recording import Run
-from tyre.arrays import Array
-from tyre.errors import InputError, refuse_unknown
+from bicycle.model.eigen import angular_frequency, frequency_hz
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown
 
 CERTAIN = 3.4  # the same, for a refusal: with twelve comparisons one sound window of a hundred
 TOO_FAR = 3.0  # sd beyond which a window is refused if a part of it settles

@@ -19,8 +19,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError
 
 APART, LOWEST = 2.5, 2.0  # bins (1 / duration): nearer lines are not told apart; below is trend
 MOST = 250  # lines: with more the spectrum is full

@@ -8,17 +8,30 @@ from typing import Any
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import TABLES, ChannelMap, Mounting
-from tyre.channels import Record, read_records
-from tyre.clock import GAP, fills, how_to
-from tyre.draft import draft_words, looking, refuse_unmapped
-from tyre.errors import InputError, nearest, refuse_unknown
-from tyre.files import named_folder
 from tyre.formats import contents
-from tyre.schema import any_table, anything, by_name, flag, list_of, maybe, needed, number, read, refused, table, text
-from tyre.table import read_columns
-from tyre.units import quantity_of
+from tyre.formats.channel_map import TABLES, ChannelMap, Mounting
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, nearest, refuse_unknown
+from tyre.ground.files import named_folder
+from tyre.ground.schema import (
+    any_table,
+    anything,
+    by_name,
+    flag,
+    list_of,
+    maybe,
+    needed,
+    number,
+    read,
+    refused,
+    table,
+    text,
+)
+from tyre.ground.text_table import read_columns
+from tyre.ground.units import quantity_of
+from tyre.recordings.channels import Record, read_records
+from tyre.recordings.clock import GAP, fills, how_to
+from tyre.recordings.draft import draft_words, looking, refuse_unmapped
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, fdtr, fdtrc, stdtr, stdtrit
 
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 SAME_SPEED = 0.05  # relative
 OWN_LINE = 0.015  # relative spread of speeds within a group beyond which it has a slope of its own

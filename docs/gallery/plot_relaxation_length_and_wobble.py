@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.stability import critical_speeds
 
 lengths = np.linspace(0.05, 0.2, 31)
 per_degree = 180 / np.pi

@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.named_modes import modes
-from bicycle.sensitivity import sensitivities
+from bicycle.stability import modes, sensitivities
 
 speed = 8.0
 model = Model(

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from bicycle import Model, load_bicycle
-from bicycle.model_file import build_model
-from bicycle.named_modes import modes
+from bicycle.model import build_model
+from bicycle.stability import modes
 
 speeds = np.linspace(0.0, 12.0, 121)
 whipple = Model(load_bicycle("benchmark")).linear_model()

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from bicycle import Model
-from bicycle.model_file import read_model
-from bicycle.named_modes import modes
+from bicycle.model import read_model
+from bicycle.stability import modes
 
 speeds = np.linspace(10.0, 53.5, 88)
 free, held = read_model("sharp1994"), read_model("sharp1994_hands_on")

@@ -1,6 +1,6 @@
 """Stability charts: where a root lies on the imaginary axis, as exact curves over two numbers of a model."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 FILES = {
     "chart": ("NamedBoundary", "StabilityChart", "Uncertain", "along_axes", "checked", "contour_values", "headers",

@@ -14,16 +14,16 @@ import pandas as pd
 import scipy
 from numpy.typing import NDArray
 
-from bicycle.eigen import eigenvalues, frequency_hz
-from bicycle.naming import Rules, name_points
-from bicycle.propagation import model_covariance, standard_deviation
-from studies.axes import SPEED
+from bicycle.model.eigen import eigenvalues, frequency_hz
+from bicycle.stability.naming import Rules, name_points
+from bicycle.stability.propagation import model_covariance, standard_deviation
 from studies.chart.curve import DOUBLE_ZERO, Boundary
 from studies.chart.plane import Mark, Plane, lattice, marks, speed_of_rest
 from studies.chart.search import ASIDE, Check, all_boundaries, completed, counted
-from studies.outputs import ROOTS, Output
+from studies.model_space.axes import SPEED
+from studies.model_space.outputs import ROOTS, Output
 from studies.reporting.markdown_text import render_file
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 FAR = 1e-3  # of the largest root: a named root so far from the crossing one is another
 BAND = 1.96  # standard deviations: 95 %

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.chart.plane import Look, Plane
-from tyre.arrays import Array, Complex
+from tyre.ground.arrays import Array, Complex
 
 # ends of a curve: at the edge of the chart, in itself, where the frequency of a pair becomes zero, or unknown
 EDGE, CLOSED, DOUBLE_ZERO, LOST = "edge", "closed", "double zero", "lost"

@@ -9,13 +9,13 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from bicycle.mode_figure import mode_look, mode_words
+from bicycle.stability.mode_figure import mode_look, mode_words
 from studies.chart.chart import NamedBoundary, StabilityChart, band_of, contour_values
 from studies.chart.plane import LOAD, MODEL, PRESSURE, TYRE, lattice
-from studies.outputs import Output
+from studies.model_space.outputs import Output
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import EXTRAPOLATED, GREY, drawing, legend_columns
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 SHADES = ("#ffffff", "#f6dedb", "#ecc4be", "#dfa49c", "#cd857b", "#b8685e")
 MORE = f"{len(SHADES) - 1} or more"

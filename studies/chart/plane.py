@@ -8,20 +8,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.eigen import eigensystem, eigenvalues
-from bicycle.naming import check_trackable, speed_unit
-from bicycle.parameter_covariance import WHEELS, ParameterKey
-from bicycle.parameters import canonical
-from bicycle.wheel_tyres import tyre_loads
-from studies.axes import SPEED, Axis, typical_range, unit_of
-from studies.model_space import ModelSpace
-from tyre.arrays import Array, Complex
-from tyre.errors import TINY, InputError
-from tyre.find_tyre import read_tyre
-from tyre.map_files import available_tyres
-from tyre.properties import out_of_reach
-from tyre.typed_number import typed_numbers
-from tyre.units import PASCAL_PER_BAR
+from bicycle.model.eigen import eigensystem, eigenvalues
+from bicycle.model.wheel_tyres import tyre_loads
+from bicycle.parameters.bicycle import canonical
+from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey
+from bicycle.stability.naming import check_trackable, speed_unit
+from studies.model_space.axes import SPEED, Axis, typical_range, unit_of
+from studies.model_space.changed_model import ModelSpace
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import TINY, InputError
+from tyre.ground.number_with_unit import typed_numbers
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.find_tyre import read_tyre
+from tyre.maps.map_files import available_tyres
+from tyre.measured.properties import out_of_reach
 
 SLOW, FAST = 1.0, 25.0  # m/s, where no range of the speed is given
 NOISE = 1e-9  # of the largest root: a real part smaller than this is zero

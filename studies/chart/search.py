@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from studies.chart.curve import SLOW, SMALLEST, Boundary, Seed, sharpened, trace
 from studies.chart.plane import NOISE, Plane, lattice
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 GRID = 33  # points along each axis, from whose roots boundaries are looked for
 REACH = 1.5  # cells: a root is looked after if it might lie on the axis so near

@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from studies.command_options import FINITE, PATH, Number, max_speed_option, speeds_option, stated
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import FINITE, PATH, Number, max_speed_option, speeds_option, stated
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 CSV = ("speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2")
@@ -39,12 +39,12 @@ def command(
     kick: str | None, damper: float | None, point: str | None, plot_file: str | None, film: Path | None,
     csv_file: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
-    from bicycle.kicks import kick_thresholds
-    from bicycle.limit_cycles import find_limit_cycles
-    from bicycle.nonlinear import MagicTyre
-    from studies.amplitude import draw_amplitude, film_cycle, lines, record
-    from studies.animation import check_film
-    from studies.lasting_motions import curves_of, sides
+    from bicycle.motion.kicks import kick_thresholds
+    from bicycle.motion.limit_cycles import find_limit_cycles
+    from bicycle.motion.nonlinear import MagicTyre
+    from studies.model_space.lasting_motions import curves_of, sides
+    from studies.motion.amplitude import draw_amplitude, film_cycle, lines, record
+    from studies.motion.animation import check_film
     from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_csv, write_json
     from studies.reporting.plotting import check_picture
 
@@ -91,8 +91,8 @@ def command(
 
 
 def _point(text: str | None) -> tuple[float, float] | None:
-    from tyre.errors import InputError
-    from tyre.typed_number import typed_numbers
+    from tyre.ground.errors import InputError
+    from tyre.ground.number_with_unit import typed_numbers
 
     if text is None:
         return None

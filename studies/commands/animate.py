@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import PATH, Number, speed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import PATH, Number, speed_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 
@@ -26,10 +26,17 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
 
     import numpy as np
 
-    from bicycle.named_modes import modes
-    from studies.animation import FRAMES_PER_SECOND, animate, check_film, describe, draw_mode_shapes, modal_motion
+    from bicycle.stability.named_modes import modes
+    from studies.motion.animation import (
+        FRAMES_PER_SECOND,
+        animate,
+        check_film,
+        describe,
+        draw_mode_shapes,
+        modal_motion,
+    )
     from studies.reporting.output import print_warnings
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     check_film(target)
     model = chosen.model

@@ -7,7 +7,7 @@ import click
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
-    from bicycle.parameters import Bicycle
+    from bicycle.parameters.bicycle import Bicycle
 
 
 @click.command(
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def command(bicycle: str | None, json_file: str | None) -> None:
     from textwrap import shorten
 
-    from bicycle.bicycle_files import available_bicycles, load_bicycle
-    from bicycle.parameters import UNITS
+    from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+    from bicycle.parameters.bicycle import UNITS
     from studies.reporting.output import print_table, print_warnings, write_json
 
     found = [load_bicycle(name) for name in (available_bicycles() if bicycle is None else [bicycle])]
@@ -49,7 +49,7 @@ def command(bicycle: str | None, json_file: str | None) -> None:
 
 
 def _record(bicycle: "Bicycle") -> dict[str, Any]:
-    from bicycle.bicycle_numbers import covariance_table
+    from bicycle.files.bicycle_numbers import covariance_table
 
     rear, front = bicycle.static_loads
     return {

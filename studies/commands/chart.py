@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import FOLDER, assume_option, sd_option, speed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import FOLDER, assume_option, sd_option, speed_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 AXIS = "NAME[=LOW:HIGH[:log]]"
@@ -28,9 +28,9 @@ def command(
     chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, contours: str | None,
     sds: tuple[str, ...], json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
-    from studies.axes import numbers_by_name
     from studies.chart import Plane
-    from studies.outputs import scalar_output
+    from studies.model_space.axes import numbers_by_name
+    from studies.model_space.outputs import scalar_output
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
 

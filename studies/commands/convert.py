@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import PATH
+from studies.model_space.command_options import PATH
 from studies.reporting.command_context import example, verbose
 
 
@@ -17,10 +17,10 @@ from studies.reporting.command_context import example, verbose
 @click.option("--to", "target", required=True, metavar="FILE", type=PATH, help=".toml, .yml or .txt")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
-    from bicycle.bicycle_files import WRITERS, load_bicycle, lost_in_text
+    from bicycle.files.bicycle_files import WRITERS, load_bicycle, lost_in_text
     from studies.reporting.output import print_warnings
-    from tyre.errors import InputError
-    from tyre.files import write_text
+    from tyre.ground.errors import InputError
+    from tyre.ground.files import write_text
 
     if target.suffix.lower() not in WRITERS:
         raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(WRITERS)}")

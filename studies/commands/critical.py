@@ -2,8 +2,8 @@
 
 import click
 
-from studies.command_options import max_speed_option
-from studies.model_argument import ChosenModel, takes_model_or_matrices
+from studies.model_space.command_options import max_speed_option
+from studies.model_space.model_argument import ChosenModel, takes_model_or_matrices
 from studies.reporting.command_context import example
 
 
@@ -16,7 +16,7 @@ from studies.reporting.command_context import example
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the critical speeds as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_file: str | None) -> None:
-    from studies.lasting_motions import with_onsets
+    from studies.model_space.lasting_motions import with_onsets
     from studies.reporting import output
     from studies.reporting.analysis import analyse, record, records
 

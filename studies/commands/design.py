@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import SPEED, SPEED_ABOVE_0, Number, assume_option, sd_option, seed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import SPEED, SPEED_ABOVE_0, Number, assume_option, sd_option, seed_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 Asked = tuple[tuple[str, str], ...]
 
@@ -49,11 +49,11 @@ def command(
     damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
     probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
 ) -> None:  # fmt: skip
-    from bicycle.parameters import canonical
+    from bicycle.parameters.bicycle import canonical
     from studies import design as designs
-    from studies.axes import numbers_by_name, ranges_by_name
+    from studies.model_space.axes import numbers_by_name, ranges_by_name
     from studies.reporting.output import check_targets, print_exchanges, print_table, print_warnings, write_json
-    from tyre.files import write_text
+    from tyre.ground.files import write_text
 
     check_targets(json=json_file)
     if up_to <= low:

@@ -2,7 +2,7 @@
 
 import click
 
-from studies.command_options import WORKERS
+from studies.model_space.command_options import WORKERS
 from studies.reporting.command_context import example, verbose
 
 
@@ -34,8 +34,8 @@ def command(
     from studies.diagnosis.report import record, terminal, write_report
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, write_json
-    from tyre.errors import InputError
-    from tyre.progress import progress_bar
+    from tyre.ground.errors import InputError
+    from tyre.ground.progress import progress_bar
 
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")

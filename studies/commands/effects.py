@@ -11,8 +11,8 @@ from studies.reporting.command_context import example
 @click.argument("identifier", required=False)
 @click.option("--json", "json_file", metavar="FILE", help="Write the declarations as JSON; - is standard output.")
 def command(identifier: str | None, json_file: str | None) -> None:
-    from bicycle.effect_docs import describe, record, records
-    from bicycle.effect_registry import effect_class, registry
+    from bicycle.effects.effect_docs import describe, record, records
+    from bicycle.effects.effect_registry import effect_class, registry
     from studies.reporting.output import print_table, write_json
 
     chosen = effect_class(identifier) if identifier else None

@@ -2,7 +2,7 @@
 
 import click
 
-from studies.command_options import Number
+from studies.model_space.command_options import Number
 from studies.reporting.command_context import example
 
 
@@ -16,7 +16,7 @@ from studies.reporting.command_context import example
 @click.option("--no-browser", is_flag=True, help="Only say the address.")
 def command(model: str | None, port: int, *, no_browser: bool) -> None:
     from studies.explorer.uploads import start_state
-    from tyre.progress import optional_module
+    from tyre.ground.progress import optional_module
 
     address = start_state(model).address  # refused before what takes a second to import
     try:

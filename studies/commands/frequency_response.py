@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import DURATION, FINITE
+from studies.model_space.channel_options import chosen_map, takes_channels
+from studies.model_space.command_options import DURATION, FINITE
 from studies.reporting.command_context import example
 
 
@@ -36,7 +36,7 @@ def command(
 
     from studies.diagnosis.spectra import responses_of_runs, rows_of, shown_of
     from studies.reporting.output import check_targets, print_table
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     for name, value in (("segment", segment_s), ("to-hz", highest_hz)):
         if not (math.isfinite(value) and value > 0):

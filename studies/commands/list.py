@@ -8,7 +8,7 @@ import click
 
 from studies.commands import bicycles, effects, tyres
 from studies.reporting.command_context import example
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 EXAMPLES = {
     bicycles: ("velotyre list bicycles", "velotyre list bicycles pista"),
@@ -28,11 +28,11 @@ OF_MODELS = ("velotyre list models", "velotyre list models sharp1971", "velotyre
 def models(model: str | None, json_file: str | None, target: str | None) -> None:
     import tomli_w
 
-    from bicycle.model_file import available_models, read_model
-    from studies.axes import unit_of
-    from studies.model_argument import choose
+    from bicycle.model.model_file import available_models, read_model
+    from studies.model_space.axes import unit_of
+    from studies.model_space.model_argument import choose
     from studies.reporting.output import print_table, write_json
-    from tyre.files import write_text
+    from tyre.ground.files import write_text
 
     found = {name: read_model(name) for name in available_models()} if model is None else {model: choose(model).model}
     records: list[dict[str, Any]] = [

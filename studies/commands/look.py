@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import PATH
+from studies.model_space.command_options import PATH
 from studies.reporting.command_context import example
 
 
@@ -27,12 +27,12 @@ def command(
 ) -> None:  # fmt: skip
     from contextlib import nullcontext
 
-    from studies.channel_options import chosen_map
     from studies.look import drafts, draw, look, recordings_of, stems, steps, tell, tell_several, write_drafts
+    from studies.model_space.channel_options import chosen_map
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from tyre.errors import InputError
     from tyre.formats import FORMATS
+    from tyre.ground.errors import InputError
 
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file; give a folder")

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, FOLDER, TIME
+from studies.model_space.channel_options import chosen_map, takes_channels
+from studies.model_space.command_options import FINITE, FOLDER, TIME
 from studies.reporting.command_context import example
 
 CLOCK = "; --from and --to count from the first sample, which is at {begin:.10g} s by the clock of the recording"
@@ -53,11 +53,11 @@ def command(
 
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.recording import refuse_copies
-    from studies.free_decays import draw, judged, notes_of
+    from studies.model_space.run_argument import named_apart
+    from studies.motion.free_decays import draw, judged, notes_of
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
-    from studies.run_argument import named_apart
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
@@ -97,8 +97,8 @@ def command(
 
 def _names(mode: str | None, modes: str | None) -> list[str]:
     """Names of the modes, of known ones."""
-    from bicycle.naming import known_modes
-    from tyre.errors import InputError, unknown
+    from bicycle.stability.naming import known_modes
+    from tyre.ground.errors import InputError, unknown
 
     if mode is not None and modes is not None:
         raise InputError("--mode and --modes: give one of them")
@@ -114,8 +114,8 @@ def _names(mode: str | None, modes: str | None) -> list[str]:
 def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
     """Read the events of an argument RUN.csv@SPEED."""
     from bicycle.identification.recording import read_events
-    from studies.run_argument import file_and_speed
-    from tyre.draft import looking
+    from studies.model_space.run_argument import file_and_speed
+    from tyre.recordings.draft import looking
 
     file, speed = file_and_speed(given, may_stand=True)
     with looking(file):
@@ -137,7 +137,7 @@ def _clock(event: Any) -> str:
 
 def _shown(each: Any) -> list[object]:
     """Row of the printed table."""
-    from studies.free_decays import drift_words, movement_words, with_sd
+    from studies.motion.free_decays import drift_words, movement_words, with_sd
 
     d = each.decay
     judgement = each.rejected or ("ok, far from its repeats" if each.aside else "ok")
@@ -153,8 +153,8 @@ def _shown(each: Any) -> list[object]:
 def _write(rows: Sequence[dict[str, object]], out_file: str) -> None:
     import pandas as pd
 
-    from tyre.errors import InputError
-    from tyre.table import write_csv
+    from tyre.ground.errors import InputError
+    from tyre.ground.text_table import write_csv
 
     other = next((row for row in rows if row.keys() != rows[0].keys()), None)
     if other is not None:

@@ -2,10 +2,10 @@
 
 import click
 
-from studies.command_options import check_memory, max_speed_option, speeds_option
-from studies.model_argument import ChosenModel, takes_model_or_matrices
+from studies.model_space.command_options import check_memory, max_speed_option, speeds_option
+from studies.model_space.model_argument import ChosenModel, takes_model_or_matrices
 from studies.reporting.command_context import example
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 
 @click.command(

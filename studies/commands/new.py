@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from studies.command_options import (
+from studies.model_space.command_options import (
     ANGLE,
     INERTIA,
     INERTIAS,
@@ -57,12 +57,12 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 @click.option("--front-wheel-inertia", type=INERTIA, help="About its axle, kg m^2, if you swing it.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **own: Any) -> None:
-    from bicycle.bicycle_files import available_bicycles, load_bicycle
-    from bicycle.model_file import build_model
-    from studies.model_example import example_model
+    from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+    from bicycle.model.model_file import build_model
+    from studies.model_space.model_example import example_model
     from tyre import read_tyre
-    from tyre.errors import InputError, unknown
-    from tyre.files import tomllib, write_text
+    from tyre.ground.errors import InputError, unknown
+    from tyre.ground.files import tomllib, write_text
 
     if target.suffix.lower() != ".toml":
         named = (target if target.name else target / kind).with_suffix(".toml")
@@ -96,9 +96,9 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
 
 def _write_own(target: Path, own: dict[str, Any]) -> None:
     """Write a bicycle that its owner describes."""
-    from studies.own_bicycle import Asked, file_text, own_bicycle
-    from tyre.errors import InputError
-    from tyre.files import write_text
+    from studies.bicycles.own_bicycle import Asked, file_text, own_bicycle
+    from tyre.ground.errors import InputError
+    from tyre.ground.files import write_text
 
     missing = [f"--{key.replace('_', '-')}" for key in NEEDED if own[key] is None]
     missing += ["--trail or --fork-offset"] if own["trail"] is None and own["fork_offset"] is None else []
@@ -119,8 +119,8 @@ def _write_own(target: Path, own: dict[str, Any]) -> None:
 
 
 def _write_sensors(target: Path) -> None:
-    from studies.synthetic_sensors import EXAMPLE
-    from tyre.files import write_text
+    from studies.motion.synthetic_sensors import EXAMPLE
+    from tyre.ground.files import write_text
 
     write_text(target, EXAMPLE.format(file=target.name))
     ride = f"simulate benchmark --speed 5 --initial lean=0.02 --sensors {target} --noise --out ride"
@@ -129,11 +129,11 @@ def _write_sensors(target: Path) -> None:
 
 def _write_measurement(target: Path, bicycle: str, *, force: bool) -> None:
     """Write a measurement of a packaged bicycle, and the table that it names."""
-    from bicycle.bicycle_files import load_bicycle
+    from bicycle.files.bicycle_files import load_bicycle
     from studies.diagnosis.measurement_file import example_measurement
-    from tyre.errors import InputError
-    from tyre.files import write_text
-    from tyre.table import write_csv
+    from tyre.ground.errors import InputError
+    from tyre.ground.files import write_text
+    from tyre.ground.text_table import write_csv
 
     beside = target.with_suffix(".csv")
     if beside.exists() and not force:

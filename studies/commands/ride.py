@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import FOLDER, speeds_option
+from studies.model_space.command_options import FOLDER, speeds_option
 from studies.reporting.command_context import example, verbose
 
 
@@ -26,10 +26,10 @@ def command(
     models: tuple[str, ...], rider_control: str, tyres: tuple[str, ...], pressures: tuple[str, ...],
     surface: str | None, speeds: str | None, out: Path | None, *, extrapolate: bool,
 ) -> None:  # fmt: skip
-    from studies.model_argument import choose
+    from studies.model_space.model_argument import choose
+    from studies.motion.ride import read_rider_control, rides, table, told, write_ride
     from studies.reporting.manifest import results
     from studies.reporting.output import parse_speeds, print_named_warnings, print_table, write_csv
-    from studies.ride import read_rider_control, rides, table, told, write_ride
 
     rider, cases = read_rider_control(rider_control), {}
     for text, tyre, pressure in product(models, tyres or (None,), pressures or (None,)):

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.command_options import ANGLE, INERTIAS, LENGTH, MASS, PATH, PLACE, POSTURE
+from studies.model_space.command_options import ANGLE, INERTIAS, LENGTH, MASS, PATH, PLACE, POSTURE
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
-    from bicycle.parameters import Bicycle
-    from bicycle.rider_body import RiderMeasurements
+    from bicycle.parameters.bicycle import Bicycle
+    from bicycle.rider.rider_body import RiderMeasurements
 
 
 OF_A_BODY = ("rider_name", "height", "posture", "torso_lean", "back_rounding", "elbows_out", "geometry")
@@ -47,13 +47,13 @@ def command(
     import math
     import shlex
 
-    from bicycle.bicycle_files import load_bicycle
-    from bicycle.rider_frame import rider_on_bicycle
-    from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
-    from studies import rider_report as rider_words
+    from bicycle.files.bicycle_files import load_bicycle
+    from bicycle.rider.rider_frame import rider_on_bicycle
+    from bicycle.rider.rider_posture import SeatGeometry, packaged_geometry, read_geometry
+    from studies.reporting import rider_report as rider_words
     from studies.reporting.output import print_table, print_warnings
-    from tyre.errors import InputError
-    from tyre.files import write_text
+    from tyre.ground.errors import InputError
+    from tyre.ground.files import write_text
 
     _check_target(out, force=force)
     frame = load_bicycle(bicycle)
@@ -106,12 +106,12 @@ def _write_placed(
     from dataclasses import replace
     from typing import Any
 
-    from bicycle.bicycle_files import load_bicycle, to_toml
-    from bicycle.bicycle_numbers import read_body
-    from studies.command_options import stated
+    from bicycle.files.bicycle_files import load_bicycle, to_toml
+    from bicycle.files.bicycle_numbers import read_body
+    from studies.model_space.command_options import stated
     from studies.reporting.output import print_warnings
-    from tyre.errors import InputError
-    from tyre.files import write_text
+    from tyre.ground.errors import InputError
+    from tyre.ground.files import write_text
 
     given = [f"--{key.removesuffix('_name').replace('_', '-')}" for key in OF_A_BODY if stated(key)]
     if mass is None or place is None:
@@ -133,7 +133,7 @@ def _write_placed(
 
 
 def _check_target(out: Path, *, force: bool) -> None:
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
@@ -145,8 +145,8 @@ def _check_target(out: Path, *, force: bool) -> None:
 
 
 def _rider(name: str | None, height: float | None, mass: float | None) -> "RiderMeasurements":
-    from bicycle.rider_body import available_riders, read_rider, scaled_rider
-    from tyre.errors import InputError
+    from bicycle.rider.rider_body import available_riders, read_rider, scaled_rider
+    from tyre.ground.errors import InputError
 
     if name is not None and height is not None:
         raise InputError("give either --rider (a measured body) or --height and --mass (a scaled one), not both")

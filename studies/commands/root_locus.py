@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import FOLDER, POSITIVE, speed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import FOLDER, POSITIVE, speed_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 
@@ -27,13 +27,13 @@ def command(
     chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
     json_file: str | None,
 ) -> None:  # fmt: skip
-    from bicycle.eigen import angular_frequency
-    from bicycle.parameters import canonical
-    from studies.axes import unit_of
+    from bicycle.model.eigen import angular_frequency
+    from bicycle.parameters.bicycle import canonical
+    from studies.model_space.axes import unit_of
+    from studies.motion.locus import draw_root_locus, parameter_path, parse_range, root_locus
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
-    from studies.root_locus import draw_root_locus, parameter_path, parse_range, root_locus
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     check_targets(json=json_file)
     if parameter == "speed" and speed is not None:

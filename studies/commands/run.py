@@ -2,7 +2,7 @@
 
 import click
 
-from studies.command_options import POSTURE, WORKERS
+from studies.model_space.command_options import POSTURE, WORKERS
 from studies.reporting.command_context import example
 
 
@@ -29,7 +29,7 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
     from studies.main_study import settings_of
     from studies.reporting.manifest import results
     from studies.reporting.output import check_targets, write_json
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     folder = Path(out)
     if not out.strip() or (folder.exists() and not folder.is_dir()):

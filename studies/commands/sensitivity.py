@@ -2,8 +2,8 @@
 
 import click
 
-from studies.command_options import Number, max_speed_option, sd_option, speed_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import Number, max_speed_option, sd_option, speed_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 
@@ -25,8 +25,8 @@ def command(
 ) -> None:  # fmt: skip
     from pathlib import Path
 
-    from studies.axes import numbers_by_name
-    from studies.ranking import draw_tornado, rank, record
+    from studies.model_space.axes import numbers_by_name
+    from studies.model_space.ranking import draw_tornado, rank, record
     from studies.reporting.manifest import results
     from studies.reporting.output import print_exchanges, print_table, print_warnings, write_csv, write_json
 

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import DURATION, FINITE, FOLDER, PATH, SEED, speed_option, stated
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.channel_options import chosen_map, takes_channels
+from studies.model_space.command_options import DURATION, FINITE, FOLDER, PATH, SEED, speed_option, stated
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
-    from bicycle.responses import Response
-    from studies.synthetic_sensors import Sensors
-    from tyre.arrays import Array
+    from bicycle.motion.responses import Response
+    from studies.motion.synthetic_sensors import Sensors
+    from tyre.ground.arrays import Array
 
 RECORDING = "recording.csv"
 HIDDEN = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
@@ -64,15 +64,21 @@ def command(
 
     import numpy as np
 
-    from bicycle.nonlinear import CurveTyre, MagicTyre, magic_formula_model
-    from bicycle.responses import frequency_response as gains
-    from bicycle.responses import respond
-    from bicycle.wheel_tyres import wheel_curves
+    from bicycle.model.wheel_tyres import wheel_curves
+    from bicycle.motion.nonlinear import CurveTyre, MagicTyre, magic_formula_model
+    from bicycle.motion.responses import frequency_response as gains
+    from bicycle.motion.responses import respond
+    from studies.motion.simulation import (
+        check_within,
+        draw_frequency_response,
+        draw_responses,
+        parse_initial,
+        parse_inputs,
+    )
+    from studies.motion.synthetic_sensors import write_recording
     from studies.reporting.manifest import results
     from studies.reporting.output import print_warnings, write_csv
-    from studies.simulation import check_within, draw_frequency_response, draw_responses, parse_initial, parse_inputs
-    from studies.synthetic_sensors import write_recording
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     for name, value in (("duration", duration), ("step", sample)):
         if value <= 0:
@@ -149,8 +155,8 @@ def command(
 
 def _sensors(file: Path | None, step: float, *, noise: bool, seed: int | None) -> tuple["Sensors | None", float]:
     """The sensors of a file, and a time between samples (s) that goes with them."""
-    from studies.synthetic_sensors import fine_step, read_sensors
-    from tyre.errors import InputError
+    from studies.motion.synthetic_sensors import fine_step, read_sensors
+    from tyre.ground.errors import InputError
 
     if seed is not None and not noise:
         raise InputError(f"--seed {seed} is of the noise; add --noise or leave --seed out")
@@ -172,8 +178,8 @@ def _recording(
 ) -> tuple["dict[str, Array]", list[str]]:
     """Columns of the recording of the last response, and what pushes the bicycle and is not among them."""
     from bicycle.identification.recording import INPUTS
-    from studies.synthetic_sensors import recorded
-    from tyre.errors import InputError
+    from studies.motion.synthetic_sensors import recorded
+    from tyre.ground.errors import InputError
 
     if not responses:
         raise InputError("--sensors: nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_options import SPEED, WORKERS
+from studies.model_space.command_options import SPEED, WORKERS
 from studies.reporting.command_context import example, verbose
 
 
@@ -32,8 +32,8 @@ def command(
 
     from studies.reporting.output import check_targets, print_warnings, write_json
     from studies.sweep import impossible_draws, read_sweep, run_sweep, stiffness_warnings
-    from tyre.errors import InputError
-    from tyre.progress import not_installed
+    from tyre.ground.errors import InputError
+    from tyre.ground.progress import not_installed
 
     check_targets(json=json_file)
     finished = Path(sweep_file).suffix in (".zarr", ".nc")

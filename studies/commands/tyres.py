@@ -41,7 +41,7 @@ def command(tyre: str | None, surface: str | None, plot: str | None, json_file: 
 
     from studies.reporting.output import print_table, write_json
     from studies.reporting.plotting import check_picture
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     if plot is not None:
         check_picture(plot)
@@ -85,7 +85,7 @@ def _ends(values: list[float], digits: int) -> str:
 def _listed_tyres(tyre: str | None, surface: str | None) -> "list[TyreSource]":
     """Find the tyre that is named (name or file), or all packaged ones: measured tables first, then formulas."""
     from tyre import TyreMap, available_tyres, read_tyre
-    from tyre.find_tyre import packaged_formulas
+    from tyre.maps.find_tyre import packaged_formulas
 
     if tyre:
         return [read_tyre(tyre, surface=surface)]
@@ -116,7 +116,7 @@ def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
 
 def _record(tyre: "TyreSource") -> dict[str, Any]:
     """One tyre for JSON."""
-    from tyre.units import PASCAL_PER_BAR
+    from tyre.ground.units import PASCAL_PER_BAR
 
     load, _, held = _held(tyre)
     always = ("cornering_stiffness", "relaxation_length")
@@ -138,7 +138,7 @@ def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
     import pandas as pd
 
     from tyre import TyreMap
-    from tyre.units import PASCAL_PER_BAR
+    from tyre.ground.units import PASCAL_PER_BAR
 
     if isinstance(tyre, TyreMap):
         return tyre.table
@@ -153,9 +153,9 @@ def _draw(tyre: "TyreSource", target: str) -> None:
     import numpy as np
 
     from studies.reporting.plotting import GREY, look, picture
-    from tyre.errors import InputError
-    from tyre.formula_tyre import FormulaTyre
-    from tyre.units import PASCAL_PER_BAR
+    from tyre.ground.errors import InputError
+    from tyre.ground.units import PASCAL_PER_BAR
+    from tyre.laws.formula_tyre import FormulaTyre
 
     if not isinstance(tyre, FormulaTyre):
         raise InputError(f"{tyre.label} is a table of stiffnesses and has no curves; --plot draws .tir and Pacejka-89")

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.command_options import Number, max_speed_option, sd_option, seed_option, speeds_option
-from studies.model_argument import ChosenModel, takes_model
+from studies.model_space.command_options import Number, max_speed_option, sd_option, seed_option, speeds_option
+from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
@@ -41,12 +41,12 @@ def command(
 ) -> None:  # fmt: skip
     import numpy as np
 
-    from studies.axes import numbers_by_name
-    from studies.outputs import scalar_output
+    from studies.model_space.axes import numbers_by_name
+    from studies.model_space.outputs import scalar_output
+    from studies.model_space.sampling import left_out
     from studies.reporting import output
-    from studies.sampling import left_out
     from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
-    from tyre.errors import InputError
+    from tyre.ground.errors import InputError
 
     output.check_targets(json=json_file)
     further = [scalar_output(name) for name in outputs]
@@ -97,7 +97,7 @@ def command(
 
 def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]) -> None:
     """Print the quantities, notes, shares of the linear variance, and what is counted as exact or assumed."""
-    from bicycle.default_sd import ASSUMED
+    from bicycle.model.default_sd import ASSUMED
     from studies.reporting.output import print_table
     from studies.sweep.specification import together
     from studies.uncertainty import by_group, known_exactly, stated

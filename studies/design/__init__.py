@@ -1,6 +1,6 @@
 """The smallest change of a model that keeps named modes stable over a range of speed."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 FILES = {
     "design": ("Certainty", "Design", "Wanted", "designed", "with_effects"),

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import scipy
 
-from bicycle.effect_registry import registry
-from bicycle.limit_cycles import find_limit_cycles
-from bicycle.named_modes import modes
-from bicycle.naming import Rules
-from bicycle.parameter_covariance import ParameterKey
+from bicycle.effects.effect_registry import registry
+from bicycle.motion.limit_cycles import find_limit_cycles
+from bicycle.parameters.parameter_covariance import ParameterKey
+from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import Rules
 from studies.design import problem as posed
 from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, solved
-from studies.lasting_motions import motion_at
-from studies.model_space import ModelSpace, changed_content
-from studies.outputs import HIGHEST
+from studies.model_space.changed_model import ModelSpace, changed_content
+from studies.model_space.lasting_motions import motion_at
+from studies.model_space.outputs import HIGHEST
 from studies.uncertainty.uncertain_model import UncertainModel
-from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

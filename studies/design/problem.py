@@ -11,17 +11,17 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from bicycle.default_sd import standard_deviations
-from bicycle.eigen import eigensystem, projected
-from bicycle.limit_cycles import LIMITS
-from bicycle.linear_model import LinearModel
-from bicycle.named_modes import modes
-from bicycle.parameters import POSITIVE, UNITS, of_kind
-from studies.axes import SPEED, typical_range
-from studies.model_space import ModelSpace
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError, read_number, refuse_unknown
-from tyre.units import PASCAL_PER_BAR
+from bicycle.model.default_sd import standard_deviations
+from bicycle.model.eigen import eigensystem, projected
+from bicycle.model.state_space import LinearModel
+from bicycle.motion.limit_cycles import LIMITS
+from bicycle.parameters.bicycle import POSITIVE, UNITS, of_kind
+from bicycle.stability.named_modes import modes
+from studies.model_space.axes import SPEED, typical_range
+from studies.model_space.changed_model import ModelSpace
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, read_number, refuse_unknown
+from tyre.ground.units import PASCAL_PER_BAR
 
 STABLE, EVERY = "stable", "all"
 

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.eigen import damping_ratio, frequency_hz
-from bicycle.model_file import build_model
+from bicycle.model.eigen import damping_ratio, frequency_hz
+from bicycle.model.model_file import build_model
 from studies.design.design import Design
-from studies.model_space import near_to
+from studies.model_space.changed_model import near_to
 from studies.reporting.markdown_text import render_file
 
 DESCRIPTION = "{} Changed by velotyre design: {}."

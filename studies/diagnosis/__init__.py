@@ -5,7 +5,7 @@ from studies.diagnosis.diagnose import Diagnosis, diagnose
 from studies.diagnosis.doubts import doubts
 from studies.diagnosis.joint import JointData  # registers its kind
 from studies.diagnosis.measurement_file import read_measurement
-from tyre.door import door
+from tyre.ground.door import door
 
 FILES = {
     "bench": ("Bench",), "bicycle_kind": ("BicycleKind",), "candidates": ("find_candidates", "nuisances"),

@@ -21,10 +21,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from bicycle.effect import Effect
-from bicycle.effect_registry import registry
-from bicycle.model import Model
-from bicycle.responses import LINEAR_UP_TO
+from bicycle.effects.effect import Effect
+from bicycle.effects.effect_registry import registry
+from bicycle.model.model import Model
+from bicycle.motion.responses import LINEAR_UP_TO
 from studies.diagnosis.bicycle_kind import BicycleKind, refuse_repeats
 from studies.diagnosis.candidates import feedback_terms
 from studies.diagnosis.doubts import ANGLES
@@ -34,11 +34,11 @@ from studies.inference import kind as base
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Proposal, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
-from tyre.arrays import Array
-from tyre.errors import InputError, refuse_unknown, unknown
-from tyre.schema import Check, number, path_key, read, table
-from tyre.table import read_cells, read_columns
-from tyre.units import find_unit
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown, unknown
+from tyre.ground.schema import Check, number, path_key, read, table
+from tyre.ground.text_table import read_cells, read_columns
+from tyre.ground.units import find_unit
 
 # ---- the table of readings ----
 

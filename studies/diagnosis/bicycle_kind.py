@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from bicycle.effect_registry import Origin, registry
-from bicycle.eigen import angular_frequency, eigensystem
+from bicycle.effects.effect_registry import Origin, registry
 from bicycle.identification.recording import MOTOR_IN_TORQUE
-from bicycle.model import Model, check_compatible
+from bicycle.model.eigen import angular_frequency, eigensystem
+from bicycle.model.model import Model, check_compatible
 from studies.diagnosis.candidates import LEFT_OUT, feedback_terms, find_candidates, nuisances, physical, reversed_signs
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.figures import BEFORE_AFTER
@@ -20,9 +20,9 @@ from studies.diagnosis.mistakes import geometry_errors, one_speed, wrong_geometr
 from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal
 from studies.inference.parameter import Candidate, UncertainParameter, central_differences
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError, refuse_unknown
-from tyre.schema import number
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.schema import number
 
 SPEED_AXIS = "speed, m/s"
 FASTEST = 60.0  # m/s; above it a speed is surely in km/h

@@ -13,17 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.default_sd import ASSUMED, standard_deviations
-from bicycle.effect import WHEELS, Effect, Parameter, effect_of
-from bicycle.effect_registry import registry
-from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.parameter_covariance import ParameterKey, entries_of
-from bicycle.parameters import UNITS, UNUSED
-from bicycle.possible_inertia import FRAMES, bounds_beside, inertia_coordinates, is_rod
+from bicycle.effects.effect import WHEELS, Effect, Parameter, effect_of
+from bicycle.effects.effect_registry import registry
+from bicycle.model.default_sd import ASSUMED, standard_deviations
+from bicycle.model.model import Model
+from bicycle.model.model_family import ModelFamily
+from bicycle.parameters.bicycle import UNITS, UNUSED
+from bicycle.parameters.parameter_covariance import ParameterKey, entries_of
+from bicycle.parameters.possible_inertia import FRAMES, bounds_beside, inertia_coordinates, is_rod
 from studies.diagnosis.family import TORQUES, feedback_key
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.errors import InputError, is_number, shown, unknown
+from tyre.ground.errors import InputError, is_number, shown, unknown
 
 RIDDEN = 30.0  # kg of a rear frame that may hold a rider
 LEFT_OUT = "left out by request"

@@ -19,9 +19,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from bicycle.effect_registry import registry
-from bicycle.eigen import angular_frequency
+from bicycle.effects.effect_registry import registry
 from bicycle.identification.canonical import Canonical, Motion, identify
+from bicycle.model.eigen import angular_frequency
 from studies.diagnosis.bicycle_kind import FASTEST, BicycleKind, refuse_repeats
 from studies.diagnosis.candidates import compliance
 from studies.diagnosis.mistakes import DELAY, GAIN, delay_error, gain_error, speed_errors
@@ -29,11 +29,11 @@ from studies.inference import kind as base
 from studies.inference.evidence import MOST_FOLDS
 from studies.inference.kind import Candidates, Proposal, Rows, Series
 from studies.inference.parameter import Candidate
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError, is_number, unknown
-from tyre.plausible import LARGEST, SMALLEST
-from tyre.schema import Check, maybe, number, path_key, read, refused, remarked, table
-from tyre.table import read_columns
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, is_number, unknown
+from tyre.ground.schema import Check, maybe, number, path_key, read, refused, remarked, table
+from tyre.ground.text_table import read_columns
+from tyre.measured.plausible import LARGEST, SMALLEST
 
 # ---- the table ----
 

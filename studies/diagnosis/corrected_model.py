@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.default_sd import MODEL_FILE
-from bicycle.effect import Effect, effect_of
-from bicycle.model import DEFAULT_CONTACT, Model
-from bicycle.model_file import SECTION, build_model
-from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.parameters import UNUSED, Bicycle
-from bicycle.possible_inertia import fitting_moments
+from bicycle.effects.effect import Effect, effect_of
+from bicycle.model.default_sd import MODEL_FILE
+from bicycle.model.model import DEFAULT_CONTACT, Model
+from bicycle.model.model_file import SECTION, build_model
+from bicycle.parameters.bicycle import UNUSED, Bicycle
+from bicycle.parameters.parameter_covariance import ParameterCovariance
+from bicycle.parameters.possible_inertia import fitting_moments
 from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.family import WRONG, Family
@@ -21,9 +21,9 @@ from studies.diagnosis.labels import rendered, said
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.inference import Fit
 from studies.inference.parameter import slopes_of
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.plausible import WAY_OUT
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.measured.plausible import WAY_OUT
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, TORQUE, Residual
 from studies.inference import OF, Candidate, Fit, Moved, Named, moved, named, widened
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from bicycle.model import Model
+from bicycle.model.model import Model
 from studies.inference.judge import Judgement, effect_alone, judge
 from studies.inference.kind import Kind
 from studies.inference.preflight import preflight
 from studies.inference.quick import judge_quickly
-from tyre.errors import InputError
-from tyre.progress import progress_bar
-from tyre.workers import one_blas_thread
+from tyre.ground.errors import InputError
+from tyre.ground.progress import progress_bar
+from tyre.ground.workers import one_blas_thread
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.descriptor import DescriptorPolynomial, DescriptorStack
-from bicycle.equations import SymbolicModel
-from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.speed_polynomial import SpeedPolynomial
+from bicycle.equations.lateral import SymbolicModel
+from bicycle.equations.speed_polynomial import SpeedPolynomial
+from bicycle.model.descriptor import DescriptorPolynomial, DescriptorStack
+from bicycle.model.model import Model
+from bicycle.model.model_family import ModelFamily
 from studies.inference.parameter import Candidate, Coupling, UncertainParameter, couplings, stencil
-from tyre.arrays import Array, Complex
+from tyre.ground.arrays import Array, Complex
 
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
 SPEED_OFFSET = "measurement.speed_offset"  # true speed less the scaled recorded one, m/s

@@ -12,7 +12,7 @@ from studies.diagnosis.story import Story
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Rows
 from studies.reporting.plotting import GREY, drawing, legend_columns, look
-from tyre.arrays import Array, Complex
+from tyre.ground.arrays import Array, Complex
 
 MEASURED: dict[str, Any] = {"fmt": "o", "color": "k", "ecolor": GREY, "markersize": 3, "elinewidth": 0.8}
 

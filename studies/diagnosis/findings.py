@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect_registry import model_workers
+from bicycle.effects.effect_registry import model_workers
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.doubts import doubts
 from studies.diagnosis.residual import Residual, fit_residual
@@ -33,9 +33,9 @@ from studies.inference import (
     without_each,
 )
 from studies.inference.verdict import Separation
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.workers import one_blas_thread
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.workers import one_blas_thread
 
 AGAINST_NOTHING = ("nothing_unlikely", "predicts", "wide_priors", "each_alone")  # rules by which nothing may be missing
 

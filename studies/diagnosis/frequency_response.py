@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from bicycle.identification.recording import INPUTS as TORQUES
 from bicycle.identification.recording import MOTOR_IN_TORQUE, STEER_TORQUE
 from bicycle.identification.scatter import about_one_speed
-from bicycle.responses import column
+from bicycle.motion.responses import column
 from studies.diagnosis.bicycle_kind import (
     FASTEST,
     FORCED_HZ,
@@ -42,12 +42,12 @@ from studies.inference import kind as base
 from studies.inference.evidence import MOST_FOLDS, folds
 from studies.inference.kind import Candidates, Figure, Proposal, Rows, Series
 from studies.inference.parameter import Candidate
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError, unknown
-from tyre.plausible import LARGEST
-from tyre.schema import Check, flag, maybe, needed, number, path_key, read, table
-from tyre.table import Columns, read_cells, read_columns
-from tyre.units import find_unit
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, unknown
+from tyre.ground.schema import Check, flag, maybe, needed, number, path_key, read, table
+from tyre.ground.text_table import Columns, read_cells, read_columns
+from tyre.ground.units import find_unit
+from tyre.measured.plausible import LARGEST
 
 # ---- the table ----
 

@@ -46,7 +46,7 @@ from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Prediction, Proposal, Rows, Series
 from studies.inference.parameter import Candidate, central_differences
 from studies.inference.rules import RULES
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 # Name of the sensor of each column, and the prior sd of its bias, 0 if the column is only an input.
 SENSORS = {

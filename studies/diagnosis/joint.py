@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from bicycle.effect_registry import registry
-from bicycle.model import Model
-from bicycle.model_file import build_model
+from bicycle.effects.effect_registry import registry
+from bicycle.model.model import Model
+from bicycle.model.model_file import build_model
 from studies.diagnosis.bicycle_kind import with_named
 from studies.diagnosis.candidates import nuisances
 from studies.diagnosis.measurement_file import PARTS, flat_uncertainty, read_kind
@@ -21,9 +21,9 @@ from studies.inference.fit import Fit
 from studies.inference.joint import OF, Joint, Part
 from studies.inference.kind import Kind
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.errors import InputError, refuse_unknown
-from tyre.plausible import WAY_OUT
-from tyre.schema import any_table, anything, flag, maybe, needed, read, refused, table, text
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.schema import any_table, anything, flag, maybe, needed, read, refused, table, text
+from tyre.measured.plausible import WAY_OUT
 
 MARKS = (OF, ".", "+")  # between a part and its sensors, an effect and its parameter, two effects
 OWN_BICYCLE = ("bicycle", "effects", WAY_OUT, "uncertainty")

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
-from bicycle.effect import Effect
+from bicycle.effects.effect import Effect
 from studies.inference import RULES, Candidate, Judgement, Moved, Verdict
 from studies.reporting.markdown_text import cell, cells, make_environment
 

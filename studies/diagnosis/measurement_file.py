@@ -18,20 +18,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bicycle.effect_registry import effect_class
-from bicycle.model import Model
-from bicycle.model_file import build_model, read_model
-from bicycle.named_modes import modes
-from bicycle.parameters import Bicycle
+from bicycle.effects.effect_registry import effect_class
+from bicycle.model.model import Model
+from bicycle.model.model_file import build_model, read_model
+from bicycle.parameters.bicycle import Bicycle
+from bicycle.stability.named_modes import modes
 from studies.diagnosis import bench, canonical, frequency_response, histories, modal, rig_recordings, tyre_tables
 from studies.diagnosis.candidates import check_known, nuisances
 from studies.diagnosis.modal import EIGENVALUE, SD
 from studies.inference.kind import Kind
 from studies.reporting.markdown_text import make_environment
-from tyre.errors import InputError, unknown
-from tyre.files import data_root, read_toml
-from tyre.plausible import WAY_OUT
-from tyre.schema import Table, any_table, anything, by_name, list_of, maybe, needed, read, table, text
+from tyre.ground.errors import InputError, unknown
+from tyre.ground.files import data_root, read_toml
+from tyre.ground.schema import Table, any_table, anything, by_name, list_of, maybe, needed, read, table, text
+from tyre.measured.plausible import WAY_OUT
 
 PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
 

@@ -14,11 +14,11 @@ import scipy
 from scipy.special import erf
 
 from bicycle.identification.recording import STEER, STEER_TORQUE, Run
-from bicycle.model import Model
+from bicycle.model.model import Model
 from studies.diagnosis.family import SPEED_OFFSET, SPEED_SCALE, WRONG
 from studies.inference.fit import Fit
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.arrays import Array, Complex
+from tyre.ground.arrays import Array, Complex
 
 GAIN, DELAY, LOWPASS = "measurement.{}_gain", "measurement.{}_delay", "measurement.{}_lowpass"  # of a signal
 FRICTION = "measurement.steer_friction"

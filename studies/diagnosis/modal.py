@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from bicycle.eigen import eigensystem
 from bicycle.identification.scatter import about_one_speed, repeats, surprise
-from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.named_modes import modes
-from bicycle.naming import known_modes
-from bicycle.parameter_covariance import entries_of
+from bicycle.model.eigen import eigensystem
+from bicycle.model.model import Model
+from bicycle.model.model_family import ModelFamily
+from bicycle.parameters.parameter_covariance import entries_of
+from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import known_modes
 from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
 from studies.diagnosis.corrected_model import with_values
 from studies.diagnosis.doubts import ANGLES, FREQUENCIES, SPEEDS
@@ -44,11 +44,11 @@ from studies.inference.fit import Fit
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Proposal, Rows, Series
 from studies.inference.parameter import Candidate
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError, unknown
-from tyre.plausible import LARGEST
-from tyre.schema import Check, number, path_key, read, table
-from tyre.table import Columns
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, unknown
+from tyre.ground.schema import Check, number, path_key, read, table
+from tyre.ground.text_table import Columns
+from tyre.measured.plausible import LARGEST
 
 # ---- the table ----
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.schema import Check, number, read
-from tyre.sheet import split_unit
-from tyre.table import Columns, read_cells, read_columns
-from tyre.units import factor_to_si, find_unit
+from tyre.formats.sheet import split_unit
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.schema import Check, number, read
+from tyre.ground.text_table import Columns, read_cells, read_columns
+from tyre.ground.units import factor_to_si, find_unit
 
 KIND = "table; paths are relative to the file that names it"
 SD = "_sd"

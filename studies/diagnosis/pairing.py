@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.named_modes import modes
-from tyre.arrays import Array, Complex
+from bicycle.model.model import Model
+from bicycle.model.model_family import ModelFamily
+from bicycle.stability.named_modes import modes
+from tyre.ground.arrays import Array, Complex
 
 if TYPE_CHECKING:
     from studies.diagnosis.modal import ModalPoint

@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE
-from bicycle.responses import from_rest
+from bicycle.model.descriptor import DescriptorStack
+from bicycle.motion.responses import from_rest
 from studies.diagnosis.family import Family
 from studies.diagnosis.mistakes import DELAY, FRICTION, GAIN, direction
 from studies.diagnosis.replay import Driven, Replay, Sampled
 from studies.diagnosis.steer_spline import ORDERS, SteerSpline
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from bicycle.descriptor import DescriptorStack
 from bicycle.identification.recording import AS_HELD, CHANNELS, INPUTS, Run
-from bicycle.responses import discretised, from_rest, marched, powers_of
+from bicycle.model.descriptor import DescriptorStack
+from bicycle.motion.responses import discretised, from_rest, marched, powers_of
 from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
 from studies.diagnosis.riding import PUSHES, SHARES, Course, riding_in, shapes
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 
 def lowpassed(signal: Array, tau: Array, steps: Array) -> Array:

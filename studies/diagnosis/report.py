@@ -22,7 +22,7 @@ from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import page as html_page
 from studies.reporting.output import json_text
-from tyre.files import slugs, write_text
+from tyre.ground.files import slugs, write_text
 
 MOST = 6  # rows of a table: verdict.json has all
 STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}

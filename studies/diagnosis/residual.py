@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bicycle.effect_registry import effect_class
+from bicycle.effects.effect_registry import effect_class
 from studies.diagnosis.diagnose import Diagnosis
 from studies.inference import Candidate, Fit, HeldOut, Kind, Linear, UncertainParameter, fit, held_out, prior
 from studies.inference.parameter import slopes_of, values_of
-from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 EFFECT, TORQUE = "residual_torque", "residual torque"
 TORQUES = ("steer", "lean")

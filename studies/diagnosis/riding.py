@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.diagnosis.mistakes import SENSOR
 from studies.inference.parameter import Candidate
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 RIDING = "riding."
 FAMILY = "a torque of the rider or the wind that was not recorded"

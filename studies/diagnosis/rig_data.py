@@ -18,15 +18,15 @@ from scipy.linalg import solve_triangular
 from studies.diagnosis.rig_reference import Curve
 from studies.inference.kind import Candidates
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.arrays import Array
-from tyre.noise import AR1Noise, estimate_noise
-from tyre.properties import Calibration
-from tyre.pull_test import fit_pull_test
-from tyre.recording import Condition, PullTest, RigRun
+from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
+from tyre.fits.sweep_curve import Blocks, interpolate_slip, lagged_magic_formula
+from tyre.ground.arrays import Array
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.measured.properties import Calibration
+from tyre.recordings.noise import AR1Noise, estimate_noise
+from tyre.recordings.recording import Condition, PullTest, RigRun
 from tyre.rig.effect import Recorded, RigParameter, Term, needs_pull, needs_sweep
-from tyre.slip_sweep import SlipSweepFit, fit_slip_sweep
-from tyre.sweep_curve import Blocks, interpolate_slip, lagged_magic_formula
-from tyre.units import PASCAL_PER_BAR
 
 SWEEP_TERMS = (
     "cornering_stiffness", "peak", "shape", "curvature", "shift", "lag", "play", "offset", "drift", "delay", "warming",

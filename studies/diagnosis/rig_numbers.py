@@ -13,22 +13,22 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import registry
-from bicycle.parameters import Bicycle
-from bicycle.wheel_tyres import EXTRAPOLATE, joint_wheel_tyres, tyre_file, tyre_notes
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import registry
+from bicycle.model.wheel_tyres import EXTRAPOLATE, joint_wheel_tyres, tyre_file, tyre_notes
+from bicycle.parameters.bicycle import Bicycle
 from studies.diagnosis.bicycle_kind import DRY, BicycleKind
 from studies.inference import kind as base
 from studies.inference.kind import Candidates, Rows, Series
 from studies.inference.parameter import central_differences
-from tyre.arrays import Array
-from tyre.campaign import fit_campaign, measured_tables
-from tyre.condition import FitSettings
-from tyre.errors import InputError
-from tyre.properties import JointProperties
-from tyre.schema import anything, flag, maybe, needed, read, table, text
-from tyre.tyre_map import TyreMap
-from tyre.units import PASCAL_PER_BAR
+from tyre.fits.campaign import fit_campaign, measured_tables
+from tyre.fits.condition import FitSettings
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.schema import anything, flag, maybe, needed, read, table, text
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.tyre_map import TyreMap
+from tyre.measured.properties import JointProperties
 
 EXAMPLE = 'write tyre = "TABLE.csv" (or recordings = "FOLDER") and pressure_bar'
 COMPLIANCE, LENGTH, TRAIL = "slip compliance", "relaxation length", "pneumatic trail"

@@ -34,20 +34,20 @@ from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Prediction, Proposal, Rows, Series
 from studies.inference.parameter import central_differences, stencil
 from studies.reporting.plotting import GREY, drawing, look
-from tyre.arrays import Array
-from tyre.campaign import recordings_in
-from tyre.condition import FitSettings
-from tyre.contact_patch import log_curvature
-from tyre.errors import InputError, refuse_unknown
-from tyre.noise import AR1Noise
-from tyre.preflight import LOAD_TOLERANCE, preflight
-from tyre.properties import Calibration
-from tyre.recording import SYNTHETIC_NOTES, Condition, PullTest, RigRun
-from tyre.recording_files import read_recording
-from tyre.relaxation import is_slip_step
+from tyre.fits.campaign import recordings_in
+from tyre.fits.condition import FitSettings
+from tyre.fits.recording_files import read_recording
+from tyre.fits.relaxation import is_slip_step
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.contact_patch import log_curvature
+from tyre.measured.properties import Calibration
+from tyre.recordings.noise import AR1Noise
+from tyre.recordings.recording import SYNTHETIC_NOTES, Condition, PullTest, RigRun
+from tyre.recordings.run_checks import LOAD_TOLERANCE, preflight
 from tyre.rig.effect import Contribution, PullTerms, Recorded, SweepTerms, Term, rig_terms
-from tyre.schema import anything, by_name, list_of, maybe, needed, number, read, table, text
-from tyre.units import PASCAL_PER_BAR
 
 EXAMPLE = 'write [rig] with recordings = "FOLDER" and a table [rig.reference]'
 FOLDS = 3  # parts of a recording that are held out in turn, of fewer than three recordings

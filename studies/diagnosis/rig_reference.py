@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from tyre.campaign import fit_campaign
-from tyre.condition import FitSettings, upright
-from tyre.errors import InputError
-from tyre.map_files import read_table
-from tyre.plausible import LARGEST, SMALLEST
-from tyre.schema import anything, list_of, maybe, needed, number, read, table, text
-from tyre.units import PASCAL_PER_BAR
+from tyre.fits.campaign import fit_campaign
+from tyre.fits.condition import FitSettings, upright
+from tyre.ground.errors import InputError
+from tyre.ground.schema import anything, list_of, maybe, needed, number, read, table, text
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.map_files import read_table
+from tyre.measured.plausible import LARGEST, SMALLEST
 
 LENGTH_SD = 0.1  # relative: the static C/K and the lag of a rolling tyre are not the same thing
 PEAK, SHAPE, CURVATURE = 1.05, 1.4, 0.0  # of a curve of which only the slope is known; the peak in loads

@@ -8,7 +8,7 @@ import numpy as np
 
 from bicycle.identification.recording import AS_LINEAR, Run
 from studies.diagnosis.whitening import ChannelNoise
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 
 def pieces(run: Run) -> list[Run]:

@@ -10,11 +10,11 @@ import numpy as np
 from bicycle.identification.frequency_response import SpectralResponse, spectral_response
 from bicycle.identification.recording import FORCED_INPUTS, MOTIONS, Run, read_forced, refuse_copies
 from studies.diagnosis.frequency_response import spoken
-from studies.run_argument import file_and_speed, named_apart
-from tyre.arrays import Array
-from tyre.channel_map import ChannelMap
-from tyre.draft import looking
-from tyre.errors import InputError, unknown
+from studies.model_space.run_argument import file_and_speed, named_apart
+from tyre.formats.channel_map import ChannelMap
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, unknown
+from tyre.recordings.draft import looking
 
 
 @dataclass(frozen=True)

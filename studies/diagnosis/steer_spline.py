@@ -20,7 +20,7 @@ import scipy
 
 from bicycle.identification.recording import STEER, STEER_TORQUE, Run
 from studies.diagnosis.mistakes import third_difference_noise
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 DEGREE = 5  # the second derivative is a cubic spline
 DYING = np.array([0.03, 0.1])  # s, time constants of what dies away after a start

@@ -15,14 +15,14 @@ import numpy as np
 from studies.diagnosis.figures import BEFORE_AFTER
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Rows, Series
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.arrays import Array
-from tyre.contact_patch import log_curvature
-from tyre.errors import InputError, refuse_unknown
-from tyre.map_files import read_table
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.schema import path_key, read, table
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.contact_patch import log_curvature
+from tyre.maps.map_files import read_table
+from tyre.measured.tables import MeasuredTable
 from tyre.rig.effects.tyre import DrumCurvature
-from tyre.schema import path_key, read, table
-from tyre.tables import MeasuredTable
-from tyre.units import PASCAL_PER_BAR
 
 WHEEL_RADIUS = 0.34  # m, for the drum's curvature
 

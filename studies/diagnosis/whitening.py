@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 LARGEST_SIGNAL = 1e12  # of a simulated signal: the trial bicycle has fallen
 

@@ -1,6 +1,6 @@
 """Serve the page on which parameters are moved and modes watched: ``velotyre explore``."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 HOME = {  # module -> the names that it gives to other rooms; each is imported when it is first used
     "chart": ("BAND_NAME", "bands", "hidden"),

@@ -13,7 +13,7 @@ from typing import Any
 from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html, no_update
 from markupsafe import Markup
 
-from bicycle.mode_figure import mode_words
+from bicycle.stability.mode_figure import mode_words
 from studies.explorer import exports, figures
 from studies.explorer.chart import chart_csv, chart_figure, chart_notes, chart_of
 from studies.explorer.forms import controls_html
@@ -24,8 +24,8 @@ from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import kept_here
 from studies.explorer.uploads import ENDINGS, LARGEST, LARGEST_BODY, with_files
-from tyre.errors import InputError
-from tyre.find_tyre import FILE_ENDINGS
+from tyre.ground.errors import InputError
+from tyre.maps.find_tyre import FILE_ENDINGS
 
 ALONG = (("modes", "Modes along speed"), ("critical", "Critical speeds"), ("locus", "Root locus"))
 AT = (("damping", "Damping at the chosen speed"), ("sensitivity", "Sensitivities at the chosen speed"),

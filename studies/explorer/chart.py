@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.mode_figure import mode_look, mode_words
-from studies.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
+from bicycle.stability.mode_figure import mode_look, mode_words
 from studies.chart.chart import BAND, NamedBoundary, StabilityChart, checked, stability_chart, title
 from studies.chart.plane import Plane, Span, lattice, split_range
 from studies.explorer.figures import Figure, Palette, colour_on, figure, plain, series
 from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
 from studies.explorer.tyre_files import TYRES
-from tyre.arrays import Array
-from tyre.errors import InputError
+from studies.model_space.axes import OF_THE_TYRE, SPEED, axis_keys, axis_of, typical_range
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 
 def axis_options(state: State) -> list[dict[str, Any]]:

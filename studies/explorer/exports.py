@@ -12,7 +12,7 @@ from importlib.resources import files
 from pprint import pformat
 from typing import Any
 
-from bicycle.effect_registry import outside_origins
+from bicycle.effects.effect_registry import outside_origins
 from studies.explorer import figures as drawn
 from studies.explorer.chart import chart_figure, chart_notes, chart_of
 from studies.explorer.models import POINTS, Computed, at_speed, bicycle_name, computed, model_content, ranking
@@ -20,7 +20,7 @@ from studies.explorer.motion import mode_motion
 from studies.explorer.state import State, parse_state, written
 from studies.explorer.tyre_files import TYRES, files_of, kept_here, tyre_names
 from studies.reporting.markdown_text import html_template
-from tyre.files import slug
+from tyre.ground.files import slug
 
 HEAD = "# made by velotyre explore, {address}\n{needed}"
 NEEDED = "# needs beside it, as they were loaded: {names}\n"

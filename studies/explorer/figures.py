@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed
-from bicycle.default_sd import EXACT
-from bicycle.eigen import angular_frequency, frequency_hz, oscillating
-from bicycle.mode_figure import mode_look, mode_words
-from bicycle.named_modes import UNITS, Modes
+from bicycle.model.default_sd import EXACT
+from bicycle.model.eigen import angular_frequency, frequency_hz, oscillating
+from bicycle.stability.critical import CriticalSpeed
+from bicycle.stability.mode_figure import mode_look, mode_words
+from bicycle.stability.named_modes import UNITS, Modes
 from studies.explorer.models import AtSpeed, Computed
-from studies.lasting_motions import Trace
-from studies.ranking import Ranking
-from tyre.errors import InputError, extrapolated
+from studies.model_space.lasting_motions import Trace
+from studies.model_space.ranking import Ranking
+from tyre.ground.errors import InputError, extrapolated
 
 MARKERS = {
     "o": "circle", "s": "square", "^": "triangle-up", "D": "diamond", "v": "triangle-down", "P": "cross", "X": "x",

@@ -5,24 +5,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bicycle.bicycle_files import available_bicycles
-from bicycle.effect import WHEELS, Effect, Parameter
-from bicycle.effect_registry import registry
-from bicycle.parameters import Bicycle
-from bicycle.rider_body import available_riders
-from bicycle.rider_posture import POSTURES
-from bicycle.wheel_tyres import FROM_TYRE, MOST_BAR
+from bicycle.effects.effect import WHEELS, Effect, Parameter
+from bicycle.effects.effect_registry import registry
+from bicycle.files.bicycle_files import available_bicycles
+from bicycle.model.wheel_tyres import FROM_TYRE, MOST_BAR
+from bicycle.parameters.bicycle import Bicycle
+from bicycle.rider.rider_body import available_riders
+from bicycle.rider.rider_posture import POSTURES
 from studies.explorer.chart import chart_axes
 from studies.explorer.exports import template
 from studies.explorer.geometry import GEOMETRY, slider_fields
 from studies.explorer.models import bicycle_or_none, known_tyres
 from studies.explorer.state import FASTEST, ON, State, written
 from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
-from studies.model_argument import LAWS
-from studies.model_example import typical_values
-from tyre.errors import InputError
-from tyre.properties import TyreSource
-from tyre.units import PASCAL_PER_BAR
+from studies.model_space.model_argument import LAWS
+from studies.model_space.model_example import typical_values
+from tyre.ground.errors import InputError
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.measured.properties import TyreSource
 
 
 def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:

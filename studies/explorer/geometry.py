@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from bicycle.parameters import Bicycle
-from tyre.errors import InputError
+from bicycle.parameters.bicycle import Bicycle
+from tyre.ground.errors import InputError
 
 GEOMETRY = "geometry"  # key of an address: geometry.trail=0.06 moves a number of the bicycle that the address names
 

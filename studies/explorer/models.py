@@ -8,24 +8,24 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.bicycle_numbers import given_numbers, model_table
-from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.limit_cycles import find_limit_cycles
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model
-from bicycle.model_file import build_model
-from bicycle.named_modes import Modes, modes
-from bicycle.parameters import Bicycle
-from bicycle.propagation import mode_sd, model_covariance
+from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+from bicycle.files.bicycle_numbers import given_numbers, model_table
+from bicycle.model.model import Model
+from bicycle.model.model_file import build_model
+from bicycle.model.state_space import LinearModel
+from bicycle.motion.limit_cycles import find_limit_cycles
+from bicycle.parameters.bicycle import Bicycle
+from bicycle.stability.critical import CriticalSpeed, critical_speeds
+from bicycle.stability.named_modes import Modes, modes
+from bicycle.stability.propagation import mode_sd, model_covariance
 from studies.explorer.geometry import GEOMETRY, kept_on_the_axis, moved, side_view
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
-from studies.lasting_motions import Trace, curves_of, traces_of
-from studies.ranking import Ranking, rank
+from studies.model_space.lasting_motions import Trace, curves_of, traces_of
+from studies.model_space.ranking import Ranking, rank
 from tyre import available_tyres
-from tyre.errors import InputError, refuse_unknown
-from tyre.find_tyre import packaged_formulas
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.maps.find_tyre import packaged_formulas
 
 POINTS = 60  # speeds along a curve
 R = TypeVar("R")
@@ -208,10 +208,10 @@ def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:
 
 @lru_cache(maxsize=32)
 def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
-    from bicycle.rider_body import available_riders, read_rider
-    from bicycle.rider_frame import rider_on_bicycle
-    from bicycle.rider_posture import SeatGeometry, packaged_geometry, read_geometry
-    from studies.rider_report import with_provenance
+    from bicycle.rider.rider_body import available_riders, read_rider
+    from bicycle.rider.rider_frame import rider_on_bicycle
+    from bicycle.rider.rider_posture import SeatGeometry, packaged_geometry, read_geometry
+    from studies.reporting.rider_report import with_provenance
 
     refuse_unknown("rider", [rider], available_riders())
     known = packaged_geometry(frame.name)

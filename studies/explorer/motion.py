@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from studies.animation import BicycleDrawing, bicycle_drawing, modal_motion
 from studies.explorer.models import AtSpeed, computed
 from studies.explorer.state import State
-from tyre.arrays import Array
+from studies.motion.animation import BicycleDrawing, bicycle_drawing, modal_motion
+from tyre.ground.arrays import Array
 
 FRAMES = 24
 EVERY = 4  # of the points of a wheel, to keep the page light

@@ -21,7 +21,7 @@ from studies.explorer.motion import mode_motion
 from studies.explorer.state import parse_state
 from studies.explorer.tyre_files import TYRES
 from studies.explorer.uploads import LARGEST_BODY
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 CALLBACK = "/_dash-update-component"
 ICON = "/_favicon.ico"

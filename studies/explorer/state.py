@@ -11,14 +11,14 @@ from dataclasses import dataclass, fields
 from typing import Any
 from urllib.parse import quote, unquote
 
-from bicycle.bicycle_numbers import COVARIANCE
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import registry
-from bicycle.wheel_tyres import FROM_TYRE, TYRE_KEYS
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import registry
+from bicycle.files.bicycle_numbers import COVARIANCE
+from bicycle.model.wheel_tyres import FROM_TYRE, TYRE_KEYS
 from studies.explorer.geometry import GEOMETRY
-from tyre import schema
-from tyre.errors import InputError, is_number, refuse_unknown, shown, unknown
-from tyre.schema import number, remarked, text
+from tyre.ground import schema
+from tyre.ground.errors import InputError, is_number, refuse_unknown, shown, unknown
+from tyre.ground.schema import number, remarked, text
 
 FILE_KEYS = ("bicycle", "effects", "allow_unusual", COVARIANCE, "description")
 TEXT_KEYS = ("tyre", "surface")  # of an effect's table; all else is a number, a switch or the word "tyre"

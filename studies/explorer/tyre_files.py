@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from studies.explorer.state import State, parse_state
-from tyre.errors import InputError, shown
-from tyre.files import write_bytes
-from tyre.find_tyre import is_file_name, read_tyre
-from tyre.properties import TyreSource
+from tyre.ground.errors import InputError, shown
+from tyre.ground.files import write_bytes
+from tyre.maps.find_tyre import is_file_name, read_tyre
+from tyre.measured.properties import TyreSource
 
 _DIGITS = 10
 _GIVEN = re.compile(rf"@[0-9a-f]{{{_DIGITS}}}$")  # an address holds NAME.csv@DIGEST: no path, and no other content

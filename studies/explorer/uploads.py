@@ -8,20 +8,20 @@ from dataclasses import replace
 from pathlib import Path, PurePath, PureWindowsPath
 from typing import Any
 
-from bicycle.bicycle_files import WRITERS, load_bicycle
-from bicycle.bicycle_numbers import model_table
-from bicycle.model_file import MODEL
-from bicycle.parameters import UNITS
+from bicycle.files.bicycle_files import WRITERS, load_bicycle
+from bicycle.files.bicycle_numbers import model_table
+from bicycle.model.model_file import MODEL
+from bicycle.parameters.bicycle import UNITS
 from studies.explorer.models import refuse_other_files
 from studies.explorer.state import State, flattened, parse_state
 from studies.explorer.tyre_files import TYRES, shown_name, tyre_names, with_tyres
-from studies.model_argument import choose
-from tyre import schema
-from tyre.errors import InputError
-from tyre.files import read_toml, slug
-from tyre.find_tyre import FILE_ENDINGS, is_file_name
-from tyre.pacejka89 import KEYS, MOMENT, SIDE
-from tyre.plausible import WAY_OUT
+from studies.model_space.model_argument import choose
+from tyre.ground import schema
+from tyre.ground.errors import InputError
+from tyre.ground.files import read_toml, slug
+from tyre.laws.pacejka89 import KEYS, MOMENT, SIDE
+from tyre.maps.find_tyre import FILE_ENDINGS, is_file_name
+from tyre.measured.plausible import WAY_OUT
 
 LARGEST, LARGEST_BODY = 1_000_000, 3_000_000  # bytes of a dropped file, and of a request with such a file and a state
 START = (  # address of what the page opens on: what the tool is about

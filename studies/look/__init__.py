@@ -1,6 +1,6 @@
 """Look at a recording: what it holds, what each command would make of it, and what is lacking."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 HOME = {
     "draft_files": ("Draft", "drafts", "stems", "steps", "write_drafts"),

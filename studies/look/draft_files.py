@@ -13,12 +13,12 @@ from studies.look.opened import MOTION, QUANTITIES, TORQUES, Roles
 from studies.look.overview import Look
 from studies.look.rig_uses import ALL_PULL, ALL_ROLLING, Supposed
 from studies.reporting.markdown_text import render_file
-from tyre.channel_map import Reading, Window
-from tyre.draft import UNKNOWN
-from tyre.errors import InputError
-from tyre.files import own_ends, refuse_outside, slug, slugs, write_text
-from tyre.preflight import TOLERANCES
-from tyre.units import SI, quantity_of
+from tyre.formats.channel_map import Reading, Window
+from tyre.ground.errors import InputError
+from tyre.ground.files import own_ends, refuse_outside, slug, slugs, write_text
+from tyre.ground.units import SI, quantity_of
+from tyre.recordings.draft import UNKNOWN
+from tyre.recordings.run_checks import TOLERANCES
 
 FILL = "FILL IN"
 

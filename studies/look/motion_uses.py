@@ -15,13 +15,13 @@ from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
 from studies.look.rig_uses import Event, Use, short
-from tyre.arrays import Array
-from tyre.channel_map import ChannelMap, Window
-from tyre.channels import records
-from tyre.errors import InputError
-from tyre.quality import noise_level
-from tyre.quality import runs as stretches_of
-from tyre.units import find_unit, quantity_of
+from tyre.formats.channel_map import ChannelMap, Window
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import find_unit, quantity_of
+from tyre.recordings.channels import records
+from tyre.recordings.signal_quality import noise_level
+from tyre.recordings.signal_quality import runs as stretches_of
 
 DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
 STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s

@@ -10,17 +10,17 @@ import numpy as np
 
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
 from studies.reporting.markdown_text import one_line, render_file
-from tyre.arrays import Array
-from tyre.channel_map import ChannelMap, Reading
-from tyre.clock import GAP, check_clock, damaged_times, usual_rate
-from tyre.draft import UNKNOWN, Guess, guesses
-from tyre.errors import InputError
+from tyre.fits.recording_files import QUANTITIES as OF_RIG
+from tyre.fits.recording_files import Sidecar, file_and_sidecar
 from tyre.formats import contents
-from tyre.quality import Quality, quality
-from tyre.recording_files import QUANTITIES as OF_RIG
-from tyre.recording_files import Sidecar, file_and_sidecar
-from tyre.signals import Column, Contents, Signals, listed
-from tyre.units import GRAVITY, SI, find_unit, quantity_of
+from tyre.formats.channel_map import ChannelMap, Reading
+from tyre.formats.signals import Column, Contents, Signals, listed
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import GRAVITY, SI, find_unit, quantity_of
+from tyre.recordings.clock import GAP, check_clock, damaged_times, usual_rate
+from tyre.recordings.draft import UNKNOWN, Guess, guesses
+from tyre.recordings.signal_quality import Quality, quality
 
 CLOCK_UNITS = (  # with the factor to s and the least usual step; days are those of a spreadsheet
     ("s", 1.0, 1.2e-5), ("ms", 1e-3, 1e-3), ("us", 1e-6, 2e3), ("ns", 1e-9, 1e6), ("d", 86_400.0, 1e-9),

@@ -11,8 +11,8 @@ import numpy as np
 
 from studies.look.opened import QUANTITIES, Opened, Roles, oddities, open_recording, roles
 from studies.reporting.markdown_text import render_file
-from tyre.channel_map import ChannelMap
-from tyre.clock import usual_rate
+from tyre.formats.channel_map import ChannelMap
+from tyre.recordings.clock import usual_rate
 
 if TYPE_CHECKING:
     from studies.look.motion_uses import Motion

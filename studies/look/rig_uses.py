@@ -10,19 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from studies.look.opened import PULL, ROLLING, Roles
-from tyre.arrays import Array
-from tyre.campaign import fit_read
-from tyre.channel_map import ChannelMap, Window
-from tyre.channels import Record, records
-from tyre.condition import FitSettings
-from tyre.errors import InputError
-from tyre.preflight import preflight
-from tyre.recording import CONVENTIONS, Condition, PullTest, RigRun
-from tyre.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
-from tyre.relaxation import complete_samples, is_slip_step
-from tyre.segments import level_conditions, steady_levels, stretches
-from tyre.sweep_curve import block_means, samples_used
-from tyre.units import find_unit, quantity_of
+from tyre.fits.campaign import fit_read
+from tyre.fits.condition import FitSettings
+from tyre.fits.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
+from tyre.fits.relaxation import complete_samples, is_slip_step
+from tyre.fits.segments import level_conditions, steady_levels, stretches
+from tyre.fits.sweep_curve import block_means, samples_used
+from tyre.formats.channel_map import ChannelMap, Window
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import find_unit, quantity_of
+from tyre.recordings.channels import Record, records
+from tyre.recordings.recording import CONVENTIONS, Condition, PullTest, RigRun
+from tyre.recordings.run_checks import preflight
 
 SWEEP, PULLED, STEP, STEADY = "slip sweep", "pull test", "step (relaxation)", "steady curve"
 USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")

@@ -11,9 +11,9 @@ import numpy as np
 from studies.look.opened import oddities
 from studies.look.overview import Look
 from studies.reporting.markdown_text import render_file
-from tyre.clock import usual_rate
 from tyre.formats import FORMATS
-from tyre.signals import listed
+from tyre.formats.signals import listed
+from tyre.recordings.clock import usual_rate
 
 MOST_REMARKS, MOST_COMMANDS, MOST_FILES = 3, 6, 40  # of a group of recordings alike
 

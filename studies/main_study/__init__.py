@@ -1,6 +1,6 @@
 """The main study of ``velotyre run``: how tyre and pressure decide the wobble of a bicycle."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 PLACES = {
     "settings": (

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.default_sd import CORNERING_STIFFNESS, EFFECT
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import effect_class
-from bicycle.parameters import Bicycle
-from bicycle.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, wheel_sources
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import effect_class
+from bicycle.model.default_sd import CORNERING_STIFFNESS, EFFECT
+from bicycle.model.wheel_tyres import EXTRAPOLATE, TYRE_KEYS, wheel_sources
+from bicycle.parameters.bicycle import Bicycle
 from studies.main_study.settings import LAW, Settings, Setup, Table
 from tyre import TyreMap, TyreProperties, available_tyres, read_tyre
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.find_tyre import is_file_name
-from tyre.properties import TyreSource, out_of_reach, wheel_properties
-from tyre.units import PASCAL_PER_BAR
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.find_tyre import is_file_name
+from tyre.measured.properties import TyreSource, out_of_reach, wheel_properties
 
 # parameters of the model that a TyreCase gives, in its order
 CONTACT = tuple(f"{LAW}.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length"))

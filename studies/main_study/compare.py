@@ -11,25 +11,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.critical import CriticalSpeed, CrossingIdentity, critical_speeds, identified
-from bicycle.effect_registry import effect_class
-from bicycle.eigen import damping_ratio, frequency_hz
-from bicycle.limit_cycles import find_limit_cycles
-from bicycle.linear_model import LinearModel
-from bicycle.model_family import ModelFamily
-from bicycle.named_modes import modes
-from bicycle.nonlinear import MagicTyre
-from bicycle.sensitivity import critical_speed_sensitivities
-from studies.lasting_motions import Extent, Trace, curves_of, extent, traces_of
+from bicycle.effects.effect_registry import effect_class
+from bicycle.model.eigen import damping_ratio, frequency_hz
+from bicycle.model.model_family import ModelFamily
+from bicycle.model.state_space import LinearModel
+from bicycle.motion.limit_cycles import find_limit_cycles
+from bicycle.motion.nonlinear import MagicTyre
+from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, critical_speeds, identified
+from bicycle.stability.named_modes import modes
+from bicycle.stability.sensitivity import critical_speed_sensitivities
 from studies.main_study import result as world
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Front, Settings, Setup
+from studies.model_space.lasting_motions import Extent, Trace, curves_of, extent, traces_of
 from studies.uncertainty import assumed, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
-from tyre.arrays import Array
-from tyre.contact_patch import half_length_under_load, string_trail
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.maps.contact_patch import half_length_under_load, string_trail
 
 DAMPING, CRITICAL = "damping_ratio", "critical_speed_m_s"
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Patch
 
-from bicycle.critical import CrossingIdentity
-from studies.amplitude import draw_trace, finish_amplitude
+from bicycle.stability.critical import CrossingIdentity
 from studies.main_study.compare import Change, growth_speeds
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
 from studies.main_study.settings import LIMITS, Setup, plain_name
 from studies.main_study.study import Study
+from studies.motion.amplitude import draw_trace, finish_amplitude
 from studies.reporting import plotting
 from studies.reporting.plotting import UNSTABLE, look, mode_look
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bicycle.critical import CrossingIdentity
+from bicycle.stability.critical import CrossingIdentity
 from studies.main_study.result import WEAVE, WOBBLE
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study
-from tyre.files import data_root, read_toml
+from tyre.ground.files import data_root, read_toml
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed
-from bicycle.default_sd import CORNERING_STIFFNESS
+from bicycle.model.default_sd import CORNERING_STIFFNESS
+from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
 from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
 from studies.main_study.published import compared

@@ -11,20 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import ACriticalSpeed, CriticalSpeed, critical_speeds
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import effect_class
-from bicycle.eigen import angular_frequency, damping_ratio, frequency_hz
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model
-from bicycle.named_modes import Modes, modes
-from bicycle.parameter_covariance import ParameterKey
-from bicycle.parameters import UNITS, bodies, static_loads
-from bicycle.propagation import critical_speed_gradients, mode_gradients, standard_deviation
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import effect_class
+from bicycle.model.eigen import angular_frequency, damping_ratio, frequency_hz
+from bicycle.model.model import Model
+from bicycle.model.state_space import LinearModel
+from bicycle.parameters.bicycle import UNITS, bodies, static_loads
+from bicycle.parameters.parameter_covariance import ParameterKey
+from bicycle.stability.critical import ACriticalSpeed, CriticalSpeed, critical_speeds
+from bicycle.stability.named_modes import Modes, modes
+from bicycle.stability.propagation import critical_speed_gradients, mode_gradients, standard_deviation
 from studies.main_study.cases import CONTACT, TyreCase
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, PerWheel, Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 WOBBLE, WEAVE = "wobble", "weave"
 COMPARED = (WOBBLE, WEAVE)

@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.default_sd import EFFECT
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import effect_class
-from bicycle.model import DEFAULT_CONTACT, Model
-from bicycle.model_file import read_model
-from bicycle.parameter_covariance import ParameterKey
-from bicycle.parameters import Bicycle
-from bicycle.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
-from bicycle.wheel_tyres import MOST_BAR, located, values_of_tyres
-from studies.model_argument import bicycle_alone
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.files import read_toml
-from tyre.typed_number import typed_numbers
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import effect_class
+from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+from bicycle.model.default_sd import EFFECT
+from bicycle.model.model import DEFAULT_CONTACT, Model
+from bicycle.model.model_file import read_model
+from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
+from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.parameter_covariance import ParameterKey
+from bicycle.rider.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
+from studies.model_space.model_argument import bicycle_alone
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.files import read_toml
+from tyre.ground.number_with_unit import typed_numbers
 
 Table = Mapping[str, Any]
 LAW, CONTACT_LENGTH = "relaxation_length", "contact_length"  # effects
@@ -303,9 +303,9 @@ def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
 
 def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, tuple[Bicycle, ...]]:
     """Put a rider on a frame, and the same rider in every posture within reach."""
-    from bicycle.rider_body import read_rider
-    from bicycle.rider_frame import rider_on_bicycle
-    from studies.rider_report import with_provenance
+    from bicycle.rider.rider_body import read_rider
+    from bicycle.rider.rider_frame import rider_on_bicycle
+    from studies.reporting.rider_report import with_provenance
 
     person, bare, known = read_rider(rider), load_bicycle(frame), packaged_geometry(frame)
 

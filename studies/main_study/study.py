@@ -10,7 +10,7 @@ from studies.main_study import compare
 from studies.main_study.cases import Cases, TyreCase, tyre_cases
 from studies.main_study.result import Result, solve
 from studies.main_study.settings import LIMITS, Settings, Setup
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 Each = Callable[..., list[Any]]
 
@@ -63,8 +63,8 @@ class Study:
 @contextmanager
 def spread(workers: int) -> Iterator[Each]:
     """Give ``each(work, items, what)``: results of ``work(*item)`` in order, over processes, with a bar ``what``."""
-    from bicycle.effect_registry import model_workers
-    from tyre.progress import progress_bar
+    from bicycle.effects.effect_registry import model_workers
+    from tyre.ground.progress import progress_bar
 
     with model_workers(workers) if workers > 1 else nullcontext() as pool:
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bicycle.eigen import damping_ratio, frequency_hz, oscillating
+from bicycle.model.eigen import damping_ratio, frequency_hz, oscillating
 from studies.main_study.cases import TyreCase
 from studies.main_study.compare import CRITICAL, DAMPING
 from studies.main_study.published import compared
 from studies.main_study.settings import Setup
 from studies.main_study.study import Study
-from tyre.table import write_csv
+from tyre.ground.text_table import write_csv
 
 Row = dict[str, Any]
 

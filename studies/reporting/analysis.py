@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.eigen import NOISE
-from bicycle.linear_model import LinearModel
-from bicycle.named_modes import Modes, modes
+from bicycle.model.eigen import NOISE
+from bicycle.model.state_space import LinearModel
+from bicycle.stability.critical import CriticalSpeed, critical_speeds
+from bicycle.stability.named_modes import Modes, modes
 
 
 def analyse(model: LinearModel, speeds: ArrayLike, *, max_speed: float) -> tuple[Modes | None, Sequence[CriticalSpeed]]:

@@ -19,8 +19,8 @@ import click
 
 from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
-from tyre.errors import InputError
-from tyre.files import files_below, held, left_by_a_killed_run, texts_in, write_text
+from tyre.ground.errors import InputError
+from tyre.ground.files import files_below, held, left_by_a_killed_run, texts_in, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
 

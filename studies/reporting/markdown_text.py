@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from tyre.files import write_text
+from tyre.ground.files import write_text
 
 if TYPE_CHECKING:
     import jinja2

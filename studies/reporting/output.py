@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.reporting.command_context import VERBOSE
-from tyre.errors import InputError, folded
-from tyre.files import write_text
-from tyre.table import csv_text
-from tyre.typed_number import typed_numbers
+from tyre.ground.errors import InputError, folded
+from tyre.ground.files import write_text
+from tyre.ground.number_with_unit import typed_numbers
+from tyre.ground.text_table import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from bicycle.linear_model import LinearModel
+    from bicycle.model.state_space import LinearModel
 
 ENDINGS = {"CSV": ".csv", "JSON": ".json"}
 OTHERS = (
@@ -179,7 +179,7 @@ def print_critical(
 
 def print_exchanges(models: Mapping[str, "LinearModel"], fastest: float) -> None:
     """Print where modes of the ``models`` by name exchange character, and so their names, up to a speed (m/s)."""
-    from bicycle.named_modes import mode_events
+    from bicycle.stability.named_modes import mode_events
 
     for name, model in models.items():
         for event in mode_events(model, 0.0, fastest):

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bicycle.mode_figure import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.files import replacing
+from bicycle.stability.mode_figure import EXTRAPOLATED, LOOKS, UNSTABLE, Look, mode_look, mode_marker, mode_words
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.files import replacing
 
 if TYPE_CHECKING:
-    from bicycle.linear_model import LinearModel
+    from bicycle.model.state_space import LinearModel
 
 __all__ = [
     "EXTRAPOLATED", "GREY", "LOOKS", "STYLE", "UNSTABLE", "Look", "check_picture", "draw_picture",
@@ -71,8 +71,8 @@ def check_picture(target: str) -> None:
 
 def draw_picture(model: "LinearModel", speeds: Array, target: str, *, title: str) -> None:
     """Draw the modes of a model over the range of ``speeds`` (m/s) into ``target``, finely enough for smooth lines."""
-    from bicycle.mode_figure import draw_modes
-    from bicycle.named_modes import modes
+    from bicycle.stability.mode_figure import draw_modes
+    from bicycle.stability.named_modes import modes
 
     if np.ptp(speeds) > 0:
         speeds = np.union1d(speeds, np.linspace(speeds.min(), speeds.max(), 241))

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from studies.reporting.plotting import settle
-from tyre.campaign import Campaign, points_of
-from tyre.condition import ConditionResult, RecordingSummary, upright
-from tyre.files import replacing, slugs
-from tyre.recording import Channel
-from tyre.sweep_curve import magic_formula
-from tyre.units import PASCAL_PER_BAR
+from tyre.fits.campaign import Campaign, points_of
+from tyre.fits.condition import ConditionResult, RecordingSummary, upright
+from tyre.fits.sweep_curve import magic_formula
+from tyre.ground.files import replacing, slugs
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.recordings.recording import Channel
 
 COLOURS = ("#08306b", "#c0392b", "#e8a33d", "#2a7f62", "#7d5ba6", "#555555")  # dark to light, told apart in grey
 MARKERS = ("o", "s", "^", "D", "v", "P")

@@ -12,12 +12,12 @@ import pandas as pd
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import code, render_file, write_pages
 from studies.rig_campaign import figures as drawn
-from tyre.campaign import Campaign, write_tables
-from tyre.condition import ConditionResult, Key, upright
-from tyre.files import write_text
-from tyre.properties import Estimate
-from tyre.table import write_csv
-from tyre.units import PASCAL_PER_BAR
+from tyre.fits.campaign import Campaign, write_tables
+from tyre.fits.condition import ConditionResult, Key, upright
+from tyre.ground.files import write_text
+from tyre.ground.text_table import write_csv
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.measured.properties import Estimate
 
 N_PER_DEG = math.pi / 180.0
 

@@ -1,6 +1,6 @@
 """Sweeps: many bicycles, tyres and speeds at once, on this machine or a cluster, and figures of the results."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 FILES = {  # names of the room by the file that holds them; each is imported when it is first used
     "draw": ("draw_result", "figures_folder"),

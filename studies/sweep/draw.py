@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from studies.outputs import OUTPUTS
+from studies.model_space.outputs import OUTPUTS
 from studies.reporting.plotting import drawing
 from studies.sweep import figures
 from studies.sweep import varied as compared
@@ -15,8 +15,8 @@ from studies.sweep.figures import Drawn, wrapped
 from studies.sweep.specification import SPEED
 from studies.sweep.stored import CRITICAL, Stored, read_result
 from studies.sweep.varied import Stability, Varied
-from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 MOST_POINTS, MOST_COLUMNS, MOST_LINES = 4000, 6, 5
 STABLE, UNSTABLE, PLAIN = "#5f9ed1", "#c8462f", "#123a6b"

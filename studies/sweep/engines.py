@@ -9,8 +9,8 @@ from typing import Any
 
 from studies.sweep.specification import Sweep
 from studies.sweep.worker import SLOW_ITEMS, block_items, slow
-from tyre.errors import InputError
-from tyre.workers import one_blas_thread, worker_pool
+from tyre.ground.errors import InputError
+from tyre.ground.workers import one_blas_thread, worker_pool
 
 Piece = tuple[int, int]
 Work = Callable[[int, int], Any]

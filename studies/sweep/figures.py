@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from studies.outputs import CHANGES, OUTPUTS, Output
+from studies.model_space.outputs import CHANGES, OUTPUTS, Output
 from studies.reporting.markdown_text import render_file
 from studies.reporting.output import write_csv
 from studies.reporting.plotting import UNSTABLE, drawing, look, mode_look
 from studies.sweep.stored import CRITICAL, Limits, Stored, limit_words
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 LEAST_FOR_BARS, LEAST_FOR_BANDS = 30, 20  # bicycles; fewer are drawn one by one
 MOST_ROWS, MOST_LINES, MOST_MODES = 40, 6, 4  # combinations in a figure; with a line of their own; modes in a figure

@@ -6,22 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles
-from bicycle.default_sd import MODEL_FILE
-from bicycle.model import Model
-from bicycle.model_file import allows_unusual, build_model, refuse_absurd_values
-from bicycle.parameter_covariance import WHEELS, ParameterKey, checked_covariance, entries_of
-from bicycle.parameters import BOUNDS, HEAD_ANGLE, UNITS, Bicycle, canonical
-from bicycle.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
-from studies.axes import bounds_of
-from studies.command_options import check_memory
-from studies.outputs import OUTPUTS
-from studies.sampling import possible_moments
+from bicycle.files.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles
+from bicycle.model.default_sd import MODEL_FILE
+from bicycle.model.model import Model
+from bicycle.model.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.model.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
+from bicycle.parameters.bicycle import BOUNDS, HEAD_ANGLE, UNITS, Bicycle, canonical
+from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey, checked_covariance, entries_of
+from studies.model_space.axes import bounds_of
+from studies.model_space.command_options import check_memory
+from studies.model_space.outputs import OUTPUTS
+from studies.model_space.sampling import possible_moments
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, Normal, Sweep, Uniform
-from tyre import schema
-from tyre.errors import InputError, refuse_unknown, shown
-from tyre.files import read_toml
-from tyre.sheet import split_row
+from tyre.formats.sheet import split_row
+from tyre.ground import schema
+from tyre.ground.errors import InputError, refuse_unknown, shown
+from tyre.ground.files import read_toml
 
 NAMES = ("tyre", "surface")  # varied by name, not by number
 RANGE_KEYS, DISTRIBUTIONS = ("from", "to", "count"), ({"low", "high"}, {"mean", "sd"}, {"sd"})

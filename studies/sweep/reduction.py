@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.arrays import Array
+from tyre.ground.arrays import Array
 
 SHIFT = np.uint64(42)  # of 52 mantissa bits, ten are kept
 KEY_BITS = np.uint64(22)  # sign, 11 bits of exponent, ten of mantissa

@@ -17,16 +17,16 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.parameter_covariance import ParameterKey
-from studies.axes import unit_of
-from studies.outputs import DIMENSIONS, OUTPUTS
+from bicycle.parameters.parameter_covariance import ParameterKey
+from studies.model_space.axes import unit_of
+from studies.model_space.outputs import DIMENSIONS, OUTPUTS
 from studies.sweep.engines import Piece, usual_items
 from studies.sweep.reduction import EXTREMES, Merged
 from studies.sweep.sampler import stiffness_warnings
 from studies.sweep.specification import SPEED, Sweep, differences, software
 from studies.sweep.worker import Arrays, stored
-from tyre.errors import InputError
-from tyre.files import held, write_text
+from tyre.ground.errors import InputError
+from tyre.ground.files import held, write_text
 
 Labels = dict[str, Sequence[Any]]
 CHUNK_BYTES = 4_000_000

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from studies.sampling import left_out
+from studies.model_space.sampling import left_out
 from studies.sweep.engines import Engine, in_loop, usual_items
 from studies.sweep.result import (
     Parts,
@@ -26,8 +26,8 @@ from studies.sweep.result import (
 from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
 from studies.sweep.worker import compute
-from tyre.errors import InputError
-from tyre.progress import progress_bar
+from tyre.ground.errors import InputError
+from tyre.ground.progress import progress_bar
 
 CONTINUE = "run the same command again to continue"
 

@@ -11,23 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.default_sd import CORNERING_STIFFNESS
-from bicycle.effect import Effect
-from bicycle.model import Model, impossible_bicycles
-from bicycle.model_family import ModelFamily
-from bicycle.parameter_covariance import WHEELS, ParameterKey
-from bicycle.parameters import BOUNDS, UNITS
-from bicycle.wheel_tyres import MOST_BAR, TYRE_KEYS, tyre_loads, values_of_tyres
-from studies.axes import bounds_of
-from studies.model_space import one_by_one
-from studies.sampling import BoundedDraws, Refused, normal, uniform
+from bicycle.effects.effect import Effect
+from bicycle.model.default_sd import CORNERING_STIFFNESS
+from bicycle.model.model import Model, impossible_bicycles
+from bicycle.model.model_family import ModelFamily
+from bicycle.model.wheel_tyres import MOST_BAR, TYRE_KEYS, tyre_loads, values_of_tyres
+from bicycle.parameters.bicycle import BOUNDS, UNITS
+from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey
+from studies.model_space.axes import bounds_of
+from studies.model_space.changed_model import one_by_one
+from studies.model_space.sampling import BoundedDraws, Refused, normal, uniform
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, ImpossibleItem, Sweep, together
-from tyre import properties
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.find_tyre import read_tyre
-from tyre.properties import TyreSource
-from tyre.units import PASCAL_PER_BAR
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.maps.find_tyre import read_tyre
+from tyre.measured import properties
+from tyre.measured.properties import TyreSource
 
 NO_TYRE = "the tyre's table says nothing of the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both

@@ -14,18 +14,19 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect_registry import Origin, effect_class, packaged_effects
-from bicycle.eigen import KERNEL
-from bicycle.model import Model
-from bicycle.model_file import build_model
-from bicycle.parameter_covariance import ParameterKey
-from studies.outputs import OUTPUTS, Output
-from tyre.errors import InputError
-from tyre.files import data_root
-from tyre.find_tyre import is_file_name, read_tyre
+from bicycle.effects.effect_registry import Origin, effect_class, packaged_effects
+from bicycle.model.eigen import KERNEL
+from bicycle.model.model import Model
+from bicycle.model.model_file import build_model
+from bicycle.parameters.parameter_covariance import ParameterKey
+from studies.model_space.outputs import OUTPUTS, Output
+from tyre.ground.errors import InputError
+from tyre.ground.files import data_root
+from tyre.maps.find_tyre import is_file_name, read_tyre
 
 SOURCES = (  # packages and modules whose source makes the numbers of a sweep
-    "bicycle", "tyre", "studies.axes", "studies.lasting_motions", "studies.outputs", "studies.sampling",
+    "bicycle", "tyre", "studies.model_space.axes", "studies.model_space.lasting_motions",
+    "studies.model_space.outputs", "studies.model_space.sampling",
     "studies.sweep.reduction", "studies.sweep.result", "studies.sweep.sampler", "studies.sweep.specification",
     "studies.sweep.worker",
 )  # fmt: skip

@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bicycle.effect_registry import effect_class
-from bicycle.naming import known_modes
-from studies.axes import unit_of
-from studies.outputs import CHANGES, OTHER, OUTPUTS, ROOTS, Output
+from bicycle.effects.effect_registry import effect_class
+from bicycle.stability.naming import known_modes
+from studies.model_space.axes import unit_of
+from studies.model_space.outputs import CHANGES, OTHER, OUTPUTS, ROOTS, Output
 from studies.sweep.result import open_data
 from studies.sweep.specification import BICYCLE, SPEED, GridAxis, Normal, Sweep, Uniform
-from tyre.arrays import Array
-from tyre.errors import InputError, refuse_unknown
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown
 
 MOST_BICYCLES = 200_000  # bicycles of a larger sample that are drawn: the first of each cell, as random as the rest
 

@@ -9,15 +9,15 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from bicycle.parameter_covariance import WHEELS
-from studies.outputs import OUTPUTS, Output
-from studies.sampling import normal, uniform
+from bicycle.parameters.parameter_covariance import WHEELS
+from studies.model_space.outputs import OUTPUTS, Output
+from studies.model_space.sampling import normal, uniform
 from studies.sweep.sampler import TYRE_DRAWS, Sampler
 from studies.sweep.specification import SPEED, Normal, differences
 from studies.sweep.stored import CRITICAL, Stored
 from studies.sweep.worker import compute
-from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 LEAST_SHARE = 0.1  # of the bicycles: an output that fewer have is not drawn over parameters
 OCCURRENCE = ("", ", second", ", third", ", fourth")

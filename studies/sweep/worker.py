@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.effect_registry import take_over
-from bicycle.eigen import eigenvalues
-from bicycle.named_modes import modes
-from bicycle.naming import NONE, Rules, name_stack
-from studies.outputs import MODE, MODEL, OUTPUTS, PARAMETERS, ROOTS, Output, mode_names
+from bicycle.effects.effect_registry import take_over
+from bicycle.model.eigen import eigenvalues
+from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import NONE, Rules, name_stack
+from studies.model_space.outputs import MODE, MODEL, OUTPUTS, PARAMETERS, ROOTS, Output, mode_names
 from studies.sweep.reduction import sketch
 from studies.sweep.sampler import Points, Sampler
 from studies.sweep.specification import Sweep, differences, software
-from tyre.arrays import Array, Complex
-from tyre.errors import InputError
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError
 
 BLOCK = 2048  # matrices worked on at a time; blocks start at fixed items, so that no result depends on the part
 SLOW_ITEMS = 32  # per part, where every bicycle is tracked by itself

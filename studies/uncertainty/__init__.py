@@ -1,6 +1,6 @@
 """Uncertain inputs carried to modes and critical speeds."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 FILES = {
     "propagation": ("Quantity", "Uncertainty", "assumed", "by_group", "counted_as_exact", "differs", "known_exactly",

@@ -8,24 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed, CrossingIdentity, critical_speeds, follow_crossing, identified
-from bicycle.default_sd import ASSUMED, EXACT, GIVEN
-from bicycle.eigen import eigenvalues, oscillating
-from bicycle.model_family import ModelFamily
-from bicycle.named_modes import modes
-from bicycle.naming import NONE, Rules
-from bicycle.parameter_covariance import ParameterCovariance, ParameterKey
-from bicycle.parameters import UNITS
-from bicycle.sensitivity import critical_speed_sensitivities, sensitivities
-from studies.command_options import check_memory
-from studies.outputs import MODE, OUTPUTS, ROOTS, Output
+from bicycle.model.default_sd import ASSUMED, EXACT, GIVEN
+from bicycle.model.eigen import eigenvalues, oscillating
+from bicycle.model.model_family import ModelFamily
+from bicycle.parameters.bicycle import UNITS
+from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey
+from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, critical_speeds, follow_crossing, identified
+from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import NONE, Rules
+from bicycle.stability.sensitivity import critical_speed_sensitivities, sensitivities
+from studies.model_space.command_options import check_memory
+from studies.model_space.outputs import MODE, OUTPUTS, ROOTS, Output
 from studies.reporting.markdown_text import render_file
 from studies.sweep.sampler import Points
 from studies.sweep.worker import named_pair
 from studies.uncertainty.uncertain_model import STEP, UncertainModel
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.progress import not_installed
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.progress import not_installed
 
 LOOK = 0.5  # m/s between the speeds at which unstable roots are counted
 

@@ -1,12 +1,12 @@
 """A model with what is uncertain about it: from standard normal numbers to bicycles.
 
 Uncertain are what the bicycle file states (sd), the measured tyre (covariance of the tyre map at the wheel loads), any
-parameter given a standard deviation and, with ``defaults``, what nobody states (:mod:`bicycle.default_sd`). Each
+parameter given a standard deviation and, with ``defaults``, what nobody states (:mod:`bicycle.model.default_sd`). Each
 measurement is a set of independent standard normal numbers z, from which the sampler of the sweeps makes parameters:
 masses move wheel loads, wheel loads the tyre.
 
 The nominal model and linear propagation take parameter = mean + factor z. Random bicycles keep the mean and standard
-deviation but stay within what is physically possible (:mod:`studies.sampling`: a stiffness is lognormal),
+deviation but stay within what is physically possible (:mod:`studies.model_space.sampling`: a stiffness is lognormal),
 so z = 0 is the median of a draw, not the nominal bicycle.
 """
 
@@ -21,19 +21,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, Deviation, standard_deviations
-from bicycle.model import Model
-from bicycle.model_family import ModelFamily
-from bicycle.model_file import build_model, read_model
-from bicycle.naming import Named, Rules, name_stack
-from bicycle.parameter_covariance import FILE, MODEL_FILE, TABLE, ParameterCovariance, ParameterKey
-from bicycle.speed_polynomial import SpeedPolynomial
-from studies.command_options import check_memory
-from studies.sampling import normal
+from bicycle.equations.speed_polynomial import SpeedPolynomial
+from bicycle.model.default_sd import ASSUMED, CORNERING_STIFFNESS, GIVEN, Deviation, standard_deviations
+from bicycle.model.model import Model
+from bicycle.model.model_family import ModelFamily
+from bicycle.model.model_file import build_model, read_model
+from bicycle.parameters.parameter_covariance import FILE, MODEL_FILE, TABLE, ParameterCovariance, ParameterKey
+from bicycle.stability.naming import Named, Rules, name_stack
+from studies.model_space.command_options import check_memory
+from studies.model_space.sampling import normal
 from studies.sweep.file import build_sweep
 from studies.sweep.sampler import TYRE_DRAWS, Points, Sampler, stiffness_warnings
-from tyre.arrays import Array
-from tyre.errors import InputError
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
 
 STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
@@ -98,7 +98,7 @@ class UncertainModel:
 
     @cached_property
     def deviations(self) -> dict[str, Deviation]:
-        """Key -> :class:`bicycle.default_sd.Deviation` of every parameter that does not follow another."""
+        """Key -> :class:`bicycle.model.default_sd.Deviation` of every parameter that does not follow another."""
         found = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
         for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here

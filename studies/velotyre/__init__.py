@@ -53,22 +53,22 @@ PLACES = {
         "Bicycle", "Effect", "LinearModel", "Mode", "Model", "Parameter", "available_bicycles", "effect_class",
         "load_bicycle", "load_effects", "registry",
     ),
-    "bicycle.critical": ("CriticalSpeed",),
-    "bicycle.inputs": ("InputHistory", "doublet", "pulse", "step"),
-    "bicycle.model_file": ("available_models", "build_model", "read_model"),
-    "bicycle.named_modes": ("Modes",),
-    "bicycle.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
+    "bicycle.stability.critical": ("CriticalSpeed",),
+    "bicycle.model.inputs": ("InputHistory", "doublet", "pulse", "step"),
+    "bicycle.model.model_file": ("available_models", "build_model", "read_model"),
+    "bicycle.stability.named_modes": ("Modes",),
+    "bicycle.motion.responses": ("FrequencyResponse", "Response", "frequency_response", "respond"),
     "studies.diagnosis": ("diagnose", "read_measurement"),
-    "studies.library": (
+    "studies.door.library": (
         "chart", "critical_speeds", "design", "limit_cycles", "modes", "root_locus", "sensitivity", "simulate", "sweep",
         "uncertainty",
     ),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),
-    "tyre.pull_test": ("fit_pull_test",),
-    "tyre.slip_sweep": ("fit_slip_sweep",),
-    "tyre.recording_files": ("read_recording",),
+    "tyre.fits.pull_test": ("fit_pull_test",),
+    "tyre.fits.slip_sweep": ("fit_slip_sweep",),
+    "tyre.fits.recording_files": ("read_recording",),
 }  # fmt: skip
 """Module -> what of it stands in this door."""
 

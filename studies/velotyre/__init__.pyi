@@ -1,4 +1,4 @@
-# Written by python -m studies.door_stubs from the door's table and the declarations of the effects.
+# Written by python -m studies.door.door_stubs from the door's table and the declarations of the effects.
 
 from bicycle import (
     Bicycle,
@@ -13,13 +13,13 @@ from bicycle import (
     load_effects,
     registry,
 )
-from bicycle.critical import CriticalSpeed
-from bicycle.inputs import InputHistory, doublet, pulse, step
-from bicycle.model_file import available_models, build_model, read_model
-from bicycle.named_modes import Modes
-from bicycle.responses import FrequencyResponse, Response, frequency_response, respond
+from bicycle.model.inputs import InputHistory, doublet, pulse, step
+from bicycle.model.model_file import available_models, build_model, read_model
+from bicycle.motion.responses import FrequencyResponse, Response, frequency_response, respond
+from bicycle.stability.critical import CriticalSpeed
+from bicycle.stability.named_modes import Modes
 from studies.diagnosis import diagnose, read_measurement
-from studies.library import (
+from studies.door.library import (
     chart,
     critical_speeds,
     design,
@@ -32,9 +32,9 @@ from studies.library import (
     uncertainty,
 )
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
-from tyre.pull_test import fit_pull_test
-from tyre.recording_files import read_recording
-from tyre.slip_sweep import fit_slip_sweep
+from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.recording_files import read_recording
+from tyre.fits.slip_sweep import fit_slip_sweep
 
 from . import effects
 from .effects import (
@@ -51,6 +51,7 @@ from .effects import (
     NoSlip,
     OverturningMoment,
     PneumaticTrail,
+    PointMass,
     RearCompliance,
     RelaxationLength,
     ResidualTorque,
@@ -99,6 +100,7 @@ __all__ = [
     "OverturningMoment",
     "Parameter",
     "PneumaticTrail",
+    "PointMass",
     "RearCompliance",
     "RelaxationLength",
     "ResidualTorque",

@@ -1,6 +1,6 @@
-# Written by python -m studies.door_stubs from the door's table and the declarations of the effects.
+# Written by python -m studies.door.door_stubs from the door's table and the declarations of the effects.
 
-from bicycle.effect import Effect, PerWheel, PerWheelValue
+from bicycle.effects.effect import Effect, PerWheel, PerWheelValue
 
 class AerodynamicDrag(Effect):
     """Drag D = density drag_area v^2 / 2 at a point of the rear frame, and the equal drive force at the rear contact.
@@ -200,6 +200,11 @@ class CrownRadius(Effect):
         *,
         crown_radius: PerWheelValue = 0.0125,
     ) -> None: ...
+
+class PointMass(Effect):
+    """An effect that is a further ``mass`` (kg) at ``x`` (m ahead of the rear contact), fixed to the bicycle."""
+
+    def __init__(self) -> None: ...
 
 class ForkBending(Effect):
     """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.

@@ -1,8 +1,8 @@
 """Derivation and second use of a model, timed on request: ``pytest tests/benchmarks --benchmark-only``."""
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.effect_registry import registry
-from bicycle.evaluation import derive
+from bicycle.effects import registry
+from bicycle.equations import derive
 
 
 def everything():

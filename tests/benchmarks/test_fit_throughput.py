@@ -8,7 +8,7 @@ import resource
 import numpy as np
 import pytest
 
-from tyre.campaign import fit_campaign
+from tyre.fits import fit_campaign
 from tyre.rig import Protocol, default_effects, simulate_sweep, synthetic_tyre
 
 pytest.importorskip("pytest_benchmark")
@@ -17,8 +17,8 @@ RECORDINGS, TARGET_S = 60, 180.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    from tyre.recording import Condition
-    from tyre.recording_files import write_csv
+    from tyre.fits import write_csv
+    from tyre.recordings import Condition
 
     place = tmp_path_factory.mktemp("throughput")
     rng = np.random.default_rng(0)

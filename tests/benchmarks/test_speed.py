@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from bicycle import Model, ModelFamily, critical_speeds, effect_class, load_bicycle, modes
-from bicycle.critical import critical_speeds_of_many
-from bicycle.naming import Rules, name_stack
-from bicycle.sensitivity import sensitivities
+from bicycle.stability import Rules, critical_speeds_of_many, name_stack, sensitivities
 from studies.chart import Plane, stability_chart
 
 COUNT = 4096

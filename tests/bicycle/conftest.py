@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from bicycle import Bicycle, LinearModel, available_bicycles, load_bicycle
-from bicycle.evaluation import Matrices
-from bicycle.limit_cycles import LimitCycles, find_limit_cycles
-from bicycle.linear_model import SpeedRange
-from bicycle.speed_polynomial import SpeedPolynomial
+from bicycle.equations import Matrices, SpeedPolynomial
+from bicycle.model import SpeedRange
+from bicycle.motion import LimitCycles, find_limit_cycles
 from tests.shared.built import linear
 from tests.shared.shooting import build
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,8 @@ import pytest
 from pages import page, write_files
 
 from bicycle import load_bicycle
-from bicycle.bicycle_files import read_bicycles
-from tyre.measured_number import measured_number
+from bicycle.files import read_bicycles
+from tyre.ground import measured_number
 
 PAGE = page("bicycles")
 

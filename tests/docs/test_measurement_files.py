@@ -11,12 +11,12 @@ import pytest
 from pages import page
 from small_library import all_but
 
-from bicycle.default_sd import DEFAULTS
 from bicycle.identification import CHANNELS, INPUTS
-from bicycle.naming import known_modes
+from bicycle.model import DEFAULTS
 from bicycle.parameters import UNITS
+from bicycle.stability import known_modes
 from studies.diagnosis import Kind, diagnose, find, read_measurement, record
-from tyre.properties import Calibration
+from tyre.measured import Calibration
 
 PAGE = page("measurement_files")
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples" / "measurements"

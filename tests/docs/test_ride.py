@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bicycle import Model, effect_class, load_bicycle
-from studies.ride import available_controls, read_rider_control, rides
+from studies.motion import available_controls, read_rider_control, rides
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "ride.md").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@ import pytest
 from pages import page
 
 from bicycle import critical_speeds, load_bicycle
-from bicycle.rider_posture import read_geometry
+from bicycle.rider import read_geometry
 from studies.main_study import Settings, model, tyre_cases
 
 PAGE = page("riders")

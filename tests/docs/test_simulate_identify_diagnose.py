@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from pages import few_hypotheses, page, run_page
 
-from studies.synthetic_sensors import LIMITS, RECORDED, read_sensors
+from studies.motion import LIMITS, RECORDED, read_sensors
 
 PAGE = page("simulate_identify_diagnose")
 HIDDEN = 2.0  # N m s/rad, which the page puts into ridden.toml

@@ -10,7 +10,7 @@ pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 
 from studies.cli import build
-from studies.outputs import OUTPUTS
+from studies.model_space import OUTPUTS
 from studies.sweep import build_sweep, draw_result, read_sweep, run_sweep
 
 PAGE = page("sweeps")

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from bicycle.effect_registry import outside_effects
+from bicycle.effects import outside_effects
 from studies.cli import main
 
 PAGE = Path(__file__).parents[2] / "docs" / "add_an_effect.md"

@@ -6,8 +6,8 @@ import tomllib
 import pytest
 from pages import page, write_files
 
-from bicycle.effect_registry import registry
-from bicycle.model_file import read_model
+from bicycle.effects import registry
+from bicycle.model import read_model
 from tyre import read_tyre
 
 PAGE = page("tyres")

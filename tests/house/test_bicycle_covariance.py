@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import velotyre as vt
-from bicycle.bicycle_files import WRITERS
+from bicycle.files import WRITERS
 from bicycle.parameters import UNITS
 from studies.cli import main
 from studies.diagnosis import nuisances
@@ -156,10 +156,8 @@ def test_json_keeps_it(file, tmp_path):
 def test_a_rider_on_it_keeps_it(file):
     """The mass of the rider adds to the variance of mB and leaves its covariance with mR as it was."""
     pytest.importorskip("yeadon")
-    from bicycle.rider_body import scaled_rider
-    from bicycle.rider_frame import rider_on_bicycle
-    from bicycle.rider_posture import SeatGeometry
-    from studies.rider_report import with_provenance
+    from bicycle.rider import SeatGeometry, rider_on_bicycle, scaled_rider
+    from studies.reporting import with_provenance
 
     frame = vt.load_bicycle(file)
     seated = rider_on_bicycle(frame, scaled_rider(height=1.8, mass=75.0), posture="hoods", geometry=SeatGeometry())

@@ -12,21 +12,17 @@ import tomli_w
 import xarray as xr
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.model_file import build_model
-from bicycle.parameter_covariance import ParameterCovariance
-from bicycle.parameters import UNITS
-from bicycle.propagation import critical_speed_estimates
+from bicycle.model import build_model
+from bicycle.parameters import UNITS, ParameterCovariance
+from bicycle.stability import critical_speed_estimates, critical_speeds
 from studies.cli import main
 from studies.main_study import given_case, settings_of
 from studies.uncertainty import Uncertainty
-from tyre.campaign import fit_campaign, measured_tables, write_tables
-from tyre.condition import FitSettings
-from tyre.errors import InputError
-from tyre.map_files import read_table
-from tyre.properties import Calibration
+from tyre.fits import FitSettings, fit_campaign, measured_tables, write_tables
+from tyre.ground import InputError
+from tyre.maps import TyreMap, read_table
+from tyre.measured import Calibration
 from tyre.rig import CampaignPlan, default_effects, write_campaign_files
-from tyre.tyre_map import TyreMap
 
 LOADS = (460.0, 410.0)  # of rear and front wheel, both measured
 BAR = 4.0

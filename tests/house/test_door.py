@@ -12,8 +12,8 @@ import pytest
 
 import bicycle
 import studies.velotyre as vt
-from bicycle.effect_registry import registry
-from studies.door_stubs import FOLDER, stubs
+from bicycle.effects import registry
+from studies.door import FOLDER, stubs
 
 
 def test_every_name_is_that_of_its_home():
@@ -41,7 +41,7 @@ def test_a_name_that_is_not_there():
 @pytest.mark.parametrize("name", sorted(stubs()))
 def test_the_stubs_are_those_of_the_declarations(name):
     assert (FOLDER / name).read_text(encoding="utf-8") == stubs()[name], (
-        "an effect or the door has changed: write the stubs again with  python -m studies.door_stubs"
+        "an effect or the door has changed: write the stubs again with  python -m studies.door.door_stubs"
     )
 
 

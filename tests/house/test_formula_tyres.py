@@ -9,12 +9,12 @@ import pytest
 from studies.cli import main
 from studies.diagnosis import read_measurement
 from studies.main_study import settings_of, tyre_cases
-from studies.root_locus import parameter_path
+from studies.motion import parameter_path
 from studies.sweep import TYRE_DRAWS, Sampler, build_sweep
 from studies.uncertainty import UncertainModel
 from tests.shared.formula_tyres import MODEL, PACEJKA89, TIR
-from tyre.errors import InputError
-from tyre.tir import parse_tir
+from tyre.ground import InputError
+from tyre.laws import parse_tir
 
 PRESSURE = 5.5
 TAKEN = {

@@ -9,7 +9,7 @@ import bicycle
 
 def test_no_field_or_argument_is_called_plainly_frequency():
     """``Modes.frequency(name)`` is in Hz; a plain ``frequency`` in rad/s beside it was read as Hz."""
-    homes = [module.name for module in walk_packages(bicycle.__path__, "bicycle.")] + ["studies.root_locus"]
+    homes = [module.name for module in walk_packages(bicycle.__path__, "bicycle.")] + ["studies.motion.locus"]
     plain, checked = [], 0
     for home in homes:
         for name, thing in vars(import_module(home)).items():

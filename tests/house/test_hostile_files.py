@@ -8,8 +8,7 @@ import pytest
 from bicycle import load_bicycle
 from tests.shared.refusals import refuses
 from tyre import read_tyre
-from tyre.formats import contents
-from tyre.sheet import read_sheet
+from tyre.formats import contents, read_sheet
 
 
 def read_as_sheet(path):

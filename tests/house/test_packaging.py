@@ -126,7 +126,7 @@ def test_a_wheel_made_without_a_compiler_is_for_every_platform(source, tmp_path)
         names = archive.namelist()
         (described,) = (name for name in names if name.endswith(".dist-info/WHEEL"))
         assert "Root-Is-Purelib: true" in archive.read(described).decode()
-    assert {"bicycle/eigen.py", "tyre/data/SOURCES.md"} <= set(names)
+    assert {"bicycle/model/eigen.py", "tyre/data/SOURCES.md"} <= set(names)
     assert not [name for name in names if name.startswith("bicycle/_kernel.") and not name.endswith(".c")]
 
 
@@ -187,8 +187,8 @@ def test_a_type_checker_knows_the_door_and_the_parameters_of_effects(unpacked, t
     assert 'maybe "SteerDamper"?' in errors[2]
 
 
-QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.files; " + (
-    "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.files.__file__)"
+QUESTION = "from bicycle import load_bicycle; from tyre import TyreMap; import tyre.ground.files; " + (
+    "print(load_bicycle('benchmark')['w'], TyreMap.load('Tyre1').tyre, tyre.ground.files.__file__)"
 )
 DOOR = "import velotyre as vt; print(vt.SideSlip.identifier, vt.__file__)"
 MEASURED = "print([vt.read_measurement(name).name for name in ('kooijman2008', 'tyre1_drum')])"  # tables elsewhere

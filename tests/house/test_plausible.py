@@ -9,17 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import Bicycle, Model, available_bicycles, effect_class, load_bicycle
-from bicycle.bicycle_files import to_toml, to_yaml
-from bicycle.effect_registry import registry
-from bicycle.model_file import build_model, read_model
+from bicycle.effects import registry
+from bicycle.files import to_toml, to_yaml
+from bicycle.model import build_model, read_model
 from bicycle.parameters import TYPICAL, UNITS, doubts_about
 from studies.cli import main
-from studies.root_locus import parameter_path
+from studies.motion import parameter_path
 from studies.sweep import build_sweep
 from tests.shared.refusals import refuses
 from tyre import TyreMap
-from tyre.errors import InputError
-from tyre.plausible import ABSURD, SLIPS, doubt, suspicion
+from tyre.ground import InputError
+from tyre.measured import ABSURD, SLIPS, doubt, suspicion
 
 BENCHMARK = dict(load_bicycle("benchmark").values)
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}

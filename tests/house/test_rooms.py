@@ -30,7 +30,7 @@ FILES = modules(ROOT)
 PRESENTATION = {"matplotlib", "jinja2", "click", "tabulate"}
 """Libraries that draw or print; numbers are made without them."""
 
-DRAWN_BY_THE_MODES = {"bicycle.mode_figure"}
+DRAWN_BY_THE_MODES = {"bicycle.stability.mode_figure"}
 """``Modes.plot`` draws with it: the only presentation below ``studies``."""
 
 BESIDE_THE_ROOMS = {"benchmarks", "docs", "field_cases", "golden", "house", "published", "shared", "validation"}
@@ -69,9 +69,10 @@ def test_arrows_between_the_packages_point_one_way():
 
 def test_the_bicycle_knows_nothing_of_rigs():
     """The two meet in the properties of a tyre; how it was measured is unknown to the bicycle."""
-    known = {room(target) for module in inside("bicycle") for target in graph()[module]}
-    assert "tyre.properties" in known
-    assert known & {"tyre.rig", "tyre.recording", "tyre.recording_files", "tyre.campaign", "tyre.condition"} == set()
+    imported = {target for module in inside("bicycle") for target in graph()[module]}
+    assert "tyre.measured.properties" in imported
+    assert {room(target) for target in imported} & {"tyre.rig", "tyre.fits"} == set()
+    assert imported & {"tyre.recordings.recording", "tyre.recordings.run_checks"} == set()
 
 
 def test_inference_needs_numpy_and_scipy_only():
@@ -126,8 +127,8 @@ def test_what_is_outside_of_doors_is_seen():
         "from bicycle import Model\nfrom studies.diagnosis import diagnose\nimport velotyre as vt\nimport numpy.linalg"
     )
     assert outside_doors(doors) == []
-    inner = "from studies.diagnosis.kind import Kind\nfrom tyre.tables import _cell"
-    assert outside_doors(inner) == ["studies.diagnosis.kind:Kind", "tyre.tables:_cell"]
+    inner = "from studies.diagnosis.kind import Kind\nfrom tyre.measured.tables import _cell"
+    assert outside_doors(inner) == ["studies.diagnosis.kind:Kind", "tyre.measured.tables:_cell"]
 
 
 def test_tests_mirror_the_rooms():

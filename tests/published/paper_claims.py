@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tyre.arrays import Array
-from tyre.magic_formula import normalised_side_force_slope
-from tyre.tyre_map import TyreMap
+from tyre.ground import Array
+from tyre.laws import normalised_side_force_slope
+from tyre.maps import TyreMap
 
 Verdict = Literal["holds", "partly", "fails"]
 UNITS = {

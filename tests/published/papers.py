@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from bicycle import Bicycle, LinearModel, Model, critical_speeds, effect_class, load_bicycle, modes, registry
-from bicycle.model_file import read_model
-from tyre.files import data_root
+from bicycle.model import read_model
+from tyre.ground import data_root
 
 HERE = Path(__file__).parent
 FOOT = 0.3048  # m

@@ -11,7 +11,7 @@ import pytest
 from bicycle import effect_class
 from studies.diagnosis import diagnose, read_measurement
 from studies.inference import fit
-from tyre.files import data_root
+from tyre.ground import data_root
 
 TABLE = {
     # tyre under the wheels, camber thrust over load: (chi^2 nothing, steer spring and N m/rad, pneumatic trail and mm)

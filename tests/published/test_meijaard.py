@@ -8,8 +8,7 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Bicycle, Model
-from bicycle.critical import critical_speeds
-from bicycle.named_modes import modes
+from bicycle.stability import critical_speeds, modes
 from tests.shared.published_bicycle import C1, K0, K2, G, M
 
 TABLE = json.loads((Path(__file__).parent / "meijaard2007.json").read_text())

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bicycle.model_file import available_models, read_model
+from bicycle.model import available_models, read_model
 from bicycle.parameters import UNITS
 from tests.published.papers import FOOT, HERE, ROWS, SIGNS, loads_1994, moore, other_code, page, sharp1994, tyres_1994
 

@@ -8,8 +8,7 @@ import pytest
 from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Bicycle, Model, effect_class
-from bicycle.critical import critical_speeds
-from bicycle.named_modes import modes
+from bicycle.stability import critical_speeds, modes
 
 CASES = json.loads((Path(__file__).parent / "tyre_eigenvalues.json").read_text())["cases"]
 

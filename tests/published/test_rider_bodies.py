@@ -1,8 +1,8 @@
 """Three riders' bodies that another project computed with its own placement and equation solver, and ours.
 
 Only the first was computed with the present yeadon and with the inputs that stand beside it. Its numbers come out to
-the rounding of the wheelbase with yeadon's own sums; what is mended here (bicycle/rider_body.py, checked against thin
-slices in tests/bicycle) moves them by a known amount. The second was made by an older yeadon, whose solids
+the rounding of the wheelbase with yeadon's own sums; what is mended here (bicycle/rider/rider_body.py, checked against
+thin slices in tests/bicycle) moves them by a known amount. The second was made by an older yeadon, whose solids
 differ; the third with 72 kg and older measurements.
 """
 
@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bicycle import rider_body as human
-from bicycle.rider_body import RigidBody, as_rear_frame, join, read_rider
-from bicycle.rider_posture import Lengths, SeatGeometry, contacts, sit
+from bicycle.rider import Lengths, RigidBody, SeatGeometry, as_rear_frame, contacts, join, read_rider, sit
+from bicycle.rider import rider_body as human
 
 yeadon = pytest.importorskip("yeadon")
 PUBLISHED = tomllib.loads((Path(__file__).parent / "data" / "rider_bodies.toml").read_text())

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tyre.errors import InputError
-from tyre.pacejka89 import Pacejka89, check_coefficients, read_pacejka89
+from tyre.ground import InputError
+from tyre.laws import Pacejka89, check_coefficients, read_pacejka89
 
 OLDER = json.loads((Path(__file__).parent / "data" / "schwalbe_t03_older_fits.json").read_text())["sets"]
 # Slope of the side force at zero slip, N/rad, at 300, 400, 500, 600 N: the authors' evaluation of the three sets

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.stability import critical_speeds
 from tests.published.papers import arms, slowest_real, tyred, weave
 
 RIDDEN = ("pista_charlie_drops", "rigid_rider", "pista_rider", "benchmark")

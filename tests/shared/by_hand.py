@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effect_registry import effect_class
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model
+from bicycle.effects import effect_class
+from bicycle.model import LinearModel, Model
 from bicycle.parameters import Bicycle
 
 FRONT = {"stiffness": 5000.0, "damping": 20.0, "height": 0.65}

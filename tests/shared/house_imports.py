@@ -2,7 +2,7 @@
 
 Every import statement counts: at the top, inside a function, and, if asked for, under ``TYPE_CHECKING``. What is found
 by its place (``import_module`` over the folder of effects, of commands) is no arrow: the finder knows none of them.
-A room is a folder or a flat file directly under a package (``bicycle.effects``, ``bicycle.effect``); the package's own
+A room is a folder or a flat file directly under a package (``bicycle.effects``, ``studies.cli``); the package's own
 ``__init__`` is its door, not a room.
 """
 

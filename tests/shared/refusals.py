@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def refuses(words: str, action: Callable[..., Any], *given: Any, **named: Any) -> None:

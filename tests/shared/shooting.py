@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bicycle.model_file import build_model
+from bicycle.model import build_model
 
 FRONT = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
 TYRE = {"tyre": "Tyre1", "pressure_bar": 5.5}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_files import load_bicycle
+from bicycle.files import load_bicycle
 from bicycle.parameters import Bicycle
 from studies.main_study import Cases, Settings, tyre_cases
 from tyre import TyreMap

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from bicycle.eigen import eigensystem
+from bicycle.model import eigensystem
 from studies.chart import Look, Plane
 
 STEP = 1e-6

@@ -14,8 +14,7 @@ from typing import Any
 import click
 
 import tests.validation
-from tyre.errors import InputError, unknown
-from tyre.files import write_text
+from tyre.ground import InputError, unknown, write_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))  # as pytest has it
 

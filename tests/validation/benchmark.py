@@ -16,8 +16,7 @@ from tests.validation.blind.rivals import ANSWER, asked
 from tests.validation.blind.run import blind_test
 from tests.validation.blind.score import judge
 from tests.validation.cases import KeptCases, Row, attempted, share
-from tyre.errors import InputError, refuse_unknown
-from tyre.files import write_text
+from tyre.ground import InputError, refuse_unknown, write_text
 
 CELLS = ("modal-none", "modal-one", "modal-outside")
 VELOTYRE, BASELINE = "velotyre", "least squares and BIC"

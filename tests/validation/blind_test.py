@@ -10,7 +10,7 @@ from tests.validation.blind.cells import CELLS
 from tests.validation.blind.report import write_report
 from tests.validation.blind.run import blind_test, results_in
 from tests.validation.blind.score import summary
-from tyre.errors import InputError, unknown
+from tyre.ground import InputError, unknown
 
 
 def run(*, out: Path, seed: int, cases: int = 20, cells: str = "", workers: int = 2) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bicycle.effect_registry import model_workers
-from tyre.errors import InputError
+from bicycle.effects import model_workers
+from tyre.ground import InputError
 
 Row = dict[str, Any]
 Job = tuple[Any, ...]
@@ -79,7 +79,7 @@ class KeptCases:
 
     def computed(self, jobs: Sequence[Job], one: Callable[..., Row], *, workers: int, what: str) -> list[Row]:
         """Rows of some ``jobs``, in their order; those that the file lacks are computed, and appended as they end."""
-        from tyre.progress import progress_bar
+        from tyre.ground import progress_bar
 
         known = {self._job(row): row for row in self.read()}
         todo = [job for job in jobs if job not in known]

@@ -15,14 +15,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from bicycle.critical import OSCILLATORY, critical_speeds
-from bicycle.model import Model
-from bicycle.model_file import SECTION, build_model, read_model
-from bicycle.propagation import critical_speed_estimates
+from bicycle.model import SECTION, Model, build_model, read_model
+from bicycle.stability import OSCILLATORY, critical_speed_estimates, critical_speeds
 from studies.diagnosis import diagnose, model_text, read_measurement
 from tests.validation.blind.cells import make
 from tests.validation.cases import KeptCases, Row, attempted, share
-from tyre.files import write_text
+from tyre.ground import write_text
 
 CELLS = ("modal-none", "modal-one", "history-one")
 TOP = 30.0  # m/s, to which critical speeds are looked for

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.critical import CriticalSpeed, critical_speeds
-from bicycle.linear_model import LinearModel
+from bicycle.model import LinearModel
+from bicycle.stability import CriticalSpeed, critical_speeds
 from tests.validation.random_models import random_model
 
 LAWS = ("no_slip", "side_slip", "relaxation_length", "relaxation_length")
@@ -24,7 +24,7 @@ AT_REST = 1e-8  # of the largest root: what lies closer to the axis than this is
 
 def run(*, out: Path, seed: int, models: int = 1000) -> dict[str, Any]:
     """Check random models; ``unexplained`` and ``off_axis`` list what is wrong."""
-    from tyre.progress import progress_bar
+    from tyre.ground import progress_bar
 
     generator = np.random.default_rng(seed)
     result: dict[str, Any] = {"speeds_each": SPEEDS, "crossings": 0, "orders": {}, "unexplained": [], "off_axis": []}

@@ -14,7 +14,7 @@ from typing import Any
 
 from bicycle import load_bicycle
 from studies.cli import main
-from tyre.files import data_root
+from tyre.ground import data_root
 
 ODD = ("nan", "inf", "-1", "0", "1e400", "1,5", '"', "=", "[", "]]", "#", "\t", "\x00", "é", "true", "{}", "10**9")
 MODEL = """bicycle = "benchmark"

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag, expm
 
 from bicycle.identification import Run
-from tyre.arrays import Array
+from tyre.ground import Array
 
 STEP = 0.01  # s
 CHANNELS = ("roll_rate_rad_s", "steer_rate_rad_s")

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.validation.cases import KeptCases, Row, attempted, share_of
-from tyre.recording import Condition, RigRun
-from tyre.relaxation import fit_slip_step
+from tyre.fits import fit_slip_step
+from tyre.recordings import Condition, RigRun
 
 Real = NDArray[np.float64]
 RATE = 200.0  # Hz

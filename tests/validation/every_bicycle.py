@@ -7,10 +7,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
+from bicycle.files import available_bicycles, load_bicycle
 from bicycle.parameters import Bicycle
 from studies.main_study import Result, Settings, run_and_write
-from tyre.files import data_root, write_text
+from tyre.ground import data_root, write_text
 
 
 def every_bicycle(folder: Path) -> list[Bicycle]:
@@ -25,7 +25,7 @@ def every_bicycle(folder: Path) -> list[Bicycle]:
 
 def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: int = 2) -> dict[str, Any]:
     """Run the study of each bicycle; ``rows`` has one entry a bicycle."""
-    from tyre.progress import progress_bar
+    from tyre.ground import progress_bar
 
     rows = []
     for bicycle in progress_bar(every_bicycle(out), desc="bicycles"):

@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 
 from tests.validation.cases import KeptCases, Row, attempted, share_of
 from tyre import InputError
-from tyre.campaign import fit_campaign
+from tyre.fits import fit_campaign
 
 Real = NDArray[np.float64]
 RATE = 200.0  # Hz

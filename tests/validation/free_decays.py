@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification import Decay, Run, identify_modes, repeats
-from studies.free_decays import judged
+from studies.motion import judged
 from tests.validation.decay_generator import Cell, Made, make
 
 CELLS = {
@@ -33,8 +33,7 @@ PARTS = ("real", "imaginary", "ratio")
 
 def run(*, out: Path, seed: int, draws: int = 400, workers: int = 2) -> dict[str, Any]:
     """Count the intervals that hold the truth in a number of ``draws`` of each cell, in ``workers`` processes."""
-    from tyre.progress import progress_bar
-    from tyre.workers import worker_pool
+    from tyre.ground import progress_bar, worker_pool
 
     tasks = [(name, seed, number) for name in CELLS for number in range(draws)]
     sets = [(seed, number) for number in range(max(draws // 4, 1))]

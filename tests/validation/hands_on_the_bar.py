@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.model_family import ModelFamily
-from bicycle.rider_body import read_rider
-from bicycle.rider_frame import rider_on_bicycle
-from bicycle.rider_posture import packaged_geometry, read_geometry
-from studies.model_argument import choose
-from tyre.files import data_root, read_toml
+from bicycle.model import ModelFamily
+from bicycle.rider import packaged_geometry, read_geometry, read_rider, rider_on_bicycle
+from studies.model_space import choose
+from tyre.ground import data_root, read_toml
 
 SPEEDS = np.arange(2.0, 20.5, 1.0)  # m/s
 DRAWN = {

@@ -21,9 +21,7 @@ from studies.diagnosis import diagnose, find, read_measurement, record, terminal
 from tests.validation.blind.generator import modal_case
 from tests.validation.blind.histories import history_case
 from tests.validation.cases import KeptCases, Row, attempted, share
-from tyre.arrays import Array
-from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.ground import Array, InputError, write_text
 
 Random = np.random.Generator
 Table = dict[str, Array]

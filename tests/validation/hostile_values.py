@@ -40,9 +40,8 @@ import tomli_w
 
 from bicycle import load_bicycle, registry
 from studies.cli import build, main
-from studies.model_example import typical_values
-from tyre.errors import InputError
-from tyre.files import data_root
+from studies.model_space import typical_values
+from tyre.ground import InputError, data_root
 
 ENDS = ("numbers", "checked", "refused", "failed")
 INPUTS = Path(__file__).parents[1] / "golden" / "inputs"
@@ -153,7 +152,7 @@ def files() -> dict[str, tuple[dict[str, Any], str, str]]:
     found["bicycle"] = (bicycle, "critical FILE", "given.toml")
     found["channel map"] = (VALID["map"], "look run/recording.csv --channels FILE", "given.toml")
     for sidecar in sorted(Path("campaign").glob("*.toml"))[:1]:
-        found["sidecar"] = (opened(sidecar.resolve()), "tyre.recording_files:read_recording", str(sidecar))
+        found["sidecar"] = (opened(sidecar.resolve()), "tyre.fits.recording_files:read_recording", str(sidecar))
     for effect in registry().values():
         values = typical_values(effect, benchmark)
         tyred = {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 5.5}} if effect.slot != "contact law" else {}

@@ -16,15 +16,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.effect import WHEELS
-from bicycle.effect_registry import packaged_effects
-from bicycle.evaluation import Evaluator, derive
-from bicycle.linear_model import LinearModel
-from bicycle.model import Model, check_compatible, linear_model
+from bicycle.effects import WHEELS, packaged_effects
+from bicycle.equations import Evaluator, derive
+from bicycle.files import available_bicycles, load_bicycle
+from bicycle.model import LinearModel, Model, check_compatible, linear_model
 from tests.validation.kane_bicycle import KaneBicycle
 from tests.validation.random_models import random_effect
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 EFFECTS = packaged_effects()
 LAWS = ("relaxation_length", "side_slip", "no_slip")

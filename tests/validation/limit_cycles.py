@@ -14,11 +14,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.limit_cycles import LimitCycles, Onset, find_limit_cycles
-from bicycle.nonlinear import MagicTyre
+from bicycle.motion import LimitCycles, MagicTyre, Onset, find_limit_cycles
 from tests.shared.shooting import WHEELS, own_equations, own_state, shoot
 from tests.validation.random_models import random_effect
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 BICYCLES = ("benchmark", "pista_rider", "browser", "rigid_rider", "pista_charlie_drops")
 ALSO = ("luggage", "bar_bag", "rear_compliance", "rider_arms", "rider_lean", "crown_radius")
@@ -29,7 +28,7 @@ PERIODS = 8
 
 def run(*, out: Path, seed: int, models: int = 200, signs: int = 100) -> dict[str, Any]:
     """Compare the motions of ``models``, and the sign of up to ``signs`` coefficients said to be determined."""
-    from tyre.progress import progress_bar
+    from tyre.ground import progress_bar
 
     generator = np.random.default_rng(seed)
     errors: list[dict[str, Any]] = []

@@ -16,7 +16,7 @@ from bicycle import LinearModel, Model, critical_speeds, modes
 from tests.bicycle.test_naming_judges import HINGE, built, judged, random_bicycles
 from tests.validation.critical_speeds import LAWS, WILD, off_axis, unexplained
 from tests.validation.random_models import random_model
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 SETS: dict[str, dict[str, Any]] = {"eight_states": {}, "flexible_front": {"front_compliance": HINGE}}
 SPEEDS = np.linspace(3.0, 30.0, 19)  # m/s
@@ -25,7 +25,7 @@ FASTEST = 40.0  # m/s
 
 def run(*, out: Path, seed: int, bicycles: int = 60, models: int = 1000) -> dict[str, Any]:
     """Judge the names of ``bicycles`` a set of effects, and check the critical speeds of ``models``."""
-    from tyre.progress import progress_bar
+    from tyre.ground import progress_bar
 
     result: dict[str, Any] = {"seed": seed, "bicycles_a_set": bicycles, "models": models, "sets": {}}
     for number, (name, effects) in enumerate(SETS.items()):

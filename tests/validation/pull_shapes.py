@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from tests.validation.cases import KeptCases, Row, share_of
 from tyre import InputError
-from tyre.properties import Estimate
-from tyre.pull_test import fit_pull_test
-from tyre.recording import Condition, PullTest
+from tyre.fits import fit_pull_test
+from tyre.measured import Estimate
+from tyre.recordings import Condition, PullTest
 
 Real = NDArray[np.float64]
 RATE = 100.0  # readings a second

@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.bicycle_files import available_bicycles, load_bicycle
-from bicycle.effect import WHEELS, Effect
-from bicycle.effect_registry import effect_class, registry
+from bicycle.effects import WHEELS, Effect, effect_class, registry
+from bicycle.files import available_bicycles, load_bicycle
 from bicycle.model import Model
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def random_model(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tyre.arrays import Array
+from tyre.ground import Array
 
 Columns = Mapping[str, tuple[Array, str]]
 """Name -> numbers and unit."""

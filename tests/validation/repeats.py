@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tyre.condition import Key, RecordingSummary, combine, pooled_repeatability
-from tyre.properties import REPEATABILITY_DOF, Calibration
-from tyre.recording import Condition
+from tyre.fits import Key, RecordingSummary, combine, pooled_repeatability
+from tyre.measured import REPEATABILITY_DOF, Calibration
+from tyre.recordings import Condition
 
 PAIRS = (0, 1, 3, 30)
 SCATTERS = ("as stated", 0.5, 1.0, 1.5, 2.0)

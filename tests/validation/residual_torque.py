@@ -14,15 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.model import Model
-from bicycle.model_file import read_model
+from bicycle.model import Model, read_model
 from studies.diagnosis import Diagnosis, Residual, diagnose, fit_residual, model_text, read_measurement
 from studies.inference import HeldOut
 from tests.validation.blind.cells import make
 from tests.validation.blind.generator import HELD_OUT
 from tests.validation.cases import KeptCases, Row, attempted
-from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.ground import InputError, write_text
 
 KEPT_BACK = {"modal-outside": 6, "history-outside": 3}  # speeds
 LEAST_GAP = 1.0  # of the stated model on what was kept back, below which there is nothing to close

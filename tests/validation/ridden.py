@@ -19,7 +19,7 @@ from tests.validation.blind.closing import Machine, Space, at_speed
 from tests.validation.blind.hidden import RIDDEN, UNRIDDEN, base_effects, hide, perturbed, uncertainty
 from tests.validation.blind.histories import Run, coloured, write_histories
 from tests.validation.cases import KeptCases, Row, attempted, share_of
-from tyre.arrays import Array
+from tyre.ground import Array
 
 STEP, SUBSTEPS = 0.02, 4  # s
 DURATION, SPEEDS, TWICE = 3.0, 4, 2

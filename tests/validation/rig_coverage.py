@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from tests.validation.cases import KeptCases, Row
-from tyre.campaign import fit_campaign
-from tyre.condition import FitSettings
-from tyre.properties import Calibration
-from tyre.recording import Condition, PullTest, RigRun
-from tyre.recording_files import read_recording, write_csv
+from tyre.fits import FitSettings, fit_campaign, fit_slip_sweep, read_recording, slip_reversals, write_csv
+from tyre.ground import PASCAL_PER_BAR
+from tyre.measured import Calibration
+from tyre.recordings import Condition, PullTest, RigRun
 from tyre.rig import (
     DialGauge,
     LoadCellDrift,
@@ -37,9 +36,6 @@ from tyre.rig import (
     simulate_sweep,
     synthetic_tyre,
 )
-from tyre.slip_sweep import fit_slip_sweep
-from tyre.sweep_curve import slip_reversals
-from tyre.units import PASCAL_PER_BAR
 
 REMOUNTING = (0.002, 0.008)  # relative scatter from recording to recording
 SWEEPS = (1.0, 2.0, 1.0)  # rates over the slower one; the faster one is drawn between 2 and 2.5 times as fast

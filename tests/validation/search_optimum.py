@@ -43,7 +43,7 @@ def _compared(seed: int, starts: int, folder: Path, row: Row) -> None:
     from studies.diagnosis import read_measurement
     from studies.inference import judge
     from tests.validation.blind.cells import make
-    from tyre.workers import one_blas_thread
+    from tyre.ground import one_blas_thread
 
     with one_blas_thread():
         truth, without = make(CELL, seed, folder)

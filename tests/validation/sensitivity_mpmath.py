@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bicycle.evaluation import Evaluator
+from bicycle.equations import Evaluator
 from bicycle.model import Model
-from bicycle.sensitivity import sensitivities
+from bicycle.stability import sensitivities
 from tests.validation.random_models import random_model
-from tyre.table import write_csv
+from tyre.ground import write_csv
 
 TARGET = 1e-8
 PAIRS = 5
@@ -46,7 +46,7 @@ def run(*, out: Path, seed: int, models: int = 50) -> dict[str, Any]:
     """Compare random models."""
     import pandas as pd
 
-    from tyre.progress import progress_bar
+    from tyre.ground import progress_bar
 
     generator = np.random.default_rng(seed)
     found = [

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from tyre.arrays import Array
-from tyre.progress import progress_bar
-from tyre.recording import Condition, RigRun
+from tyre.fits import fit_slip_sweep
+from tyre.ground import Array, progress_bar
+from tyre.recordings import Condition, RigRun
 from tyre.rig import (
     LoadCellDrift,
     Noise,
@@ -29,7 +29,6 @@ from tyre.rig import (
     simulate_sweep,
     synthetic_tyre,
 )
-from tyre.slip_sweep import fit_slip_sweep
 
 MISSING = (0.05, 0.1, 0.2)
 ONSETS = (0.0, 0.5, 0.7)

@@ -9,7 +9,7 @@ from scipy.special import ndtr
 from tests.validation import benchmark
 from tests.validation.benchmark import read_answers, scored, table
 from tests.validation.blind.rivals import at, evidence, nested, process, sparse
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 RNG = np.random.default_rng(4)
 SPEEDS = np.linspace(3.0, 8.0, 15)

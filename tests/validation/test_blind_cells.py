@@ -18,7 +18,7 @@ from tests.validation.blind.motion import Sensor, shapes
 from tests.validation.blind.opposed import NOISE as QUIET
 from tests.validation.blind.opposed import SPEEDS, opposed_pair, seen_weave, stand_out
 from tests.validation.blind.score import CALLED
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def contents(folder):

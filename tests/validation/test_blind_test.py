@@ -17,7 +17,7 @@ from tests.validation.blind.run import blind_test, results_in
 from tests.validation.blind.score import judge, summary
 from tests.validation.blind_test import run as blind_study
 from tests.validation.cases import KeptCases, wilson
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def verdict(kind, names, effects=()):
@@ -62,8 +62,8 @@ BLIND = Path(generator.__file__).parent
 JUDGES = {"run", "score", "report"}
 GENERATORS = sorted(p for p in BLIND.rglob("*.py") if p.stem not in JUDGES)
 ALLOWED = {
-    "bicycle": {"Bicycle", "load_bicycle"}, "tyre.errors": {"InputError"}, "tyre.arrays": {"Array"},
-    "tyre.files": {"write_text"},
+    "bicycle": {"Bicycle", "load_bicycle"}, "tyre.ground.errors": {"InputError"}, "tyre.ground.arrays": {"Array"},
+    "tyre.ground.files": {"write_text"},
 }  # fmt: skip
 
 

@@ -14,8 +14,8 @@ from tests.validation.foreign_rig import (
     roll,
     sweep_drive,
 )
-from tyre.recording import Condition, RigRun
-from tyre.slip_sweep import fit_slip_sweep
+from tyre.fits import fit_slip_sweep
+from tyre.recordings import Condition, RigRun
 
 QUIET = Rig(play=0, wander=0, drift=0, friction=0, remounting=0, white=0, slow=0, slip_noise=0)
 

@@ -9,7 +9,7 @@ import pytest
 from bicycle.identification import spectral_response
 from studies.cli import main
 from tests.validation.hostile_values import attacked, outcome
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 @pytest.mark.filterwarnings("default")

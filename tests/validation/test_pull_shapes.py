@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.validation.pull_shapes import ASKED, Pulled, moves, one_pull, pull, slides_by_bristles
-from tyre.pull_test import fit_pull_test
-from tyre.recording import PullTest
+from tyre.fits import fit_pull_test
+from tyre.recordings import PullTest
 
 TYRE = Pulled(stiffness=62e3, load=420.0, limit=315.0, gauge_noise=1e-5, force_noise=2.0)
 

@@ -7,10 +7,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tyre.channel_map import ChannelMap, Reading
-from tyre.errors import InputError
 from tyre.formats import child
-from tyre.signals import Contents, Signals, find_column
+from tyre.formats.channel_map import ChannelMap, Reading
+from tyre.formats.signals import Contents, Signals, find_column
+from tyre.ground.door import room
+from tyre.ground.errors import InputError
 
 T = TypeVar("T")
 FORMATS: dict[str, str] = {
@@ -103,3 +104,13 @@ def _guarded(path: Path, action: Callable[[], T]) -> T:
         raise InputError(
             f"{path}: cannot be read as {path.suffix.casefold()} ({said}); is it damaged, cut off, or another format?"
         ) from error
+
+
+__getattr__, __dir__ = room(
+    __name__,
+    {
+        "channel_map": ("ChannelMap", "Clock", "MappedColumn", "Reading", "Resampling", "Trigger", "Window"),
+        "sheet": ("read_sheet", "split_unit"),
+        "signals": ("Column", "Signal", "Signals", "find_column"),
+    },
+)

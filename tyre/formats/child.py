@@ -18,10 +18,10 @@ from pathlib import Path
 from threading import Lock, Thread
 from typing import Any
 
-from tyre.channel_map import Reading
-from tyre.errors import InputError
+from tyre.formats.channel_map import Reading
 from tyre.formats.limits import PROCESSOR, allowed, limit
-from tyre.signals import Contents, Signal
+from tyre.formats.signals import Contents, Signal
+from tyre.ground.errors import InputError
 
 CLOCK = 600.0  # s to wait for an answer
 _BEGIN = (

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import Reading
-from tyre.errors import InputError
-from tyre.files import refuse_special
-from tyre.progress import progress_bar
-from tyre.signals import Column, Contents, Signal
-from tyre.table import fast_numbers, number_in, refuse_huge_line
-from tyre.units import find_unit, quantity_of
+from tyre.formats.channel_map import Reading
+from tyre.formats.signals import Column, Contents, Signal
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.files import refuse_special
+from tyre.ground.progress import progress_bar
+from tyre.ground.text_table import fast_numbers, number_in, refuse_huge_line
+from tyre.ground.units import find_unit, quantity_of
 
 MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NOTAVAIL", "-")
 """Texts that stand for a missing sample."""

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import Reading
-from tyre.errors import InputError, hint
+from tyre.formats.channel_map import Reading
 from tyre.formats.csv import MISSING, read_header, since_first
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal
+from tyre.formats.signals import Column, Contents, Signal
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, hint
+from tyre.ground.progress import optional_module
 
 Rows = list[list[Any]]
 LARGEST = 250_000_000  # bytes of an unpacked spreadsheet

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from tyre.channel_map import Reading
-from tyre.errors import InputError, shown
-from tyre.files import DEEPEST
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, check_budget, columns_of
+from tyre.formats.channel_map import Reading
+from tyre.formats.signals import Column, Contents, Signal, check_budget, columns_of
+from tyre.ground.errors import InputError, shown
+from tyre.ground.files import DEEPEST
+from tyre.ground.progress import optional_module
 
 _UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 

@@ -5,7 +5,7 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
-from tyre.channel_map import Reading
+from tyre.formats.channel_map import Reading
 
 # what a file may take: a small one, for each of its bytes beside, and the most of all
 MEMORY = (800_000_000, 300, 6_000_000_000)  # bytes

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from tyre.channel_map import Reading
-from tyre.errors import InputError, hint
+from tyre.formats.channel_map import Reading
 from tyre.formats.hdf5 import refuse_foreign
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, check_budget, columns_of, seconds
+from tyre.formats.signals import Column, Contents, Signal, check_budget, columns_of, seconds
+from tyre.ground.errors import InputError, hint
+from tyre.ground.progress import optional_module
 
 NAMES, UNITS = ("name", "names", "channel", "channels"), ("unit", "units")
 """Fields of a structure that say what the variables beside it are called and measured in."""

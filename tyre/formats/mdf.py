@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tyre.channel_map import Reading
-from tyre.errors import InputError
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, check_budget
+from tyre.formats.channel_map import Reading
+from tyre.formats.signals import Column, Contents, Signal, check_budget
+from tyre.ground.errors import InputError
+from tyre.ground.progress import optional_module
 
 LARGEST = 64_000_000  # bytes of a database
 _DBC = re.compile(rb"(\xef\xbb\xbf)?(\s|//[^\n]*\n)*(VERSION|NS_|BS_|BU_|BO_|CM_)\b")

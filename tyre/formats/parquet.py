@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import Reading
-from tyre.errors import InputError
-from tyre.files import LARGEST
+from tyre.formats.channel_map import Reading
 from tyre.formats.csv import names_and_units
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, check_budget
+from tyre.formats.signals import Column, Contents, Signal, check_budget
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.files import LARGEST
+from tyre.ground.progress import optional_module
 
 
 def parquet_contents(path: Path, reading: Reading) -> Contents:

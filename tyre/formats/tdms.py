@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import Reading
-from tyre.errors import InputError
-from tyre.progress import optional_module
-from tyre.signals import Column, Contents, Signal, check_budget, seconds
+from tyre.formats.channel_map import Reading
+from tyre.formats.signals import Column, Contents, Signal, check_budget, seconds
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.progress import optional_module
 
 
 def tdms_contents(path: Path, reading: Reading) -> Contents:

@@ -17,11 +17,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.channel_map import Reading
-from tyre.errors import InputError, nearest, plain_digits
-from tyre.files import read_text
-from tyre.signals import Column, Contents, Signal
+from tyre.formats.channel_map import Reading
+from tyre.formats.signals import Column, Contents, Signal
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, nearest, plain_digits
+from tyre.ground.files import read_text
 
 NOT_AVAILABLE = "NOTAVAIL"
 _SINGLE = ("HEADER", "CONSTANTS", "MEASURCHANNELS", "MEASURDATA", "END")

@@ -1,6 +1,6 @@
 """A simulated rig, its effects on recordings, and the terms that these add to a fit."""
 
-from tyre.door import room
+from tyre.ground.door import room
 
 _NAMES = {
     "effect": "OUTSIDE PullTerms Recorded RigEffect RigParameter RigTyre SweepTerms Term declared needs_pull "

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.errors import InputError, is_number, shown
-from tyre.recording import Condition
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, is_number, shown
+from tyre.recordings.recording import Condition
 
 
 @dataclass(frozen=True)

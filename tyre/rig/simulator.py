@@ -13,14 +13,14 @@ from typing import Any, Literal
 import numpy as np
 import scipy
 
-from tyre.errors import InputError, refuse_unknown
-from tyre.files import write_text
-from tyre.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.files import write_text
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
 from tyre.rig.effect import Channels, RigEffect, RigTyre, simulated_effects
 from tyre.rig.effects.mechanics import Remounting, RigFriction, RimCompliance
 from tyre.rig.effects.sensors import DialGauge, LoadCellDrift, Noise, SensorGain
 from tyre.rig.effects.tyre import DrumCurvature, PlySteer, TemperatureDrift
-from tyre.units import PASCAL_PER_BAR
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def write_campaign_files(
     seed: int | None = None, protocol: Protocol | None = None,
 ) -> list[Path]:  # fmt: skip
     """Write a synthetic campaign: one file per recording and ``truth.json``."""
-    from tyre.recording_files import write_csv, write_tydex
+    from tyre.fits.recording_files import write_csv, write_tydex
 
     protocol = protocol or Protocol()
     refuse_unknown("format", [plan.file_format], ("csv", "tdx", "mixed"))

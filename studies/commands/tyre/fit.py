@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from studies.channel_options import chosen_map, takes_channels
-from studies.command_options import FINITE, LENGTH, PATH, WORKERS
+from studies.model_space.channel_options import chosen_map, takes_channels
+from studies.model_space.command_options import FINITE, LENGTH, PATH, WORKERS
 from studies.reporting.command_context import example
-from tyre.errors import InputError
+from tyre.ground.errors import InputError
 
 
 def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
@@ -48,9 +48,9 @@ def command(
     """
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from tyre.campaign import fit_campaign, passed_over
-    from tyre.condition import FitSettings
-    from tyre.properties import Calibration
+    from tyre.fits.campaign import fit_campaign, passed_over
+    from tyre.fits.condition import FitSettings
+    from tyre.measured.properties import Calibration
 
     if not 0.05 <= wheel_radius <= 1.0:
         raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")

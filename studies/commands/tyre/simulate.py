@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.command_options import COUNT, PATH, SEED
+from studies.model_space.command_options import COUNT, PATH, SEED
 from studies.reporting.command_context import example
-from tyre.errors import InputError
-from tyre.typed_number import typed_numbers
+from tyre.ground.errors import InputError
+from tyre.ground.number_with_unit import typed_numbers
 
 if TYPE_CHECKING:
     from tyre.rig.simulator import CampaignPlan
@@ -71,9 +71,9 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
     """Make the campaign that the options describe, in SI units."""
     import numpy as np
 
-    from tyre.recording import signs
+    from tyre.ground.units import PASCAL_PER_BAR
+    from tyre.recordings.recording import signs
     from tyre.rig.simulator import CampaignPlan
-    from tyre.units import PASCAL_PER_BAR
 
     signs(options["axes"], where="--axes")
     counts = {kind: options[kind] for kind in ("sweeps", "pulls", "steps")}

@@ -7,10 +7,10 @@ from eigenvalue_sets import assert_same_eigenvalues
 from point_mass import enlarged
 
 from bicycle import Model, load_bicycle, load_effects
-from bicycle.effect_registry import outside_effects
+from bicycle.effects import outside_effects
 from bicycle.equations import ModelBuilder
-from bicycle.rigid_bodies import Body
-from tyre.errors import InputError
+from bicycle.parameters import Body
+from tyre.ground import InputError
 
 PLACES = {"luggage": ("B", -0.06, -0.8), "bar_bag": ("H", 0.95, -0.9)}
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
@@ -69,7 +69,7 @@ def test_what_is_fixed_to_a_fixed_body_comes_along(tmp_path):
     path.write_text(
         '"""x."""\n'
         "from bicycle import Effect\n"
-        "from bicycle.rigid_bodies import Body\n"
+        "from bicycle.parameters.rigid_bodies import Body\n"
         "class Bracket(Effect):\n"
         '    """A bracket with a mass."""\n'
         '    source = "made up"\n    signature = "as a bag"\n'

@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import Model, critical_speeds
-from bicycle.nonlinear import magic_formula_model
-from tyre.contact_patch import half_length_under_load, string_trail
-from tyre.errors import InputError
+from bicycle.motion import magic_formula_model
+from tyre.ground import InputError
+from tyre.maps import half_length_under_load, string_trail
 
 LENGTH = 0.11  # m, C/K of a racing tyre
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)

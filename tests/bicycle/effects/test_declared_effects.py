@@ -7,7 +7,7 @@ import pytest
 from bicycle import Effect, Model, critical_speeds, effect_class, load_bicycle, modes, registry
 from bicycle.effects import RelaxationLength, SideSlip, SteerDamper
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 LAGGED = RelaxationLength(cornering_stiffness={"rear": 6000.0, "front": 5000}, relaxation_length=0.1)
 

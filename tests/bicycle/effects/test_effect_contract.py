@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
 from bicycle import Effect, Model, load_bicycle, registry
-from bicycle.effect import effect_of
-from bicycle.evaluation import derive
+from bicycle.effects import effect_of
+from bicycle.equations import derive
 from bicycle.parameters import UNITS, Bicycle
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 EFFECTS = registry()
 BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "rad": (0, 0, 0), "1": (0, 0, 0)}

@@ -9,7 +9,7 @@ from eigenvalue_sets import assert_same_eigenvalues
 from scipy.optimize import linear_sum_assignment
 
 from bicycle import critical_speeds, load_bicycle
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 PER_DEG = 180 / math.pi
 STIFFNESS = {"rear": 110 * PER_DEG, "front": 105 * PER_DEG}

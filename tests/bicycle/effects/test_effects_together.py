@@ -12,9 +12,9 @@ from eigenvalue_sets import assert_same_eigenvalues
 
 from bicycle import Model, critical_speeds, load_bicycle
 from bicycle.equations import ModelBuilder
-from bicycle.model_file import build_model
-from bicycle.nonlinear import magic_formula_model
-from bicycle.rigid_bodies import Body
+from bicycle.model import build_model
+from bicycle.motion import magic_formula_model
+from bicycle.parameters import Body
 from tests.validation.independent_derivation import (
     HINGES,
     OTHERS,
@@ -28,7 +28,7 @@ from tests.validation.independent_derivation import (
     refusal,
 )
 from tests.validation.kane_bicycle import KaneBicycle
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 TYRE = {"cornering_stiffness": {"rear": 6617.0, "front": 6389.0}, "relaxation_length": 0.1}
 FORK = {"stiffness": 6000.0, "damping": 5.0, "length": 0.38}

@@ -7,13 +7,11 @@ import pytest
 from built import built, effect, linear
 
 from bicycle import Model, load_bicycle
-from bicycle.inputs import step
-from bicycle.model_file import build_model
-from bicycle.nonlinear import magic_formula_model
-from bicycle.responses import frequency_response, respond
+from bicycle.model import build_model, step
+from bicycle.motion import frequency_response, magic_formula_model, respond
 from tests.validation.independent_derivation import draw, largest_error
 from tyre import read_tyre
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 FRONT = {"joint_x": 0.8, "joint_z": -0.85}
 TYRE = {"cornering_stiffness": 5000.0, "relaxation_length": 0.1}

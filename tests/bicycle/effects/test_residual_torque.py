@@ -6,7 +6,7 @@ from built import built
 
 from bicycle import Model, effect_class, registry
 from studies.diagnosis import find_candidates
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 Residual = effect_class("residual_torque")
 STATES = ("lean", "steer", "lean_rate", "steer_rate")

@@ -13,7 +13,7 @@ from eigenvalue_sets import assert_same_eigenvalues
 from lagrange import LagrangeBicycle
 
 from bicycle import critical_speeds, load_bicycle, modes
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 M = np.array([[133.31668525, 2.43885691], [2.43885691, 0.22419262]])
 C1 = np.array([[0, 44.65783277], [-0.31500940, 1.46189246]])

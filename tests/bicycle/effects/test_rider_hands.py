@@ -9,9 +9,7 @@ from eigenvalue_sets import assert_same_eigenvalues
 from point_mass import enlarged
 
 from bicycle import effect_class, load_bicycle
-from bicycle.rider_body import RigidBody, read_rider
-from bicycle.rider_frame import felt_mass, rider_on_bicycle
-from bicycle.rider_posture import packaged_geometry, read_geometry
+from bicycle.rider import RigidBody, felt_mass, packaged_geometry, read_geometry, read_rider, rider_on_bicycle
 from tests.validation.blind import machine
 from tests.validation.blind.chain import Body, Joint
 from tests.validation.blind.closing import at_speed, ground

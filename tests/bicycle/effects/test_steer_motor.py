@@ -10,7 +10,7 @@ from built import built, linear
 from eigenvalue_sets import assert_same_eigenvalues
 
 from tests.shared.published_bicycle import C1, K0, K2, G, M
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 GAIN, FADE, LEAN_GAIN = 8.0, 4.7, 3.0
 SPEEDS = (1.0, 3.0, 4.4, 6.5)

@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 from bicycle.identification import PARTS, TOO_FAR, Run, identify, identify_modes, log_odds_of_each
 from studies.cli import main
-from studies.free_decays import drift_words
-from tyre.errors import InputError
+from studies.motion import drift_words
+from tyre.ground import InputError
 
 ROOT = complex(-0.7, 4.4)
 

@@ -5,7 +5,7 @@ import pytest
 
 from bicycle.identification import read_runs
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 @pytest.fixture

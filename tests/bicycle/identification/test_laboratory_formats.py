@@ -12,8 +12,8 @@ from lab_recordings import write_motion
 from bicycle.identification import identify, read_events, read_run, read_runs
 from studies.cli import main
 from tests.validation.recording_writers import WRITERS, write_hdf5, write_mf4, write_parquet
-from tyre.channel_map import ChannelMap, Resampling
-from tyre.errors import InputError
+from tyre.formats import ChannelMap, Resampling
+from tyre.ground import InputError
 
 ROOT = complex(-0.7, 4.4)
 WRITTEN = {"roll_rate": "roll_rate_rad_s", "yaw_rate": "yaw_rate_rad_s", "steer": "steer_rad"}

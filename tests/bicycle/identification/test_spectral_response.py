@@ -9,8 +9,8 @@ from scipy.linalg import solve_continuous_are
 from scipy.signal import coherence, csd, welch
 
 from bicycle.identification import line_response, lines_of, read_forced, spectral_response, weights
-from tyre.channel_map import ChannelMap
-from tyre.errors import InputError
+from tyre.formats import ChannelMap
+from tyre.ground import InputError
 
 
 def controller(speed):

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.effect import Effect, Mode, Parameter
+from bicycle.effects import Effect, Mode, Parameter
 from bicycle.equations import ModelBuilder
-from bicycle.rigid_bodies import Body
-from tyre.errors import InputError
+from bicycle.parameters import Body
+from tyre.ground import InputError
 
 
 class Pannier(Effect):

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from small_library import all_but
 
 from bicycle import Model, effect_class, load_bicycle, modes, read_model
-from bicycle.effect_registry import outside_effects, registry
-from bicycle.mode_figure import LOOKS, mode_look
+from bicycle.effects import outside_effects, registry
+from bicycle.stability import LOOKS, mode_look
 from studies.cli import main
 from studies.diagnosis import read_measurement
 from studies.sweep import read_sweep

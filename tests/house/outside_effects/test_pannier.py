@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bicycle import Effect, Model, effect_class, load_bicycle
-from bicycle.effect_registry import outside_effects
-from bicycle.rigid_bodies import Body
+from bicycle.effects import outside_effects
+from bicycle.parameters import Body
 
 PANNIER = Path(__file__).with_name("pannier.py")
 

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicycle.critical import critical_speeds
-from bicycle.model_file import build_model
+from bicycle.model import build_model
+from bicycle.stability import critical_speeds
 from studies import chart as room
 from studies.chart import Plane, Uncertain, stability_chart
 from studies.cli import main
-from tyre.errors import InputError
-from tyre.tyre_map import TyreMap
+from tyre.ground import InputError
+from tyre.maps import TyreMap
 
 WHIPPLE = {"bicycle": "benchmark"}
 SOFT = {

@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from bicycle.effect_docs import describe
-from bicycle.effect_registry import registry
+from bicycle.effects import describe, registry
 from studies.cli import main
 
 

@@ -9,7 +9,7 @@ from scipy.linalg import solve_continuous_are
 
 from studies.cli import main
 from studies.diagnosis import read_measurement, responses_of_runs
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 HEAD = "time_s,roll_rate_rad_s,steer_rad,steer_torque_N_m,push_N_m"
 

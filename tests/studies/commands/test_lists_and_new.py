@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from bicycle import available_bicycles, load_bicycle, registry
-from bicycle.model_file import build_model, read_model
-from bicycle.named_modes import modes
+from bicycle.model import build_model, read_model
+from bicycle.stability import modes
 from studies.cli import main
-from studies.model_example import example_model
+from studies.model_space import example_model
 from tyre import TyreMap, available_tyres
-from tyre.errors import InputError
-from tyre.find_tyre import packaged_formulas
+from tyre.ground import InputError
+from tyre.maps import packaged_formulas
 
 
 def json_of(capsys, *arguments: str) -> dict:

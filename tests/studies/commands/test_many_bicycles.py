@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from bicycle import Model, load_bicycle
-from bicycle.critical import critical_speeds
 from bicycle.parameters import UNITS
+from bicycle.stability import critical_speeds
 from studies.cli import main
 
 NAMES = ("benchmark", "kooijman2008", "slow")

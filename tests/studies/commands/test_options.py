@@ -9,16 +9,13 @@ import click
 import numpy as np
 import pytest
 
-from studies.axes import numbers_by_name, ranges_by_name
 from studies.chart import split_range
 from studies.cli import build, main
-from studies.command_options import Number, check_memory
 from studies.main_study import settings_of
-from studies.model_argument import choose
+from studies.model_space import Number, check_memory, choose, file_and_speed, numbers_by_name, ranges_by_name
+from studies.motion import parse_range
 from studies.reporting import parse_speeds
-from studies.root_locus import parse_range
-from studies.run_argument import file_and_speed
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 BARE = (click.types.FloatParamType, click.types.IntParamType)
 

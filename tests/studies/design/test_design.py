@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
-from bicycle.bicycle_files import load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.limit_cycles import find_limit_cycles
-from bicycle.model_family import ModelFamily
-from bicycle.model_file import build_model, read_model
+from bicycle.files import load_bicycle
+from bicycle.model import ModelFamily, build_model, read_model
+from bicycle.motion import find_limit_cycles
+from bicycle.stability import critical_speeds
 from studies import design
 from studies.cli import main
 from studies.design import Demand, Wanted, demands, designed, grid, lines
 from studies.model_space import ModelSpace
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8}
 TYRED = {

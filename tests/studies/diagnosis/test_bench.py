@@ -6,7 +6,7 @@ from published_bicycle import K0, TILT, G, bar_stiffness
 
 from studies.diagnosis import diagnose, read_measurement
 from studies.inference import preflight
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 HEAD = "test,condition,steer_rad,steer_rate_rad_s,direction,steer_torque_N_m,steer_torque_sd_N_m"
 TOML = 'kind = "bench"\nbicycle = "benchmark"\n[bench]\ntable = "b.csv"\n'

@@ -3,7 +3,7 @@
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.bicycle_files import to_text, to_yaml
+from bicycle.files import to_text, to_yaml
 from studies.diagnosis import nuisances, read_measurement
 
 HEAD = "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s\n"

@@ -10,13 +10,12 @@ import pytest
 from small_library import all_but, among
 
 from bicycle import Bicycle, Model
-from bicycle.bicycle_files import load_bicycle
-from bicycle.effect_registry import outside_effects
+from bicycle.effects import outside_effects
+from bicycle.files import load_bicycle
 from bicycle.identification import Canonical
 from studies.diagnosis import find_candidates, read_measurement
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
-from tyre.files import data_root
+from tyre.ground import InputError, data_root
 
 G = 9.81
 COEFFICIENTS = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta", "M_delta_delta", "C1_delta_phi", "C1_delta_delta",

@@ -11,10 +11,10 @@ import pytest
 from small_library import all_but
 
 from bicycle import effect_class
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies.cli import main
 from studies.diagnosis import corrected_model, model_text, read_measurement
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
 

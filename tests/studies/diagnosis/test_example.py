@@ -8,7 +8,7 @@ import pytest
 from bicycle import Bicycle, load_bicycle
 from studies.cli import main
 from studies.diagnosis import diagnose, example_measurement, read_measurement
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 @pytest.fixture(autouse=True)

@@ -8,11 +8,11 @@ from published_bicycle import gains
 from small_library import all_but, among
 
 from bicycle import Model, load_bicycle
-from bicycle.effect_registry import registry
-from bicycle.responses import frequency_response
+from bicycle.effects import registry
+from bicycle.motion import frequency_response
 from studies.cli import main
 from studies.diagnosis import FrequencyResponses, diagnose, fit_residual, read_measurement
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 HEAD = "input,output,frequency_Hz,speed_m_s,re,im,sd"
 TOML = 'kind = "frequency_response"\nbicycle = "benchmark"\n[uncertainty]\nlam = 0.005\nIBxx = 0.2\n'

@@ -9,8 +9,8 @@ from small_library import among
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.identification import Run
-from bicycle.inputs import InputHistory
-from bicycle.responses import respond
+from bicycle.model import InputHistory
+from bicycle.motion import respond
 from studies.diagnosis import Histories, read_measurement
 from studies.inference import fit
 from tests.validation.blind.histories import coloured, history_case

@@ -5,7 +5,7 @@ import pytest
 
 from bicycle import Model, effect_class, load_bicycle
 from studies.diagnosis import find_candidates, nuisances, read_measurement
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 MODAL = 'kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n'
 HEAD = "speed_m_s,mode,real_1_s,imag_rad_s,real_sd_1_s,imag_sd_rad_s"

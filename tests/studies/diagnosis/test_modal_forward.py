@@ -7,7 +7,7 @@ import pytest
 from published_bicycle import weave
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.named_modes import modes
+from bicycle.stability import modes
 from studies.diagnosis import Modal, ModalPoint, read_measurement
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}

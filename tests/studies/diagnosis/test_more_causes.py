@@ -14,10 +14,10 @@ from small_library import among
 
 from bicycle import Model, load_bicycle
 from bicycle.identification import Run
-from bicycle.named_modes import modes
+from bicycle.stability import modes
 from studies.diagnosis import Histories, Modal, ModalPoint, find_candidates
 from studies.inference import UncertainParameter, fit
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 SPEEDS = (4.6, 5.2, 5.8, 6.4)
 NOISE = {"roll_rate_rad_s": 0.004, "steer_rad": 0.002}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from small_library import among
 
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies.diagnosis import find, read_measurement, term_name, terminal, write_report
 from studies.inference import Acceptance, HeldOut, Reason, verdict_of
 from tests.validation.blind.generator import modal_case

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bicycle import Model, load_bicycle
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies.diagnosis import BicycleKind, model_text
 from studies.inference import Rows, moved
 

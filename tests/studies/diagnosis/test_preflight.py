@@ -11,7 +11,7 @@ from small_library import all_but
 from studies.diagnosis import diagnose, read_measurement
 from studies.inference import preflight
 from tests.validation.blind.histories import history_case
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 CASES = Path(__file__).parent / "search_cases"
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"

@@ -43,7 +43,7 @@ from studies.inference import (
     judge,
 )
 from studies.reporting import made_by
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
 POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}

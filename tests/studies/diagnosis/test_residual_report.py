@@ -10,7 +10,7 @@ import pytest
 from small_library import among
 
 from bicycle import Model, load_bicycle
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies.cli import main
 from studies.diagnosis import (
     JointData,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from bicycle.effect_registry import effect_class
-from bicycle.model_file import read_model
+from bicycle.effects import effect_class
+from bicycle.model import read_model
 from studies.diagnosis import (
     PAIRS,
     Selector,
@@ -30,7 +30,7 @@ from studies.inference import AcceptanceCheck, HeldOut, Hypotheses, Linear, Verd
 from tests.validation.blind.generator import HELD_OUT, modal_case
 from tests.validation.blind.hidden import Cause
 from tests.validation.blind.machine import Extras
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def said(verdict, *failed):

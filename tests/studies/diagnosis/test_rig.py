@@ -8,8 +8,8 @@ import pytest
 
 from studies.diagnosis import TyreTables, diagnose, read_measurement
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
-from tyre.map_files import read_folder
+from tyre.ground import InputError
+from tyre.maps import read_folder
 
 ROOT = Path(__file__).parents[3]
 

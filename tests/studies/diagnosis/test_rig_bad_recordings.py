@@ -8,8 +8,8 @@ import pytest
 from studies.diagnosis import read_measurement
 from tests.shared.refusals import refuses
 from tests.validation.sensor_faults import TYRES, sweep, two_gains
-from tyre.errors import InputError
-from tyre.recording_files import write_csv
+from tyre.fits import write_csv
+from tyre.ground import InputError
 
 RIG = 'kind = "rig"\ndescription = "Synthetic."\n[rig]\nrecordings = "new"\n[rig.reference]\nrecordings = "old"\n'
 

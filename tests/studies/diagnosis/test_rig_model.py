@@ -7,7 +7,7 @@ import pytest
 from small_library import among
 
 from studies.diagnosis import Curve, Reference, RigRecordings
-from tyre.recording import Condition
+from tyre.recordings import Condition
 from tyre.rig import DrumCurvature, LoadCellDrift, Noise, Protocol, RigTyre, simulate_sweep
 
 SPEED, RATE = 3.0, 2.0  # m/s, deg/s

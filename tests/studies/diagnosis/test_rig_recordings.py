@@ -13,10 +13,10 @@ import studies.diagnosis
 from studies.cli import main
 from studies.diagnosis import Curve, Reference, RigRecordings, diagnose, read_measurement
 from studies.inference import fit
-from tyre.errors import InputError
-from tyre.properties import Calibration
-from tyre.recording import Condition
-from tyre.recording_files import write_csv
+from tyre.fits import write_csv
+from tyre.ground import InputError
+from tyre.measured import Calibration
+from tyre.recordings import Condition
 from tyre.rig import (
     DialGauge,
     DrumCurvature,
@@ -298,7 +298,7 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
 
 
 def test_a_campaign_as_reference(folder, tmp_path):
-    from tyre.campaign import fit_campaign
+    from tyre.fits import fit_campaign
 
     campaign = fit_campaign(folder / "flat", jobs=1, progress=False)
     (folder / "flat.json").write_text(json.dumps(campaign.as_json()))

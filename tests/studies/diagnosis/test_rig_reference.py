@@ -3,7 +3,7 @@
 import pytest
 
 from studies.diagnosis import Curve, Reference
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def reference(*loads):

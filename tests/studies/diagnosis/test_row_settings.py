@@ -7,7 +7,7 @@ import pytest
 
 from bicycle import Model, effect_class
 from studies.diagnosis import diagnose, read_measurement
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 TOML = (
     'kind = "modal"\nbicycle = "benchmark"\n[effects.steer_assist]\ngain = 5.0\nfade_speed = 6.0\n'

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies.diagnosis import corrected, model_files, read_measurement
 from studies.inference import Hypotheses, fit, parts_against_rest
 from tests.shared.refusals import refuses

@@ -7,7 +7,7 @@ import pytest
 
 from studies.diagnosis import Predicted, coordinates_of, predict, read_measurement
 from studies.inference import fit, parts_against_rest
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 VARIABLE = "VELOTYRE_EXTRA_DATA"
 FOLDER = Path(os.environ.get(VARIABLE, "")) / "steer_by_wire"

@@ -8,7 +8,7 @@ import pytest
 from studies.diagnosis import doubts, read_measurement
 from studies.inference import fit
 from tests.shared.published_bicycle import ride
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 STEP, EVERY = 0.02, 20  # s; of the samples at 1 kHz
 SD = {"lean_rate_rad_s": 1e-3, "steer_rad": 2e-4}

@@ -9,7 +9,7 @@ import pytest
 from bicycle import Model, load_bicycle
 from studies.diagnosis import BicycleKind, Kind, diagnose, find, read_measurement, record, write_report
 from studies.inference import Candidate, Proposal, Rows, UncertainParameter
-from tyre.schema import needed, read, table
+from tyre.ground import needed, read, table
 
 HEIGHT = 0.95  # m, of the saddle
 SCALE = "saddle.scale"

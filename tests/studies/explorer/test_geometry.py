@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bicycle import load_bicycle
-from bicycle.model_file import build_model
+from bicycle.model import build_model
 from studies import explorer as site
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, until
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 HINGED = (
     "bicycle=benchmark&effects.relaxation_length.cornering_stiffness=6000&effects.relaxation_length.relaxation_length=0.1"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bicycle.bicycle_files import load_bicycle, to_toml
+from bicycle.files import load_bicycle, to_toml
 
 HOME = {"Host": "127.0.0.1:8050"}
 ALONG = "along.data"

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from bicycle import Model, read_model
-from bicycle.model_file import build_model
+from bicycle.model import build_model
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, serious, settled, until
 
 PUBLISHED = {

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle import load_bicycle, read_model, registry
-from bicycle.bicycle_files import available_bicycles, to_text, to_toml, to_yaml
-from bicycle.model_file import build_model
+from bicycle.files import available_bicycles, to_text, to_toml, to_yaml
+from bicycle.model import build_model
 from studies import explorer as site
 from studies.cli import main
-from studies.model_example import typical_values
-from tyre.errors import InputError
+from studies.model_space import typical_values
+from tyre.ground import InputError
 
 TYRES = (
     "bicycle=benchmark&effects.relaxation_length.tyre=Tyre1&effects.relaxation_length.pressure_bar.rear=5.5"

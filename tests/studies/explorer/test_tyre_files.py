@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bicycle.model_file import read_model
+from bicycle.model import read_model
 from studies import explorer as site
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
 MODEL = b'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "fit/maps/mine.csv"\npressure_bar = 5\n'

@@ -16,7 +16,7 @@ from bicycle import Model, load_bicycle
 from bicycle.identification import Run
 from studies import inference
 from studies.diagnosis import Histories, diagnose, read_measurement
-from tyre.files import data_root
+from tyre.ground import data_root
 
 X = np.linspace(0.0, 1.0, 9)
 BASE = inference.UncertainParameter("level", "1", {"level": 1.0}, 0.3, 0.4)

@@ -13,11 +13,9 @@ from bicycle.identification import identify, read_run, read_runs
 from bicycle.identification import read_events as bicycle_events
 from studies.cli import main
 from studies.look import drafts, look, write_drafts
-from tyre.channel_map import ChannelMap
-from tyre.files import read_toml
-from tyre.recording_files import read_events
-from tyre.slip_sweep import fit_slip_sweep
-from tyre.sweep_curve import block_means, samples_used
+from tyre.fits import block_means, fit_slip_sweep, read_events, samples_used
+from tyre.formats import ChannelMap
+from tyre.ground import read_toml
 
 
 @pytest.fixture(scope="module")

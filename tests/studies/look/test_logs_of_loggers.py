@@ -8,7 +8,7 @@ import pytest
 
 from bicycle.identification import identify, read_events
 from studies.look import drafts, look
-from tyre.channel_map import ChannelMap
+from tyre.formats import ChannelMap
 
 ROOT = complex(-0.775, 4.465)  # 1/s, from 3 s on
 TIME = np.arange(400) / 50  # s

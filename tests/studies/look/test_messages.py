@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from studies.cli import main
 from studies.look import USES, Event, drafts, look, tell, write_drafts
-from tyre.errors import InputError
 from tyre.formats import FORMATS
+from tyre.ground import InputError
 
 
 def table(path, names, rows):

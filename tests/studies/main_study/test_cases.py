@@ -9,7 +9,7 @@ from small_study import RACING, exactly_known, own_table, small
 from bicycle.parameters import Bicycle
 from studies.main_study import Settings, front_draws, front_values, model, run_study, tyre_cases
 from tyre import TyreMap, read_tyre
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 DEGREE = np.pi / 180
 

@@ -8,8 +8,8 @@ import pytest
 from by_hand import ARMS, FRONT, by_hand, growing, least_damping
 from small_study import RACING, chosen, small
 
-from bicycle.bicycle_files import load_bicycle
-from bicycle.critical import CrossingIdentity
+from bicycle.files import load_bicycle
+from bicycle.stability import CrossingIdentity
 from studies import main_study
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_study import small
 
-from bicycle.critical import CrossingIdentity
+from bicycle.stability import CrossingIdentity
 from studies import main_study
 
 EDGE = CrossingIdentity("wobble", destabilising=True)

@@ -9,10 +9,10 @@ from by_hand import ARMS, FRONT, by_hand, growing
 from eigenvalue_sets import assert_same_eigenvalues
 from small_study import RACING, chosen, exactly_known, small
 
-from bicycle.bicycle_files import load_bicycle
-from bicycle.critical import CrossingIdentity, critical_speeds
-from bicycle.eigen import damping_ratio
+from bicycle.files import load_bicycle
+from bicycle.model import damping_ratio
 from bicycle.parameters import Bicycle
+from bicycle.stability import CrossingIdentity, critical_speeds
 from studies import main_study
 from studies.main_study import model
 

@@ -9,11 +9,11 @@ import pytest
 from small_study import chosen as cases_of
 from small_study import small
 
-from bicycle.critical import CrossingIdentity
-from bicycle.parameter_covariance import ParameterCovariance
+from bicycle.parameters import ParameterCovariance
+from bicycle.stability import CrossingIdentity
 from studies import main_study
 from studies.uncertainty import Quantity
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 IMAGE = re.compile(r"!\[[^]]*\]\(([^)]*)\)")
 

@@ -5,10 +5,10 @@ import pytest
 from small_study import exactly_known, own_table, small
 
 from bicycle import available_bicycles, load_bicycle
-from bicycle.bicycle_files import to_toml
+from bicycle.files import to_toml
 from studies import main_study
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def test_four_worlds_and_the_first_is_the_one_of_the_question():

@@ -8,7 +8,7 @@ import pytest
 from small_study import chosen, small
 
 from studies import main_study
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_first(racing):

@@ -13,7 +13,7 @@ import pytest
 
 from studies.cli import main
 from studies.reporting import inputs, results, unfinished
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 ASKED = ["simulate", "benchmark", "--speed", "5", "--initial", "lean=0.02", "--duration", "0.1", "--out"]
 WRITTEN = ["response.png", "response.svg", "response_linear.csv"]
@@ -43,7 +43,7 @@ def test_a_folder_that_a_killed_command_left_is_said(tmp_path, capsys):
     out = tmp_path / "out"
     script = (
         "import os, sys\nfrom studies.cli import main\nimport studies.reporting.output\n"
-        "from tyre.files import replacing\n"
+        "from tyre.ground.files import replacing\n"
         "def write(frame, file):\n"
         "    file.with_name('first.csv').write_text('whole')\n"
         "    with replacing(file) as part:\n"

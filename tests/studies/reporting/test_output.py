@@ -26,7 +26,7 @@ from studies.reporting import (
     write_json,
 )
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def test_both_ends_of_a_speed_range_are_included():

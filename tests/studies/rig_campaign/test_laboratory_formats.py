@@ -8,8 +8,8 @@ from lab_recordings import write_lab
 
 from studies.cli import main
 from tests.validation.recording_writers import WRITERS
-from tyre.errors import InputError
-from tyre.recording_files import read_recording
+from tyre.fits import read_recording
+from tyre.ground import InputError
 
 SMALL = ["--loads", "400", "--pressures", "5", "--rates", "4", "--sweeps", "1", "--pulls", "1"]
 

@@ -188,7 +188,7 @@ def test_a_reduced_result(no_pictures, tmp_path):
 
 
 def test_bicycles_by_name_and_eigenvalues_in_netcdf(no_pictures, tmp_path):
-    from bicycle.bicycle_files import load_bicycle
+    from bicycle.files import load_bicycle
     from bicycle.parameters import UNITS
 
     names = ["benchmark", "browser", "fisher"]

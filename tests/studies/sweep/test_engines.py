@@ -8,7 +8,7 @@ import pytest
 from sweep_examples import RANDOM
 
 from studies.sweep import build_sweep, compute, on_cluster, run_sweep
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def test_other_software_on_a_worker_is_refused():

@@ -5,7 +5,7 @@ import pytest
 from sweep_results import load
 
 from studies.cli import main
-from studies.sampling import Refused, left_out
+from studies.model_space import Refused, left_out
 from studies.sweep import build_sweep, run_sweep
 
 TYRE = {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}

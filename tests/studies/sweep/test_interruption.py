@@ -15,7 +15,7 @@ from sweep_results import tree
 from studies.cli import main
 from studies.sweep import build_sweep, in_loop, in_processes, in_threads, open_parts, pieces, read_sweep, run_sweep
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def pieces_of(content):

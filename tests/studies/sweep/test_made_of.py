@@ -9,8 +9,8 @@ from sweep_examples import MEASURED, MODEL, write_file
 
 from studies.sweep import build_sweep, compute, open_parts, read_sweep, run_sweep, source_digests
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
-from tyre.tyre_map import TyreMap
+from tyre.ground import InputError
+from tyre.maps import TyreMap
 
 TYRES = Path(__file__).parents[3] / "data" / "tyres"
 SPECIFICATION = "studies.sweep.specification"
@@ -19,9 +19,9 @@ SMALL = {"outputs": ["largest_growth_rate"], "grid": {"speed_m_s": [3.0], "c": [
 
 def test_every_file_that_computes_is_read():
     found = source_digests()
-    assert {f"the source of {name}" for name in ("bicycle", "tyre", "studies.outputs", "studies.sweep.worker")} < set(
-        found
-    )
+    assert {
+        f"the source of {name}" for name in ("bicycle", "tyre", "studies.model_space.outputs", "studies.sweep.worker")
+    } < set(found)
     assert len(set(found.values())) == len(found)
     assert found.items() <= build_sweep({"model": MODEL, **SMALL}).made_of.items()
 

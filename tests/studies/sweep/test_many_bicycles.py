@@ -6,11 +6,11 @@ import pytest
 from sweep_examples import MEASURED, MODEL
 
 from bicycle import Model, load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.model_file import build_model
+from bicycle.model import build_model
 from bicycle.parameters import UNITS
+from bicycle.stability import critical_speeds
 from studies.sweep import build_sweep, run_sweep
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 xarray = pytest.importorskip("xarray")
 NAMES = ("kooijman2008", "benchmark", "pista_rider")

@@ -6,7 +6,7 @@ from sweep_examples import GRID, MEASURED, MODEL, RANDOM
 
 from studies.sweep import build_sweep, compute, open_parts, run_sweep
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 @pytest.mark.parametrize(("change", "words"), [
@@ -114,7 +114,7 @@ def test_what_is_found_impossible_on_the_way(monkeypatch, tmp_path):
     content = {"model": MODEL, "outputs": ["critical_speeds"], "grid": {"mB": {"from": 80, "to": 90, "count": 33}}}
     sweep, out = build_sweep(content), tmp_path / "result.zarr"
     finished = {name: rows[..., :0] for name, rows in compute(sweep, 0, 32).items()}  # the last axis is of occurrences
-    monkeypatch.setattr("studies.outputs.OCCURRENCES", 0)
+    monkeypatch.setattr("studies.model_space.outputs.OCCURRENCES", 0)
     words = r"sweep at mB = 80.0: \w+ has more than 0 \w+ critical speeds up to 60 m/s; lower max_speed_m_s; leave"
     refuses(words, run_sweep, sweep, out)
     assert not list(tmp_path.iterdir())  # nothing is in the way of a changed sweep

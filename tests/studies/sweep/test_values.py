@@ -9,13 +9,11 @@ from sweep_examples import MEASURED, MODEL, write_file
 from sweep_results import load
 
 from bicycle import Model, effect_class, load_bicycle
-from bicycle.critical import critical_speeds
-from bicycle.model_file import build_model
-from bicycle.named_modes import modes
-from bicycle.sensitivity import sensitivities
+from bicycle.model import build_model
+from bicycle.stability import critical_speeds, modes, sensitivities
 from studies.sweep import build_sweep, read_sweep, run_sweep
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 
 def test_grid_values_are_those_of_single_models(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 import tomli_w
 
 from bicycle import Model, load_bicycle
-from bicycle.critical import critical_speeds
+from bicycle.stability import critical_speeds
 from studies.cli import main
 from studies.uncertainty import Uncertainty
 

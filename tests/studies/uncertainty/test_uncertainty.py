@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 import tomli_w
 
-from bicycle import Model, effect_class, eigen, load_bicycle, propagation
-from bicycle.critical import critical_speeds
-from bicycle.model_family import ModelFamily
-from bicycle.model_file import build_model
+from bicycle import Model, effect_class, load_bicycle
+from bicycle.model import ModelFamily, build_model, eigen
+from bicycle.stability import critical_speeds, propagation
 from studies.cli import main
 from studies.uncertainty import Quantity, Uncertainty, remarks, total_effects
 from tests.shared.refusals import refuses
 from tyre import TyreMap
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}}
 GIVEN = {

@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tyre.channel_map import Reading
-from tyre.errors import InputError
-from tyre.formats import contents, limits, read_signals
+from tyre.formats import Reading, contents, limits, read_signals
+from tyre.ground import InputError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems read in the process itself")
 ROOT = Path(__file__).parents[3]
@@ -64,7 +63,8 @@ def test_a_file_written_anew_is_read_anew(tmp_path):
 
 def begin(code, name="a.h5"):
     """Run ``code`` in a process that is limited as the child is for a small file."""
-    script = "from pathlib import Path\nfrom tyre.channel_map import Reading\nfrom tyre.formats.limits import limit\n"
+    script = "from pathlib import Path\nfrom tyre.formats.channel_map import Reading\n"
+    script += "from tyre.formats.limits import limit\n"
     script += f"limit(Path({name!r}), Reading())\n{code}"
     return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
 
@@ -78,7 +78,9 @@ def test_limits_that_are_lower_already_stay():
     code = "import resource; print(resource.getrlimit(resource.RLIMIT_AS), resource.getrlimit(resource.RLIMIT_FSIZE))"
     script = "import resource\nfor kind in (resource.RLIMIT_AS, resource.RLIMIT_FSIZE):\n"
     script += "    resource.setrlimit(kind, (600_000_000,) * 2)\n"
-    script += "from pathlib import Path\nfrom tyre.channel_map import Reading\nfrom tyre.formats import limits\n"
+    script += (
+        "from pathlib import Path\nfrom tyre.formats.channel_map import Reading\nfrom tyre.formats import limits\n"
+    )
     script += f"limits.MDF = ('.h5',)\nlimits.limit(Path('a.h5'), Reading())\n{code}"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=True)
     assert shown.stdout == "(600000000, 600000000) (600000000, 600000000)\n"
@@ -138,7 +140,7 @@ def test_a_library_that_fails_ends_in_one_line(tmp_path, ending, words):
     code = (
         f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
         "from tyre.formats import child, contents\n"
-        "from tyre.errors import InputError\n"
+        "from tyre.ground.errors import InputError\n"
         "try:\n    contents('a.h5')\nexcept InputError as error:\n    print(error)\n"
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}

@@ -6,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.shared.refusals import refuses
-from tyre.channel_map import ChannelMap, Reading
-from tyre.errors import InputError
-from tyre.formats import contents, read_signals
+from tyre.formats import ChannelMap, Reading, contents, read_signals
+from tyre.ground import InputError
 
 
 @pytest.fixture

@@ -10,10 +10,9 @@ import pytest
 
 from tests.shared.refusals import refuses
 from tests.validation.recording_writers import WRITERS, quiet_matio
-from tyre.channel_map import ChannelMap, Reading
-from tyre.channels import read_records
-from tyre.errors import InputError
-from tyre.formats import contents, read_signals, table_rows
+from tyre.formats import ChannelMap, Reading, contents, read_signals, table_rows
+from tyre.ground import InputError
+from tyre.recordings import read_records
 
 TIME = np.arange(100) / 100
 WAVE = np.sin(TIME)
@@ -493,7 +492,7 @@ def test_importing_the_room_loads_no_library_of_a_format():
     import subprocess
 
     code = (
-        "import sys, tyre.formats, tyre.channels, tyre.draft; "
+        "import sys, tyre.formats, tyre.recordings.channels, tyre.recordings.draft; "
         "print([x for x in ('pandas', 'pyarrow', 'h5py', 'asammdf', 'matio', 'nptdms', 'scipy') if x in sys.modules])"
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -15,8 +15,8 @@ import tyre.rig
 from studies.cli import main
 from studies.diagnosis import Curve, Reference, RigRecordings, diagnose
 from tests.shared.refusals import refuses
-from tyre.errors import InputError
-from tyre.recording import Condition
+from tyre.ground import InputError
+from tyre.recordings import Condition
 from tyre.rig import (
     Noise,
     Protocol,

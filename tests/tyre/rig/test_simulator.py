@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.shared.refusals import refuses
-from tyre.recording import Condition
+from tyre.recordings import Condition
 from tyre.rig import (
     CampaignPlan,
     DrumCurvature,

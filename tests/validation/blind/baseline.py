@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from bicycle import load_bicycle
 from tests.validation.blind.closing import Machine, build
 from tests.validation.blind.machine import Extras
-from tyre.arrays import Array
+from tyre.ground import Array
 
 Misfit = Callable[[Machine, float, float], Array]
 Fitted = tuple[float, dict[str, dict[str, float]], Array]

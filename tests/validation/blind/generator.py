@@ -24,8 +24,7 @@ from tests.validation.blind.hidden import (
     uncertainty,
 )
 from tests.validation.blind.motion import Shape, shapes, weave_speed
-from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.ground import InputError, write_text
 
 HELD_OUT = "held_out"  # folder of what is kept back
 MODES = ("weave", "wobble", "rider")

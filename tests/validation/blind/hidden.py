@@ -15,7 +15,7 @@ from bicycle import Bicycle, load_bicycle
 from tests.validation.blind.closing import Machine, build
 from tests.validation.blind.machine import Extras
 from tests.validation.blind.motion import Sensor
-from tyre.errors import InputError
+from tyre.ground import InputError
 
 UNRIDDEN = ("kooijman2008", "browser", "pista", "crescendo", "fisher", "benchmark")
 RIDDEN = ("rigid_rider",)

@@ -26,8 +26,7 @@ from tests.validation.blind.hidden import (
     uncertainty,
 )
 from tests.validation.blind.motion import Nonlinear, Sensor, simulate, simulate_nonlinear, weave_speed
-from tyre.arrays import Array
-from tyre.files import write_text
+from tyre.ground import Array, write_text
 
 CHANNELS = {"roll_rate_rad_s": ("lean_rate", 0.02), "steer_rad": ("steer", 0.004), "yaw_rate_rad_s": ("yaw_rate", 0.01)}
 """Recorded channel: output of the model, noise sd."""

@@ -16,8 +16,7 @@ from tests.validation.blind.generator import FEWEST, MODES, TRIES, table_row, wr
 from tests.validation.blind.hidden import HIDDEN, Cause, Truth, base_effects, hide, perturbed, pick, uncertainty
 from tests.validation.blind.histories import CHANNELS, SAMPLE, kicks, measure, write_runs
 from tests.validation.blind.motion import Sensor, shapes
-from tyre.errors import InputError
-from tyre.files import write_text
+from tyre.ground import InputError, write_text
 
 POINTS, RUNS, DURATION = 10, 4, 3.0
 NOISE = 1.0

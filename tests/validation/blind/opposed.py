@@ -16,7 +16,7 @@ import numpy as np
 from bicycle import Bicycle, load_bicycle
 from tests.validation.blind.hidden import HIDDEN, UNRIDDEN, Hidden, true_machine, uncertainty
 from tests.validation.blind.motion import shapes
-from tyre.arrays import Array
+from tyre.ground import Array
 
 PAIRS = (
     ("pneumatic_trail", "crown_radius"),

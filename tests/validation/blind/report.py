@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tyre.files import write_text
+from tyre.ground import write_text
 
 Summary = Mapping[str, Any]
 SYNTHETIC = "All cases are synthetic; intervals are Wilson's at 95 %."

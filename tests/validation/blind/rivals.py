@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.special import logsumexp
 
 from tests.validation.blind.baseline import TABLE, Over, read, residuals
-from tyre.arrays import Array
+from tyre.ground import Array
 
 SIGNED = ("speed_offset", "wrong_tilt", "wrong_trail", "twisting_torque")
 ANSWER = {"verdict": "none", "class": [], "effects": [], "held_out_gap": {"nominal": None, "final": None}}

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
-from bicycle.parameter_covariance import ParameterKey
+from bicycle.parameters import ParameterKey
 from tests.validation.cases import share, share_of
 
 Rows = Sequence[Mapping[str, Any]]

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.friction import dahl_friction
-from tyre.recording import Condition
+from tyre.fits.friction import dahl_friction
+from tyre.ground.arrays import Array
+from tyre.recordings.recording import Condition
 from tyre.rig.effect import (
     Channels,
     PullTerms,
@@ -46,7 +46,7 @@ def _pull(terms: PullTerms, *, friction: Array, presliding: Array) -> None:
 class RigFriction(RigEffect):
     """Friction of the rig in the pull test: a loop of +-``force`` (N), developed over ``presliding`` (m) by Dahl's law.
 
-    See :mod:`tyre.pull_test`. At the origin it shows as stiction. Less than 0.05 N is not worth a name.
+    See :mod:`tyre.fits.pull_test`. At the origin it shows as stiction. Less than 0.05 N is not worth a name.
     """
 
     force: float = declared(RigParameter("force", "N", (0.0, 3.0), (0.0, math.inf)), 2.0)

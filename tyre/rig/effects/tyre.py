@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tyre.arrays import Array
-from tyre.recording import Condition
+from tyre.ground.arrays import Array
+from tyre.recordings.recording import Condition
 from tyre.rig.effect import Channels, RigEffect, RigParameter, RigTyre, SweepTerms, Term, declared, needs_sweep
 
 _EXPONENT = RigParameter("exponent", "1", (0.0, 1.2), (0.0, 3.0), least=0.02)

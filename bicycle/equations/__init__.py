@@ -1,0 +1,21 @@
+"""Symbolic equations of lateral motion and their fast evaluation."""
+
+from tyre.ground.door import room
+
+__getattr__, __dir__ = room(
+    __name__,
+    {
+        "evaluation": (
+            "Evaluator",
+            "Matrices",
+            "compiled",
+            "derive",
+        ),
+        "lateral": ("ModelBuilder",),
+        "speed_polynomial": ("SpeedPolynomial",),
+        "symbolic_polynomial": (
+            "SymbolicPolynomial",
+            "powers",
+        ),
+    },
+)

@@ -1,0 +1,151 @@
+"""Model files: a bicycle, its effects, its measured tyres and its covariance."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bicycle.effects.effect import Effect
+from bicycle.effects.effect_registry import effect_class
+from bicycle.files.bicycle_files import bicycle_place, load_bicycle
+from bicycle.files.bicycle_numbers import given_numbers
+from bicycle.model.default_sd import MODEL_FILE
+from bicycle.model.model import Model
+from bicycle.model.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
+from bicycle.parameters.bicycle import UNUSED, Bicycle, doubts_about, of_kind
+from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey, read_covariance
+from tyre.ground import schema
+from tyre.ground.errors import InputError, is_number
+from tyre.ground.files import data_root, read_toml
+from tyre.ground.schema import any_table, anything, flag, refused
+from tyre.measured.plausible import WAY_OUT, refuse_absurd
+
+SECTION = "covariance"
+
+
+def stated_covariance(model: Model, given: Mapping[str, Any]) -> ParameterCovariance:
+    """The covariance that a model file states."""
+    where, known = f"[{SECTION}]", [key for key in model.parameters if key not in UNUSED]
+    stated = read_covariance(given, known, where=where, origin=MODEL_FILE)
+    for name in stated.names:
+        if name in model.tied:
+            raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; take it out")
+        if name in model.bicycle.sd:
+            raise InputError(f"{where}: the bicycle states an sd of {name} already; keep one of them")
+    if model.sd:
+        raise InputError(f"{where}: a measured tyre brings a covariance of its own; give its numbers instead")
+    return stated
+
+
+def _bicycle_given(value: Any) -> Any:
+    if not isinstance(value, str | Mapping):
+        raise refused(value, "must be a name, a file or a table of parameters")
+    return value
+
+
+MODEL = schema.table(
+    {
+        schema.needed(
+            "bicycle", "the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters"
+        ): (_bicycle_given),
+        schema.maybe("effects", {}): schema.tables_by_name,
+        schema.maybe("description", ""): anything,
+        schema.maybe(WAY_OUT, False): flag,
+        schema.maybe(SECTION): any_table,
+    }
+)
+
+
+def available_models() -> tuple[str, ...]:
+    """Names of the packaged models, which others published, sorted."""
+    folder = data_root().joinpath("models")
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
+def model_content(path: str | Path) -> dict[str, Any]:
+    """Content of a model file, or of a packaged model by its name."""
+    packaged = str(path) in available_models() and not Path(path).is_file()
+    file = data_root().joinpath("models", f"{path}.toml") if packaged else Path(path)
+    return dict(read_toml(file, "model file"))
+
+
+def read_model(path: str | Path) -> Model:
+    """Read a model file, or a packaged model.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file, or a name of :func:`available_models`.
+
+    Raises
+    ------
+    InputError
+        No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
+    """
+    content = model_content(path)
+    try:
+        return build_model(content, folder=Path(path).parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
+    """Build a model from the content of a model file; files it names are relative to ``folder``.
+
+    Values far outside their typical range are refused unless the content has ``allow_unusual = true``.
+
+    Parameters
+    ----------
+    content : mapping
+        As read from TOML: ``bicycle``, ``effects``, ``allow_unusual``, ``covariance``.
+    folder : Path
+        What file names are relative to.
+    """
+    given = schema.read(MODEL, content)
+    allow = given[WAY_OUT]
+    bicycle = _bicycle(given["bicycle"], folder, allow_unusual=allow)
+    tables = given["effects"]
+    tyres = mounted_tyres(tables, folder, bicycle)
+    effects: list[Effect] = []
+    covariance = ParameterCovariance()
+    assumed: list[str] = []
+    for identifier, table in tables.items():
+        kind = effect_class(identifier)
+        filled, own, without_sd = with_tyre_values(kind, table, tyres, tables)
+        covariance = covariance.and_also(own)
+        assumed += without_sd
+        effects.append(kind(**filled))
+        if not allow:
+            refuse_absurd(effects[-1].doubts(of_kind(bicycle.kind)[1]).values(), where="model file")
+    notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
+    model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
+    if SECTION not in given:
+        return model
+    stated = stated_covariance(model, given[SECTION])
+    return replace(model, sd=stated.sd, covariance=stated)
+
+
+def allows_unusual(content: Mapping[str, Any]) -> bool:
+    """True if the ``content`` of a model file lets values far outside their typical range pass."""
+    return bool(schema.read(flag, content.get(WAY_OUT, False), section=WAY_OUT))
+
+
+def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
+    """Refuse values of a model's parameters far outside the typical range."""
+    declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
+    for key, given in values.items():
+        parameter = declared.get(str(ParameterKey.parse(key).whole))
+        numbers = [number for number in given if is_number(number) and number]
+        for one in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
+            if parameter and not parameter.bounds[0] <= one <= parameter.bounds[1]:
+                continue  # impossible: the effect says so in its own words
+            kind = model.bicycle.kind
+            doubts = [parameter.doubt(key, one, of_kind(kind)[1])] if parameter else doubts_about({key: one}, kind)
+            refuse_absurd([found for found in doubts if found], where="model file")
+
+
+def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
+    if isinstance(given, Mapping):
+        place = "bicycle of the model file"
+        return given_numbers(given, place=place).bicycle(place, "model file", allow_unusual=allow_unusual)
+    return load_bicycle(bicycle_place(given, folder), allow_unusual=allow_unusual)

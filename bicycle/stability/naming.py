@@ -1,0 +1,436 @@
+"""Names of eigenvalues by their character, at each speed by itself: weave, wobble, capsize, castering, tyres, joints.
+
+Every root is judged by the share of the states of each role in it, |left times right eigenvector|, which has no unit,
+and by how much of its motion is steering. The pairs of one point are given the names that fit best together; real
+roots are named by their order on the axis and by their shares. A pair whose next best name fits nearly as well carries
+both. Roles after Sharp (1971), Meijaard et al. (2007) and Pacejka, Tire and Vehicle Dynamics, ch. 11.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.effects.effect import Effect
+from bicycle.effects.effect_registry import packaged_effects, registry
+from bicycle.equations.declarations import BASE_MODES, Mode, State
+from bicycle.equations.speed_polynomial import SpeedPolynomial
+from bicycle.model.eigen import BATCH, Participation, kernel, participation_at, spectra
+from bicycle.model.state_space import LinearModel
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError
+
+Whole = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+WEAVE, WOBBLE, CAPSIZE, CASTERING = range(4)  # places in Rules.names
+CORE = CAPSIZE  # row of the weights
+NONE = -1
+FULL = -np.inf
+CORE_NAMES = np.array(
+    [[WEAVE, WEAVE, CAPSIZE, CASTERING], [WEAVE, WEAVE, NONE, NONE], [CAPSIZE, NONE, NONE, NONE], [NONE] * 4]
+)
+"""Names of real roots of lean and steer from the right: by themselves, beside capsize and castering as a pair, beside
+weave, beside both."""
+BORN_NAMES = np.array(
+    [[WEAVE, WEAVE, CAPSIZE, CASTERING], [CAPSIZE, WEAVE, WEAVE, CASTERING], [CAPSIZE, CASTERING, WEAVE, WEAVE]]
+)
+"""Names of four such roots by how many of them stay real to the right of the weave when it is born."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Numbers that decide names; shares and scores have no unit."""
+
+    doubt: float = 0.08  # a pair whose next best name lacks less than this carries both
+    lean: float = 3.0  # weight of the share of lean in weave
+    yaw: float = 0.5  # of yaw in weave
+    slowness: float = 9.0  # of 1 / (1 + |lambda| / (slow sqrt(g / w))) in weave
+    slow: float = 10.0  # of sqrt(g / w), about 30 1/s
+    still: float = 4.0  # of sqrt(g / w), about 12 1/s: capsize and castering that are a pair are slower
+    core: float = 0.5  # a root of lean, steer and yaw has at least this share of them
+    weave: float = 0.3  # a pair that is weave has at least this share of them
+    first: float = 1.0  # what being such a root counts for weave
+    steer: float = 1.5  # weight of the share of steer in wobble
+    steering: float = 0.5  # of the steer angle among all angles in wobble
+    node: float = 0.15  # of sqrt(g w): speeds at which the birth of weave is looked for
+    nodes: int = 13  # of these
+    slowest: float = 1e-4  # of sqrt(g w), about 0.3 mm/s: slip without relaxation divides by the speed
+    fastest: float = 320.0  # of sqrt(g w), about 1000 m/s
+    stiffest: float = 1e8  # of sqrt(g / w): with roots faster than that, slow ones have no digits left
+    walking: float = 1.5  # of sqrt(g w), about 5 m/s: stiffness is judged there
+
+
+LIMITS = Limits()
+
+
+def known_modes() -> Mapping[str, Mode]:
+    """The modes of every model and of every effect (:mod:`bicycle.effects`), in the order of tables."""
+    return _by_name(registry().values())
+
+
+def packaged_modes() -> Mapping[str, Mode]:
+    """Modes of the package alone, in the order of tables."""
+    return _by_name(packaged_effects().values())
+
+
+def _by_name(effects: Iterable[type[Effect]]) -> Mapping[str, Mode]:
+    every = {mode.name: mode for mode in (*BASE_MODES, *(mode for effect in effects for mode in effect.modes))}
+    return dict(sorted(every.items(), key=lambda item: (item[1].place, item[0])))
+
+
+def every_mode(model: LinearModel) -> tuple[Mode, ...]:
+    """The modes that a model may have by name, in the order of tables; others are ``other_1`` ..."""
+    return tuple(sorted((*BASE_MODES, *model.declared.modes), key=lambda mode: (mode.place, mode.name)))
+
+
+def speed_unit(model: LinearModel) -> float:
+    """sqrt(g w) of a model, about 3 m/s."""
+    return float(np.sqrt(model.parameters["g"] * model.parameters["w"]))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Rules of names, the same in all models with the same states."""
+
+    # weave, wobble, capsize, castering, the modes that effects declare, other_1 ...; a name is given by its place
+    names: tuple[str, ...]
+    # (5 + declared, n), what each state counts for weave, wobble, the core (lean, steer and yaw), castering, each
+    # declared mode, and for none (states without a role)
+    weights: Array
+    # (3, n), steer, the angles and the yaw rate among the states: steer over all angles is how much a root steers, the
+    # yaw angle being its rate over |lambda|
+    ratio: Array
+    slips: bool  # whether contacts slip: else there is no wobble
+
+    @classmethod
+    def of(cls, model: LinearModel) -> "Rules":
+        """Naming rules for the states of a ``model``."""
+        states = tuple(model.declared.states) or tuple(State(name, "") for name in model.states)
+        declared = tuple(mode for mode in every_mode(model) if mode not in BASE_MODES)
+        contact = ("rear", "front")
+        weights: list[dict[str, float]] = [
+            {"lean": LIMITS.lean, "yaw": LIMITS.yaw}, {"steer": LIMITS.steer},
+            {"lean": 1.0, "steer": 1.0, "yaw": 1.0}, {"steer": 1.0},
+        ]  # fmt: skip
+        for mode in declared:
+            marks = contact if mode.marks[0] in contact else mode.marks
+            weights.append(dict.fromkeys(marks, 1.0))
+        weights.append({"": 1.0})
+        ratio = [[s.name == "steer" for s in states], [s.unit == "rad" for s in states],
+                 [s.name == "yaw_rate" for s in states]]  # fmt: skip
+        return cls(
+            names=tuple(mode.name for mode in (*BASE_MODES, *declared))
+            + tuple(f"other_{number}" for number in range(1, model.order + 1)),
+            weights=np.array([[row.get(state.role, 0.0) for state in states] for row in weights]),
+            ratio=np.array(ratio, float),
+            slips=any(state.role in contact for state in states),
+        )
+
+    @property
+    def usual(self) -> tuple[str, ...]:
+        """Names that every such model has a place for, without other_1 ...; none where no state has a role."""
+        skipped = () if self.slips else (WOBBLE,)
+        places = [k for k in range(len(self.weights) - 1) if k not in skipped]
+        return tuple(self.names[k] for k in places) if self.weights[:-1].any() else ()
+
+    @property
+    def declared(self) -> range:
+        """Places of the modes that effects declare."""
+        return range(4, len(self.weights) - 1)
+
+    def name(self, first: int, second: int = NONE) -> str:
+        """The name with the place ``first``, or both names of a root in doubt, as in "wobble+weave"."""
+        return self.names[first] if second == NONE else f"{self.names[first]}+{self.names[second]}"
+
+
+class Named(NamedTuple):
+    """Roots (k, n) in 1/s, and the places of their names in ``Rules.names``."""
+
+    values: Complex
+    first: Whole
+    second: Whole
+    clear: Mask
+
+    def take(self, points: slice) -> "Named":
+        """Take some of the points."""
+        parts: tuple[Any, ...] = self
+        return Named(*(part[points] for part in parts))
+
+
+def name_points(
+    rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, owner: Whole, speeds: Array
+) -> Named:
+    """Roots of many bicycles and their names, each point by itself."""
+
+    def named(owner: Whole, speeds: Array) -> Named:
+        parts = []
+        for start in range(0, max(len(speeds), 1), BATCH):
+            own, v = owner[start : start + BATCH], speeds[start : start + BATCH]
+            at = participation_at(polynomial.take(own), v, rules.weights, rules.ratio)
+            parts.append(name_roots(rules, (gravity / unit)[own], at))
+        return parts[0] if len(parts) == 1 else Named(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    births = LIMITS.node * np.arange(1, LIMITS.nodes)
+    slow = owner[speeds < births[3] * unit[owner]]
+    slow = np.unique(slow) if slow.size else slow  # weave is mostly born within the first four: they are named along
+    many = np.repeat(slow, 4)
+    every = named(np.concatenate([owner, many]), np.concatenate([speeds, unit[many] * np.tile(births[:4], len(slow))]))
+    found, along = every.take(slice(len(owner))), every.take(slice(len(owner), None))
+    open_ = np.flatnonzero(~found.clear)
+    early = speeds[open_] < births[3] * unit[owner[open_]]
+    if early.any():
+        place = np.searchsorted(slow, owner[open_[early]])
+        left = _name_by_birth(found, open_[early], place, speeds, unit[slow, None] * births[:4], along)
+        open_ = np.concatenate([left, open_[~early]])
+    if open_.size:
+        own, place = np.unique(owner[open_], return_inverse=True)
+        nodes = unit[own, None] * births[4:]
+        along = named(np.repeat(own, nodes.shape[1]), nodes.ravel())
+        _name_by_birth(found, open_, place, speeds, nodes, along)
+    return found
+
+
+def name_stack(rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, speeds: Array) -> Named:
+    """Roots of many bicycles and their names at ``speeds`` (m, k), m/s: arrays (m, k, n), roots sorted."""
+    m, k = speeds.shape
+    found = name_points(rules, polynomial, unit, gravity, np.repeat(np.arange(m), k), speeds.ravel())
+    order = np.lexsort((found.values.imag, found.values.real), axis=1)
+    parts: list[Any] = [np.take_along_axis(part, order, 1).reshape(m, k, -1) for part in found[:3]]
+    return Named(parts[0], parts[1], parts[2], found.clear.reshape(m, k))
+
+
+def name_along(model: LinearModel, rules: Rules, speeds: Array) -> Named:
+    """Roots of one model and their names at ``speeds`` (k,), m/s; where equations switch, those that hold there."""
+    unit, count = np.array([speed_unit(model)]), len(speeds)
+    shape = (count, model.order)
+    found = Named(np.empty(shape, complex), np.empty(shape, np.intp), np.empty(shape, np.intp), np.empty(count, bool))
+    for number, places in model.by_range(speeds):
+        own = np.zeros(len(places), np.intp)
+        part = name_points(rules, stack_of_one(model, number), unit, model.parameters["g"], own, speeds[places])
+        for whole, here in zip(found, part, strict=True):
+            whole[places] = here
+    return found
+
+
+def stack_of_one(model: LinearModel, number: int) -> SpeedPolynomial:
+    """The state matrix of the speed range ``number`` of a model as that of a single bicycle of a stack, (1, n, n)."""
+    polynomial = model.coefficients[number]
+    n = model.order
+    return SpeedPolynomial({power: matrix[None] for power, matrix in polynomial.items()}, shape=(1, n, n))
+
+
+def name_roots(rules: Rules, rate: Array, at: Participation) -> Named:
+    """Names of the roots of many matrices, each by itself."""
+    values, share, steering = at
+    size = np.abs(values)
+    first, second = (np.full(values.shape, NONE) for _ in range(2))
+    is_core = share[:, CORE] >= LIMITS.core
+    pairs = values.imag > 0
+    count = int(pairs.sum(1).max(initial=0))
+    if count:
+        upper = np.argsort(~pairs, axis=1, kind="stable")[:, :count]
+        both = _capsize_and_castering(rules, rate, values, size, is_core)
+        slowness = 1 / (1 + size / (LIMITS.slow * rate[:, None]))
+        weave = share[:, WEAVE] + LIMITS.slowness * slowness + LIMITS.first * is_core
+        weave[(share[:, CORE] < LIMITS.weave) | _behind_the_core(values, size, is_core, both)] = FULL
+        played = [weave, *(share[:, k] for k in rules.declared)]
+        places = [WEAVE, *rules.declared, NONE]
+        if rules.slips:
+            played.append(share[:, WOBBLE] + LIMITS.steering * steering)
+            places.insert(-1, WOBBLE)
+        own = np.arange(len(values))[:, None]
+        there = (pairs & ~both)[own, upper]
+        score = np.where(there, np.stack(played)[:, own, upper], FULL)
+        for names, chosen in zip((first, second), assign_pairs(score), strict=True):
+            names[own, upper] = np.where(there, np.array(places)[chosen], NONE)
+        first[both], second[both] = CAPSIZE, CASTERING
+    clear = _name_real(rules, values, share, is_core, first)
+    _name_others(rules, size, values.imag >= 0, first)
+    lower = values.imag < 0  # it stands next to the upper half
+    for names in (first, second):
+        names[:, 1:][lower[:, 1:]] = names[:, :-1][lower[:, 1:]]
+    return Named(values, first, second, clear)
+
+
+def _capsize_and_castering(rules: Rules, rate: Array, values: Complex, size: Array, is_core: Mask) -> Mask:
+    """Pairs that capsize and castering form: slow, stable, with exactly two roots of the core to their right."""
+    slow = is_core & (size < LIMITS.still * rate[:, None]) if rules.slips else is_core
+    found = (values.imag > 0) & slow
+    if rules.slips:
+        found &= values.real < 0
+    k = np.flatnonzero(found.any(1))
+    if k.size:
+        core = np.where(slow[k], values.real[k], -np.inf)
+        ahead = (core[:, None, :] > values.real[k, :, None] + 1e-9 * size[k, :, None]).sum(2)
+        found[k] &= ahead == 2
+    return found
+
+
+def _behind_the_core(values: Complex, size: Array, is_core: Mask, both: Mask) -> Mask:
+    """Roots faster than four roots of the core that are real or capsize and castering: weave is two of those then."""
+    behind = np.zeros(values.shape, bool)
+    whole = is_core & ((values.imag == 0) | both | np.roll(both, 1, axis=1))
+    k = np.flatnonzero(whole.sum(1) > 3)
+    if k.size:
+        slower = np.where(whole[k], size[k], np.inf)[:, None, :] < size[k][:, :, None]
+        behind[k] = slower.sum(2) > 3
+    return behind
+
+
+def assign_pairs(score: Array) -> tuple[Whole, Whole]:
+    """Best joint naming of the pairs of many points, and the next best name of each pair if it lacks little.
+
+    ``score`` (names, points, pairs); the numbers (points, pairs) of the names are as many as there are for none.
+    """
+    j, m, p = score.shape
+    if kernel is not None and p <= 16 and j <= 6:
+        best, other = np.empty((m, p), np.int64), np.empty((m, p), np.int64)
+        kernel.assign(p, j, LIMITS.doubt, np.ascontiguousarray(score), best, other)
+        return best, other
+    score = score.transpose(2, 0, 1)
+    cube = (2,) * j  # a set of names is a corner
+
+    def half(sets: Array, name: int, taken: int) -> Array:
+        return np.asarray(sets[(slice(None),) * name + (taken,)])
+
+    before = np.full((p + 1, *cube, m), -np.inf)  # best sum of the earlier pairs that take exactly these names
+    before[(0,) * (j + 1)] = 0.0
+    after = np.zeros((p + 1, *cube, m))  # best sum of the later pairs with these names to choose from
+    for sets, steps in (
+        (before, [(k, k + 1, k) for k in range(p)]),
+        (after, [(k + 1, k, k) for k in range(1, p)][::-1]),
+    ):
+        for old, new, pair in steps:
+            sets[new] = sets[old]
+            for name in range(j):
+                there = half(sets[new], name, 1)
+                np.maximum(there, half(sets[old], name, 0) + score[pair, name], out=there)
+    total = np.empty((p, j + 1, m))
+    for k in range(p):
+        left = after[k + 1][(slice(None, None, -1),) * j]  # indexed by the names that are taken
+        total[k, j] = (before[k] + left).reshape(-1, m).max(0)
+        for name in range(j):
+            both = half(before[k], name, 0) + half(left, name, 1)
+            total[k, name] = both.reshape(-1, m).max(0) + score[k, name]
+    best = total.argmax(1)
+    top = total.max(1)
+    np.put_along_axis(total, best[:, None], -np.inf, 1)
+    other = total[:, :j].argmax(1)
+    close = total[:, :j].max(1) > top - LIMITS.doubt
+    return best.T, np.where(close & (best < j), other, j).T
+
+
+def _name_real(rules: Rules, values: Complex, share: Array, is_core: Mask, first: Whole) -> Mask:
+    """Name real roots in place: the core by its order from the right, the others by share; which points are clear."""
+    weave, both = (first == WEAVE).any(1), (first == CAPSIZE).any(1)
+    real = values.imag == 0
+    core = real & is_core
+    order = 2 * weave + both
+    for k, most in ((np.flatnonzero(weave), 1), (np.flatnonzero(~weave), 4)):  # beside weave there is one to name
+        if not k.size:
+            continue
+        place = np.where(core[k], -values.real[k], np.inf)
+        place = place.argmin(1)[:, None] if most == 1 else place.argsort(1, kind="stable")[:, :most]
+        names, rows = CORE_NAMES[order[k], : place.shape[1]], k[:, None]
+        first[rows, place] = np.where(core[rows, place], names, first[rows, place])
+    _name_by_share(rules, share, real & (first == NONE) & (share[:, -1] < LIMITS.core), first)
+    return np.asarray(weave | both | (core.sum(1) != 4))
+
+
+def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None:
+    """Give the real roots that are ``left`` the modes that still have room, the plainest first, in place."""
+    rows = np.flatnonzero(left.any(1))
+    if not rows.size:
+        return
+    modes = np.array([CASTERING, *rules.declared, *([WOBBLE] if rules.slips else [])])
+    most = np.where(modes == CASTERING, 1, 2)
+    named, own = first[rows], np.arange(len(rows))
+    room = most - (named[:, :, None] == modes).sum(1) * most  # a pair takes all of it
+    room[:, 0] = np.where((named == CAPSIZE).sum(1) > 1, 0, room[:, 0])
+    score = share[rows][:, modes]
+    score[:, 0] += 0.5  # a declared mode has a root first, then castering; wobble takes what they leave
+    score[:, 1 : 1 + len(rules.declared)] += np.where(room[:, 1 : 1 + len(rules.declared)] == 2, 1.0, 0.0)[:, :, None]
+    if rules.slips:
+        score[:, -1] = 0.4
+    score = np.where(left[rows][:, None, :], score, FULL)
+    for _ in range(int(left.sum(1).max())):
+        score[room <= 0] = FULL
+        mode, root = np.divmod(score.reshape(len(rows), -1).argmax(1), share.shape[2])
+        good = score[own, mode, root] > FULL
+        k, mode, root = own[good], mode[good], root[good]
+        named[k, root] = modes[mode]
+        room[k, mode] -= 1
+        score[k, :, root] = FULL
+        score[k, mode] -= np.where(mode == 0, 0.0, 1.0)[:, None]  # its second root comes after the first of others
+    first[rows] = named
+
+
+def _name_others(rules: Rules, size: Array, shown: Mask, first: Whole) -> None:
+    """Number what has no name from slow to fast, in place."""
+    left = shown & (first == NONE)
+    k = np.flatnonzero(left.any(1))
+    if k.size:
+        rank = np.where(left[k], size[k], np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
+        first[k] = np.where(left[k], len(rules.weights) - 1 + rank, first[k])
+
+
+def _name_by_birth(found: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, along: Named) -> Whole:
+    """Tell which two of four real core roots become the weave: those that are a pair at the next of fixed speeds.
+
+    ``open_`` are the points to tell, ``place`` their bicycles among those of the ``nodes`` (bicycles, k), m/s, at which
+    the roots are named ``along``. Points that are still open are returned.
+    """
+    weave = (along.values.imag > 0) & (along.first == WEAVE)
+    pair = np.where(weave, along.values.real, 0.0).sum(1)
+    real = ((along.first == CAPSIZE) | (along.first == CASTERING)) & (along.values.imag == 0)
+    ahead = (real & (along.values.real > pair[:, None])).sum(1).reshape(nodes.shape)
+    told = ((weave.sum(1) == 1) & (real.sum(1) == 2)).reshape(nodes.shape)
+    born = told[place] & (nodes[place] > speeds[open_, None])
+    done = born.any(1)
+    rows, first = open_[done], ahead[place, born.argmax(1)][done]
+    names = found.first[rows]
+    core = (names == WEAVE) | (names == CAPSIZE) | (names == CASTERING)
+    from_the_right = np.where(core, -found.values[rows].real, np.inf).argsort(1)[:, :4]
+    found.first[rows[:, None], from_the_right] = BORN_NAMES[first]
+    return open_[~done]
+
+
+def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> None:
+    """Refuse speeds (m/s) so high or low, and models so stiff, that modes cannot be computed; ``name`` is for
+    messages."""
+    unit = speed_unit(model)
+    low = LIMITS.slowest * unit if model.singular_at_rest else 0.0
+    high = LIMITS.fastest * unit
+    bad = speeds[(speeds < low) | (speeds > high)]
+    if bad.size:
+        why = "; slip without relaxation is singular at rest" if low and bad[0] < low else ""
+        raise InputError(
+            f"{name} = {bad[0]:g} m/s is not allowed{why}: modes are tracked from {low:.3g} to {high:.0f} m/s "
+            f"({LIMITS.fastest:g} sqrt(g w)); give a {name} in this range"
+        )
+    most = LIMITS.stiffest * math.sqrt(model.parameters["g"] / model.parameters["w"])
+    speed = LIMITS.walking * unit
+    matrix = model.state_matrix(speed)
+    with np.errstate(all="ignore"):
+        largest = float(np.abs(matrix).sum(1).max(initial=0.0))  # no root is larger
+        if not largest <= most:
+            largest = float(np.abs(spectra(matrix[None])).max()) if np.isfinite(matrix).all() else math.inf
+    if not largest <= most:
+        key, value = max(model.parameters.items(), key=lambda item: abs(math.log10(abs(item[1]) or 1.0)))
+        raise InputError(
+            f"the model is too stiff to be computed: its fastest root is {largest:.3g} 1/s at {speed:.3g} m/s, at most "
+            f"{most:.3g} 1/s is allowed; its most extreme parameter is {key} = {value:g}: give a value nearer to 1"
+        )
+
+
+def not_trackable(polynomial: SpeedPolynomial, gravity: Array, wheelbase: Array, highest: float) -> Mask:
+    """Bicycles (m,) that :func:`check_trackable` may refuse up to the ``highest`` speed (m/s)."""
+    unit = np.sqrt(gravity * wheelbase)
+    low = LIMITS.slowest * unit if -1 in polynomial else 0.0
+    with np.errstate(all="ignore"):
+        largest = np.abs(polynomial(LIMITS.walking * unit)).sum(2).max(1)
+        fine = (low <= highest) & (highest <= LIMITS.fastest * unit)
+        return np.asarray(~(fine & (largest <= LIMITS.stiffest * np.sqrt(gravity / wheelbase))))

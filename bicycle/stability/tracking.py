@@ -1,0 +1,195 @@
+"""Follow every eigenvalue along the speed or another number, in steps that are halved until each match is clear.
+
+Roots of neighbours are matched by where they are heading (eigenvalues and slopes from both sides) and by the
+bi-orthogonal modal assurance criterion |u_i(a) x_j(b)| |u_j(b) x_i(a)|. Real roots that meet leave as a pair: across
+the last, tiny step sum and product of the two are continuous although eigenvectors are not, so they are matched as a
+set.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from bicycle.model.eigen import eigensystem_with_slopes
+from tyre.ground.arrays import Array, Complex
+
+CLEAR = 0.2  # a match is clear when its error is below this share of the distance to any rival
+TWIN = 1e-7  # roots closer than this share of the largest cannot be told apart, and need not be
+MAX_NODES = 20_000
+
+
+@dataclass
+class Nodes:
+    """Eigenvalues and their slopes (m, n) at ``v`` (m,), right (columns) and left (rows) eigenvectors (m, n, n)."""
+
+    v: Array
+    values: Complex
+    slopes: Complex
+    right: Complex
+    left: Complex
+
+    def take(self, index: NDArray[np.intp]) -> Self:
+        """Take those at ``index`` (k,)."""
+        return type(self)(*(part[index] for part in vars(self).values()))
+
+    def joined(self, new: Self) -> tuple[Self, NDArray[np.intp]]:
+        """Join these and the ``new`` nodes in order of ``v``; also the places of the old ones among them."""
+        order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
+        places = np.empty_like(order)
+        places[order] = np.arange(len(order))
+        both = zip(vars(self).values(), vars(new).values(), strict=True)
+        return type(self)(*(np.concatenate(parts)[order] for parts in both)), places[: len(self.v)]
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Followed roots: nodes ``v`` (m,), ``values`` (m, n), one column a branch; ``order`` (m, n) of the roots in
+    these."""
+
+    v: Array
+    values: Complex
+    order: NDArray[np.intp]
+    smooth: NDArray[np.bool_]
+
+
+class Meeting(NamedTuple):
+    """Two real roots meet and leave as a pair (``merge``, as the number grows) or come from one (``split``)."""
+
+    at: float
+    kind: str
+    branches: tuple[int, int]
+    value: float
+    step: int
+
+
+class BranchCrossing(NamedTuple):
+    """Branch number ``branch`` crosses the imaginary axis at ``value`` with the root ``root`` (1/s)."""
+
+    branch: int
+    value: float
+    root: complex
+    destabilising: bool
+
+
+def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Match k nodes ``a`` with their neighbours ``b``: which root follows which (k, n), and if that is clear (k,)."""
+    half = (b.v - a.v)[:, None] / 2
+    cost = np.abs((a.values + half * a.slopes)[:, :, None] - (b.values - half * b.slopes)[:, None, :])
+    size = np.maximum(np.abs(a.values).max(1), np.abs(b.values).max(1))[:, None]
+    cost = np.fmin(cost, 1e3 * size[:, :, None])
+    kind_a, kind_b = np.sign(a.values.imag), np.sign(b.values.imag)
+    allowed = kind_a[:, :, None] == kind_b[:, None, :]
+    match = assign(np.where(allowed, cost, 1e6 * size[:, :, None] + cost))
+    row, own = np.arange(len(match))[:, None], np.arange(match.shape[1])
+    landed = b.values[row, match]
+    twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
+    rival = np.where(twin, np.inf, cost).min(2)
+    good = (cost[row, own, match] < CLEAR * rival).all(1) & allowed[row, own, match].all(1)
+    order = np.argsort(np.where(kind_a == 0, a.values.real, np.inf), axis=1)
+    real = np.where(kind_a[row, order] == 0, landed.real[row, order], np.inf)
+    with np.errstate(invalid="ignore"):  # inf - inf beyond the last real root
+        good &= ~(np.diff(real) < -TWIN * size).any(1)
+    mac = np.abs(a.left @ b.right)[row, own, match] * np.abs(b.left @ a.right)[row, match, own]
+    return match, good & ((mac > 0.5) | (twin.sum(2) > 1)).all(1)
+
+
+def assign(cost: Array) -> NDArray[np.intp]:
+    """Cheapest one-to-one match, ``cost`` of shape (k, n, n) -> column of each row (k, n)."""
+    match = cost.argmin(2)
+    for row in np.flatnonzero((np.sort(match) != np.arange(match.shape[1])).any(1)):
+        match[row] = scipy.optimize.linear_sum_assignment(cost[row])[1]
+    return match
+
+
+def assign_sets(a: Complex, b: Complex) -> NDArray[np.intp]:
+    """Match of roots ``a`` and ``b`` (k, n) by distance; the larger of two real roots is the upper half of a pair."""
+    rank_a, rank_b = a.real + a.imag, b.real + b.imag
+    apart = np.abs(a[:, :, None] - b[:, None, :]) ** 2
+    return assign(apart + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2)
+
+
+def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> tuple[Nodes, Branches]:
+    """Follow all roots through ``nodes``, steps halved until every match is clear or they are the ``smallest``."""
+    links = np.zeros((len(nodes.v) - 1, nodes.values.shape[1]), np.intp)
+    done = np.zeros(len(nodes.v) - 1, bool)
+    smooth = done.copy()
+    while not done.all():
+        open_ = np.flatnonzero(~done)
+        links[open_], good = link(nodes.take(open_), nodes.take(open_ + 1))
+        smooth[open_] = done[open_] = good
+        last = open_[~good & ((np.diff(nodes.v)[open_] <= smallest) | (len(nodes.v) > MAX_NODES))]
+        links[last] = assign_sets(nodes.values[last], nodes.values[last + 1])
+        done[last] = True
+        split = np.flatnonzero(~done)
+        if split.size:
+            nodes, places = nodes.joined(compute((nodes.v[split] + nodes.v[split + 1]) / 2))
+            links, done, smooth = (_moved(part, places, len(nodes.v) - 1) for part in (links, done, smooth))
+    order = np.empty(nodes.values.shape, np.intp)
+    order[0] = np.lexsort((nodes.values[0].imag, nodes.values[0].real))
+    for step, following in enumerate(links):
+        order[step + 1] = following[order[step]]
+    return nodes, Branches(nodes.v, np.take_along_axis(nodes.values, order, 1), order, smooth)
+
+
+def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
+    """Move the values of each step to the new place of its first node; new steps have zeros."""
+    moved = np.zeros((count, *part.shape[1:]), part.dtype)
+    moved[places[:-1]] = part
+    return moved
+
+
+def meetings(branches: Branches) -> list[Meeting]:
+    """Real roots that become a pair, or the reverse, on the tiny steps of ``branches``."""
+    found = []
+    for step in np.flatnonzero(~branches.smooth).tolist():
+        v, values = branches.v[step : step + 2], branches.values[step : step + 2]
+        real = values.imag == 0
+        for kind, lone, pair in (("merge", 0, 1), ("split", 1, 0)):
+            for i in np.flatnonzero(real[lone] & ~real[pair] & (values[pair].imag > 0)).tolist():
+                j = int(np.abs(values[pair] - values[pair, i].conj()).argmin())
+                d = ((values[:, i] - values[:, j]) ** 2).real  # the discriminant is linear here
+                t = d[0] / (d[0] - d[1])
+                middle = ((values[:, i] + values[:, j]) / 2).real
+                at, root = v[0] + t * (v[1] - v[0]), middle[0] + t * (middle[1] - middle[0])
+                found.append(Meeting(float(at), kind, (i, j), float(root), step))
+    return found
+
+
+def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
+    """Follow every eigenvalue along any one number that the state matrix depends on."""
+    low, high = values[0], values[-1]
+
+    def compute(at: Array) -> Nodes:
+        """Roots, slopes and vectors; slopes only say where roots are heading, by one-sided differences at the ends."""
+        h = 1e-6 * (high - low)
+        ahead, behind = np.minimum(at + h, high), np.maximum(at - h, low)
+        matrix, up, down = np.split(matrices(np.concatenate([at, ahead, behind])), 3)
+        return Nodes(at, *eigensystem_with_slopes(matrix, (up - down) / (ahead - behind)[:, None, None]))
+
+    _, branches = follow(compute(values), compute, 2.0**-26 * (high - low))
+    return branches.v, branches.values
+
+
+def branch_crossings(matrices: Callable[[Array], Array], values: Array, eigenvalues: Complex) -> list[BranchCrossing]:
+    """Places where branches cross the imaginary axis; a crossing back and forth between two values is not seen."""
+    crossings = []
+    for k, i in np.argwhere((eigenvalues.real[:-1] > 0) != (eigenvalues.real[1:] > 0)):
+        ends = eigenvalues[[k, k + 1], i]
+        if (ends.imag < 0).any():
+            continue
+
+        def near(value: float, a: float = values[k], b: float = values[k + 1], ends: Complex = ends) -> complex:
+            t = (value - a) / (b - a)
+            candidates = np.linalg.eigvals(matrices(np.array([value]))[0])
+            return complex(candidates[np.abs(candidates - (1 - t) * ends[0] - t * ends[1]).argmin()])
+
+        sides = [near(value).real > 0 for value in values[[k, k + 1]]]
+        if sides[0] == sides[1]:  # rounding moved a root that lies on the axis
+            continue
+        value = scipy.optimize.brentq(lambda x, near=near: near(x).real, *values[k : k + 2], xtol=1e-14, rtol=1e-13)
+        crossings.append(BranchCrossing(int(i), value, near(value), bool(ends[1].real > ends[0].real)))
+    return sorted(crossings, key=lambda crossing: (crossing.value, abs(crossing.root.imag)))

@@ -1,0 +1,1 @@
+"""Bicycles from a few numbers, and what a rider adds."""

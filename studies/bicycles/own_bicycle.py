@@ -1,0 +1,318 @@
+"""A bicycle file from what its owner can measure: what follows from it, and which measurement would help most."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect_registry import effect_class
+from bicycle.files import scaled_bicycle as scaled
+from bicycle.files.bicycle_numbers import FORK_OFFSET, read_body, trail_of_offset
+from bicycle.files.wheel_size import WheelSize, read_wheel_size
+from bicycle.model.default_sd import DEFAULTS
+from bicycle.model.model import Model
+from bicycle.model.wheel_tyres import joint_wheel_tyres
+from bicycle.parameters.bicycle import UNITS, Bicycle, doubts_about
+from bicycle.rider.rider_body import RigidBody
+from bicycle.stability.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
+from bicycle.stability.propagation import critical_speed_gradients, model_covariance, standard_deviation
+from studies.main_study.settings import Front, Ranges, assumed_front
+from studies.reporting.markdown_text import render_file
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Numbers of a guess: how it is told, and what of wobble is assumed."""
+
+    flattened: float = 0.93  # of the height of a tyre, left under a rider: 23 mm of a racing tyre roll on 332 mm
+    rim_sd: float = 0.003  # m, of a radius from the words on a tyre
+    spread: tuple[float, float] = (0.05, 0.95)
+    draws: int = 300
+    wobble_draws: int = 100
+    fewest: int = 10  # of them that wobble, for an interval of its onset
+    fastest: float = 15.0  # m/s, up to which weave and capsize are looked for
+    ridden: float = 20.0  # m/s, and wobble
+    tyre: str = "Tyre1"
+    bar: float = 5.5
+    stiffness: tuple[float, float] = Ranges.stiffness  # of a flexible front, N m/rad, drawn evenly in its logarithm
+    damping: tuple[float, float] = Ranges.damping  # N m s/rad, likewise
+    # m, of its hinge on the steer axis
+    height: tuple[float, float] = (Front.joint_height + Ranges.hinge[0], Front.joint_height + Ranges.hinge[1])
+
+
+LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Measurements of an owner: lengths in m, the head angle in degrees from the horizontal, masses in kg."""
+
+    wheelbase: float
+    head_angle: float
+    wheel: str
+    mass: float
+    trail: float | None = None
+    fork_offset: float | None = None
+    rider_height: float | None = None
+    rider_mass: float | None = None
+    rider_place: tuple[float, float] | None = None  # of the rider's mass centre: m before the rear contact, m up
+    rider_inertia: tuple[float, ...] | None = None  # Ixx, Iyy, Izz, perhaps Ixz about it, kg m^2, z down
+    posture: str = "hoods"
+    front_wheel_mass: float | None = None
+    fork_mass: float | None = None
+    front_wheel_inertia: float | None = None
+
+    @property
+    def geometry(self) -> scaled.Geometry:
+        """Checked geometry."""
+        radius, lam = self.wheel_radius, math.radians(90 - self.head_angle)
+        options = {"w": "wheelbase", "c": "trail", "lam": "head-angle", "rR": "wheel"}
+        if self.fork_offset is not None:
+            options["c"] = f"fork-offset {self.fork_offset:g}"
+        for one in doubts_about({"w": self.wheelbase, "lam": lam, "rR": radius}):
+            if one.key == "lam":
+                raise InputError(f"--head-angle {self.head_angle:g}: give degrees from the horizontal, 56 to 90")
+            raise InputError(f"--{options[one.key]}: {one.text}")
+        trail = self._trail(lam, radius)
+        for one in doubts_about({"c": trail}):
+            raise InputError(f"--{options['c']}: {one.text}")
+        if not 4 <= self.mass <= 60:
+            raise InputError(f"--mass {self.mass:g} is the bicycle's without rider, 4 to 60 kg")
+        return scaled.Geometry(self.wheelbase, trail, lam, radius, radius, self.mass)
+
+    @property
+    def rider_words(self) -> str:
+        """The rider in a few words; empty without one."""
+        if self.rider_mass is None:
+            return ""
+        if self.rider_place is None:
+            return f", rider {self.rider_height:g} m, {self.rider_mass:g} kg, {self.posture}"
+        x, height = self.rider_place
+        size = "" if self.rider_inertia else ", a point"
+        return f", rider {self.rider_mass:g} kg at {x:g} m, {height:g} m up{size}"
+
+    @property
+    def wheel_size(self) -> WheelSize:
+        """Rim and tyre of both wheels."""
+        try:
+            return read_wheel_size(self.wheel)
+        except InputError as error:
+            raise InputError(f"--wheel {error}") from error
+
+    @property
+    def wheel_radius(self) -> float:
+        """Radius (m) at which a wheel rolls under its load."""
+        return (self.wheel_size.rim / 2 + LIMITS.flattened * self.wheel_size.width) / 1e3
+
+    def _trail(self, lam: float, radius: float) -> float:
+        """Trail (m) as it was measured, or as it follows from the offset of the fork."""
+        if (self.trail is None) == (self.fork_offset is None):
+            raise InputError("give one of --trail and --fork-offset (rake, the hub before the steer axis)")
+        if self.trail is not None:
+            return self.trail
+        assert self.fork_offset is not None
+        return trail_of_offset(self.fork_offset, lam, radius)
+
+    @property
+    def weighed(self) -> dict[str, tuple[float, float]]:
+        """Features that the owner has measured, with their sd."""
+        known, q = {}, self.geometry
+        masses = {"mF": ("front-wheel-mass", self.front_wheel_mass), "mH": ("fork-mass", self.fork_mass)}
+        for key, (option, value) in masses.items():
+            if value is not None and not 0.02 * self.mass < value < 0.5 * self.mass:
+                raise InputError(f"--{option} {value:g} kg is no such part of a bicycle of {self.mass:g} kg")
+            if value is not None:
+                known[key] = (scaled.feature(key, value, q), DEFAULTS[key][0])
+        if self.front_wheel_inertia is not None:
+            if self.front_wheel_mass is None:
+                raise InputError("--front-wheel-inertia goes with --front-wheel-mass; weigh the wheel too")
+            share = self.front_wheel_inertia / self.front_wheel_mass / q.rF**2
+            if not 0.2 < share <= 1:
+                raise InputError(
+                    f"--front-wheel-inertia {self.front_wheel_inertia:g} kg m^2 is {share:.2g} of m r^2; a wheel has "
+                    "0.3 to 0.9 of it about its axle"
+                )
+            inertia = scaled.feature("IFyy", self.front_wheel_inertia, q, self.front_wheel_mass)
+            known["IFyy"] = (inertia, DEFAULTS["IFyy"][0])
+        return known
+
+
+@dataclass(frozen=True)
+class Band:
+    """A speed (m/s), and the ends between which nine of ten plausible bicycles have it; NaN without one."""
+
+    value: float
+    low: float
+    high: float
+    share: float  # of the plausible bicycles that have it
+
+
+@dataclass(frozen=True)
+class Help:
+    """Options of a measurement that would help, and the sd (m/s) of weave and capsize without and with it."""
+
+    options: str
+    weave: tuple[float, float]
+    capsize: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class OwnBicycle:
+    """A bicycle from what one has, and what follows from it."""
+
+    bicycle: Bicycle
+    given: tuple[str, ...]  # keys that were measured
+    weave: Band
+    capsize: Band
+    wobble: Band | None  # its share is a probability; None where no front is known
+    helps: tuple[Help, ...]
+    beyond: Mapping[str, tuple[float, float, float]]  # what no measured bicycle is like: value, their least and largest
+
+
+def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
+    """Guess what was not measured, and tell what follows."""
+    guess = scaled.guessed(asked.geometry).knowing(asked.weighed)
+    rider, causes = _rider(asked, guess)
+    bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
+    nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
+    plausible = [_shaken(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
+    found = [critical_speeds(Model(_plain(values)), LIMITS.fastest) for values in plausible]
+    weave, capsize = (_band(nominal, found, mode) for mode in ("weave", "capsize"))
+    wobble = None
+    if assumed_front(bicycle):
+        onsets = np.array([_onset(values, rng) for values in plausible[: LIMITS.wobble_draws]])
+        wobbles = np.isfinite(onsets)
+        ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
+        wobble = Band(math.nan, *ends, float(wobbles.mean()))
+    given = ("w", "c", "lam", "rR", "rF", *asked.weighed)
+    helps, beyond = _helps(asked, guess, rider, causes), _beyond(guess.geometry)
+    return OwnBicycle(bicycle, given, weave, capsize, wobble, helps, beyond)
+
+
+def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
+    """Value, and the least and largest of the measured bicycles, of what lies outside of them by more than a tenth."""
+    others = [asdict(scaled.Geometry.of(one.values)) for one in scaled.measured_bicycles().values()]
+    ends = {key: (min(one[key] for one in others), max(one[key] for one in others)) for key in asdict(own)}
+    found = {key: (value, *ends[key]) for key, value in asdict(own).items()}
+    return {key: ends for key, ends in found.items() if not 0.9 * ends[1] <= ends[0] <= 1.1 * ends[2]}
+
+
+def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
+    """The rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
+    if asked.rider_place is not None or asked.rider_inertia is not None:
+        return _placed_rider(asked), {}
+    if asked.rider_height is None and asked.rider_mass is None:
+        return None, {}
+    if asked.rider_height is None or asked.rider_mass is None:
+        raise InputError("--rider-height and --rider-mass go together; leave both out for a bicycle without rider")
+    from bicycle.rider.rider_body import scaled_rider
+    from bicycle.rider.rider_frame import rider_on_bicycle
+    from bicycle.rider.rider_posture import SeatGeometry
+
+    person = scaled_rider(height=asked.rider_height, mass=asked.rider_mass)
+    found = rider_on_bicycle(_plain(guess.values()), person, posture=asked.posture, geometry=SeatGeometry())
+    return found.body, dict(found.causes)
+
+
+def _placed_rider(asked: Asked) -> RigidBody:
+    """The rider by mass, place and perhaps inertia, which count as exact."""
+    if asked.rider_place is None or asked.rider_mass is None or asked.rider_height is not None:
+        raise InputError("--rider-place and --rider-inertia go with --rider-mass and without --rider-height")
+    entry: dict[str, Any] = {"mass": asked.rider_mass, "place": list(asked.rider_place), "name": "rider"}
+    inertia = {} if asked.rider_inertia is None else {"inertia": list(asked.rider_inertia)}
+    return read_body(entry | inertia)
+
+
+def _plain(values: Mapping[str, float]) -> Bicycle:
+    return Bicycle("plausible", {key: values[key] for key in UNITS})
+
+
+def _shaken(values: dict[str, float], causes: Mapping[str, Array], rng: np.random.Generator) -> dict[str, float]:
+    """The numbers with a rider who is a little off."""
+    from bicycle.rider.rider_frame import FRAME_KEYS
+
+    moved = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(FRAME_KEYS)))
+    return values | {key: values[key] + float(by) for key, by in zip(FRAME_KEYS, moved, strict=True) if key in values}
+
+
+def _speed(found: tuple[CriticalSpeed, ...], mode: str) -> float:
+    """Last speed at which weave settles, first at which capsize begins; NaN without one."""
+    ordered, wanted = (found[::-1], STABILISING) if mode == "weave" else (found, DESTABILISING)
+    return next((one.speed for one in ordered if one.mode == mode and one.direction == wanted), math.nan)
+
+
+def _ends(speeds: Array) -> tuple[float, float]:
+    if not np.isfinite(speeds).any():
+        return math.nan, math.nan
+    low, high = np.nanquantile(speeds, LIMITS.spread)
+    return float(low), float(high)
+
+
+def _band(nominal: tuple[CriticalSpeed, ...], found: list[tuple[CriticalSpeed, ...]], mode: str) -> Band:
+    speeds = np.array([_speed(one, mode) for one in found])
+    return Band(_speed(nominal, mode), *_ends(speeds), float(np.isfinite(speeds).mean()))
+
+
+def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
+    """First speed (m/s) of wobble on a measured tyre with some flexible front; NaN without one."""
+    bicycle, per_wheel = _plain(values), ("cornering_stiffness", "relaxation_length")
+    condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
+    tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
+    contact = {key: dict(zip(WHEELS, (getattr(one, key) for one in tyres), strict=True)) for key in per_wheel}
+    stiffness, damping = (math.exp(rng.uniform(*np.log(ends))) for ends in (LIMITS.stiffness, LIMITS.damping))
+    height = rng.uniform(*LIMITS.height)
+    hinge = effect_class("front_compliance")(
+        stiffness=stiffness, damping=damping, joint_z=-height,
+        joint_x=values["w"] + values["c"] - height * math.tan(values["lam"]),
+    )  # fmt: skip
+    found = critical_speeds(Model(bicycle, (effect_class("relaxation_length")(**contact), hinge)), LIMITS.ridden)
+    return next((one.speed for one in found if one.mode == "wobble" and one.direction == DESTABILISING), math.nan)
+
+
+def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: Mapping[str, Array]) -> tuple[Help, ...]:
+    """Measurements that are not made yet, from the easiest on."""
+    options = {"mF": "--front-wheel-mass KG", "mH": "--fork-mass KG", "IFyy": "--front-wheel-inertia KG_M2"}
+    bicycle = guess.bicycle("nominal", "", "", rider=rider, causes=causes)
+    before, found = _sds(bicycle, bicycle), {}
+    for keys in (("mF",), ("mH",), ("mF", "mH"), ("mF", "mH", "IFyy")):
+        new = [key for key in keys if key not in asked.weighed]
+        words = " ".join(options[key] for key in new)
+        if new and words not in found:
+            known = {key: (float(guess.mean[scaled.FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
+            better = guess.knowing(known).bicycle("known", "", "", rider=rider, causes=causes)
+            after = _sds(bicycle, better)
+            found[words] = Help(words, (before[0], after[0]), (before[1], after[1]))
+    return tuple(found.values())
+
+
+def _sds(bicycle: Bicycle, spread: Bicycle) -> tuple[float, float]:
+    """Sd (m/s) of weave and capsize of a bicycle with the covariance of ``spread``, to first order."""
+    every = critical_speeds(Model(bicycle), LIMITS.fastest)
+    names, covariance = model_covariance(Model(spread))
+    at = [[one for one in every if one.speed == _speed(every, mode)] for mode in ("weave", "capsize")]
+    slopes = [critical_speed_gradients(Model(bicycle), one, names) for one in at]
+    weave, capsize = (float(standard_deviation(s[0], covariance)) if len(s) else math.nan for s in slopes)
+    return weave, capsize
+
+
+def file_text(own: OwnBicycle, asked: Asked, command: str) -> str:
+    """Text of the bicycle's file."""
+    matrix = own.bicycle.covariance.matrix
+    sd = np.sqrt(np.diag(matrix))
+    values, vectors = np.linalg.eigh(matrix / np.outer(sd, sd))
+    kept = values > 1e-6 * values[-1]
+    factor = (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))[:, kept]
+    forks = {} if asked.fork_offset is None else {FORK_OFFSET: asked.fork_offset}
+    sd_of = {"w": "w", FORK_OFFSET if forks else "c": "c", "lam": "lam"}
+    exact = {key: DEFAULTS[like][0] for key, like in sd_of.items()} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
+    content: dict[str, Any] = {
+        "own": own, "asked": asked, "forks": forks, "command": command, "units": UNITS,
+        "makes": len(set(scaled.MAKES.values())),
+        "frames": len(scaled.MAKES), "limits": LIMITS, "scaled": scaled.SCALED, "factor": factor, "sd": exact,
+    }  # fmt: skip
+    return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)

@@ -1,0 +1,31 @@
+"""The options with which a command is told which column of a recording is which channel."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from studies.model_space.command_options import PATH
+
+_FILE = "TOML file: which column is which channel, in what unit and with what sign."
+_ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz; may be repeated."
+
+
+def takes_channels(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a click ``command`` the options ``--channels`` and ``--channel``; see :func:`chosen_map`."""
+    one = click.option("--channel", "channel_texts", multiple=True, metavar="NAME=COLUMN [UNIT] [SIGN]", help=_ONE)
+    file = click.option("--channels", "channels_file", type=PATH, metavar="FILE.toml", help=_FILE)
+    return file(one(command))
+
+
+def chosen_map(channels_file: Path | None, channel_texts: tuple[str, ...]) -> Any:
+    """The channel map of the options, None where none is given."""
+    if channels_file is None and not channel_texts:
+        return None
+    from dataclasses import replace
+
+    from tyre.formats.channel_map import ChannelMap
+
+    base = replace(ChannelMap(), source="--channel") if channels_file is None else ChannelMap.from_file(channels_file)
+    return base.with_channels(channel_texts)

@@ -1,0 +1,321 @@
+"""Root locus in any parameter: tracked and named branches, and the values at which a root crosses the axis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.model.eigen import NOISE, angular_frequency, damping_ratio, frequency_hz, oscillating
+from bicycle.model.model import Model
+from bicycle.parameters.bicycle import canonical
+from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey
+from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import known_modes
+from bicycle.stability.tracking import branch_crossings, follow_branches
+from studies.model_space.axes import OF_THE_TYRE, SPEED, Axis
+from studies.model_space.changed_model import ModelSpace
+from studies.model_space.model_argument import choose
+from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError, unknown
+from tyre.ground.number_with_unit import typed_numbers
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterPath:
+    """A model as a function of one of its numbers, at a speed (m/s) unless the speed is that number."""
+
+    space: ModelSpace
+    speed: float | None
+
+    @property
+    def axis(self) -> Axis:
+        """The number that runs."""
+        return self.space.axes[0]
+
+    def matrices(self, values: Array) -> Array:
+        """Scaled state matrices (m, n, n) at values (m,)."""
+        bad = self.space.family.without_mass(self.space.values(values[:, None]), len(values))
+        if bad.any():
+            key, first = self.axis.key, values[bad][0]
+            raise InputError(f"{key} = {first:g}: the mass matrix is not positive definite; take another range")
+        return self.space.matrices(values[:, None], self.speed)
+
+    def at(self, value: float) -> tuple[Model, float]:
+        """The model at a value, checked like any other, and its speed (m/s)."""
+        low, high = self.axis.bounds
+        if self.axis.wheels and not low < value <= high:
+            given = f"{self.axis.key} = {value:g} {self.axis.unit}"
+            raise InputError(f"{given} is not possible; give values above {low:g} to {high:g}")
+        return self.space.model_at([value]), value if self.speed is None else self.speed
+
+
+def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
+    """Path of ``key`` through a model file, or through the content of one with absolute paths."""
+    content = model_file if isinstance(model_file, Mapping) else choose(str(model_file)).content
+    own = ParameterKey.parse(canonical(key))
+    if own.effect in OF_THE_TYRE:
+        raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
+    space = ModelSpace(content, [str(own)])
+    if str(own) == SPEED:
+        return ParameterPath(space, None)
+    if speed is None:
+        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
+    space.linear.check_speeds(speed)
+    return ParameterPath(space, speed)
+
+
+@dataclass(frozen=True)
+class AxisCrossing:
+    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows."""
+
+    value: float
+    mode: str
+    frequency_hz: float
+    destabilising: bool
+    extrapolated: bool = False
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues (m, n) in 1/s, a column a branch called ``names[i]``, at ``values`` (m,) of ``key`` in ``unit``."""
+
+    key: str
+    unit: str
+    values: Array
+    eigenvalues: Complex
+    names: tuple[str, ...]
+    crossings: tuple[AxisCrossing, ...]
+    asked: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
+
+    @property
+    def unstable_throughout(self) -> tuple[str, ...]:
+        """Names of the modes with a root to the right of the imaginary axis at all values."""
+        unstable = (self.eigenvalues.real > NOISE * np.abs(self.eigenvalues).max(1, keepdims=True)).all(0)
+        return tuple(dict.fromkeys(name for name, here in zip(self.names, unstable, strict=True) if here))
+
+    def frame(self) -> "pd.DataFrame":
+        """A row per requested value and root with Im >= 0."""
+        import pandas as pd
+
+        upper = (self.eigenvalues.imag >= 0) & self.asked[:, None]
+        root, (row, branch) = self.eigenvalues[upper], np.nonzero(upper)
+        named = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
+        return pd.DataFrame({
+            named.replace("/", "_").replace(" ", "_"): self.values[row], "mode": np.array(self.names)[branch],
+            "real_1_s": root.real, "imaginary_rad_s": root.imag, "frequency_Hz": frequency_hz(root),
+            "damping_ratio": damping_ratio(oscillating(root)), "tyre_inside_measured_range": self.inside[row],
+        })  # fmt: skip
+
+
+def parse_range(text: str, unit: str = "") -> Array:
+    """Values (m,) in ``unit`` from a ``text`` ``start:stop`` (200 steps) or ``start:stop:step``, both ends included."""
+    how = f"range {text!r}: give start:stop or start:stop:step with start < stop and step > 0, for example 0.05:0.25"
+    numbers = typed_numbers(text.split(":"), unit)
+    if len(numbers) not in (2, 3):
+        raise InputError(how)
+    start, stop = numbers[:2]
+    step = numbers[2] if len(numbers) == 3 else (stop - start) / 200
+    if not np.isfinite([start, stop, step]).all() or stop <= start or step <= 0:
+        raise InputError(how)
+    if (stop - start) / step > 100_000:
+        raise InputError(f"range {text!r}: {(stop - start) / step:.0f} values are more than 100000; take a larger step")
+    inner = start + step * np.arange(int(np.ceil((stop - start) / step * (1 - 1e-12))))
+    values = np.append(inner, stop)
+    if (np.diff(values) <= 0).any():
+        raise InputError(f"range {text!r}: sixteen digits do not tell its values apart; give a wider range")
+    return values
+
+
+def root_locus(path: ParameterPath, values: Array) -> RootLocus:
+    """Track every root along increasing ``values`` of a parameter."""
+    along_speed, base = path.axis.key == SPEED, float(path.space.base[0])
+    for end in (values[0], values[-1]):
+        model, speed = path.at(float(end))
+        model.linear_model().check_speeds(speed)
+    # names are given within the range: for the model as it stands, or where modes differ along speed
+    anchor = modes(path.space.linear, values[-1:]).anchor if along_speed else base
+    anchor = (values[0] + values[-1]) / 2 if np.isnan(anchor) else anchor
+    anchor = float(np.clip(anchor, values[0], values[-1]))
+    model, speed = path.at(anchor)
+    modes(model.linear_model(), [speed])  # refuses a model too stiff to be followed
+    grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
+    names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
+    crossings = []
+    for one in branch_crossings(path.matrices, grid, roots):
+        root, mode = 1j * abs(one.root.imag), names[one.branch]
+        if along_speed and one.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
+            (mode,) = _names(path, one.value, np.array([root]))
+        inside = bool(path.space.inside([[one.value]])[0])
+        crossings.append(AxisCrossing(one.value, mode, float(frequency_hz(root)), one.destabilising, not inside))
+    asked, axis = np.isin(grid, values), path.axis
+    return RootLocus(axis.key, axis.unit, grid, roots, names, tuple(crossings), asked, path.space.inside(grid[:, None]))
+
+
+def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
+    model, speed = path.at(value)
+    found = modes(model.linear_model(), [speed])
+    named = [(name, root) for name in found.names for root in found.branch(name)[0] if not np.isnan(root)]
+    distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
+    return tuple(named[k][0] for k in distance.argmin(1))
+
+
+RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
+ARROWS = (0.3, 0.7)  # of the length of a branch in view
+SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow or none
+UNSTABLE = "#f6dedb"
+
+
+def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> None:
+    """Complex plane (upper half) on the left, real part and frequency against the parameter on the right."""
+    with drawing(target, width=11.5, height=6.4) as canvas:
+        grid = canvas.add_gridspec(2, 2, width_ratios=(1.7, 1))
+        plane, real = canvas.add_subplot(grid[:, 0]), canvas.add_subplot(grid[0, 1])
+        frequency = canvas.add_subplot(grid[1, 1], sharex=real)
+        limits = _window(locus, max_frequency_hz)
+        _plane(plane, limits)
+        for i, name in enumerate(locus.names):
+            if (locus.eigenvalues[:, i].imag < 0).all():
+                continue  # the lower half of a pair
+            _branch(locus, i, name, plane, real, frequency, limits)
+        for crossing in locus.crossings:
+            style = {"marker": "*", "color": "black", "markersize": 10, "linestyle": "none", "zorder": 6}
+            plane.plot(0, angular_frequency(crossing.frequency_hz), **style)
+            real.plot(crossing.value, 0, **style)
+            frequency.plot(crossing.value, crossing.frequency_hz, **style)
+        _label_crossings(plane, locus, limits)
+        real.axhspan(0, 1e6, color=UNSTABLE, zorder=0)
+        real.set(ylabel="Real part, 1/s", ylim=(max(limits[0], -limits[3] / 3), limits[1]))
+        label, top = Axis(locus.key, locus.unit).title, frequency_hz(1j * limits[3])
+        frequency.set(ylabel="Frequency, Hz", xlabel=label, ylim=(0, top))
+        real.set_xlim(locus.values[0], locus.values[-1])
+        real.tick_params(labelbottom=False)
+        if not locus.inside.all():
+            for axes in (real, frequency):
+                axes.fill_between(
+                    locus.values, 0, 1, where=~locus.inside, transform=axes.get_xaxis_transform(), facecolor="none",
+                    hatch="//", edgecolor="0.8", linewidth=0, zorder=0.5, label="tyre values extrapolated",
+                )  # fmt: skip
+            frequency.legend(loc="center right", fontsize=7.5, frameon=True, edgecolor="none")
+        hatch_extrapolated(plane, extrapolated=not locus.inside.any())
+        handles, labels = _legend(plane, locus)
+        canvas.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+        canvas.suptitle(title, x=0.01, ha="left")
+
+
+def line_look(name: str) -> Look:
+    """The look of the line of mode ``name``; some have another dash then, which markers would tell apart."""
+    look = mode_look(name)
+    return look._replace(line=look.bare or look.line)
+
+
+def _window(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of the window; real roots far left of it are cut off."""
+    known = known_modes()
+    main = [name in known and known[name].main for name in locus.names]
+    roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
+    if max_frequency_hz is None:
+        crossing = max((float(angular_frequency(c.frequency_hz)) for c in locus.crossings), default=0.0)
+        top = 1.15 * max(roots.imag.max() or np.abs(roots).max(), crossing)
+    else:
+        top = float(angular_frequency(max_frequency_hz))
+    below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
+    left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
+    return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
+
+
+def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    left, right, bottom, top = limits
+    words = {"xlabel": "Real part, 1/s (shaded: unstable)", "ylabel": "Imaginary part, rad/s"}
+    axes.set(xlim=(left, right), ylim=(bottom, top), **words)
+    axes.grid(False)
+    axes.axvspan(0, right, color=UNSTABLE, zorder=0)
+    axes.axvline(0, color="0.2", linewidth=1)
+    axes.axhline(0, color="0.2", linewidth=0.6)
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+    quiet = {"fontsize": 7.5, "color": GREY, "zorder": 1.5, "bbox": box, "ha": "center", "va": "center"}
+    taken = (0.0, 0.0)
+    for ratio in RATIOS:
+        slope = np.sqrt(1 - ratio**2) / ratio
+        end = min(-0.93 * left, 0.97 * top / slope)
+        here = (end / (right - left), end * slope / top)
+        if max(abs(here[0] - taken[0]) / 1.8, abs(here[1] - taken[1])) < 0.04:
+            continue  # no room for its label
+        taken = here
+        axes.plot([0, -end], [0, end * slope], color="0.78", linewidth=0.7, linestyle=(0, (4, 3)), zorder=1)
+        axes.text(-end, end * slope, f"ζ = {ratio:g}", **quiet)
+    angle = np.linspace(0, np.pi / 2, 90)
+    highest = 0.97 * float(frequency_hz(1j * top))
+    for hertz in MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(0, highest)[1:-1]:
+        radius = angular_frequency(hertz)
+        axes.plot(-radius * np.sin(angle), radius * np.cos(angle), color="0.85", linewidth=0.7, zorder=1)
+        right_of = {**quiet, "ha": "right", "bbox": {**box, "facecolor": UNSTABLE}}
+        axes.text(0.98 * right, radius, f"{hertz:g} Hz", **right_of)
+
+
+def _branch(
+    locus: RootLocus, i: int, name: str, plane: Any, real: Any, frequency: Any, limits: tuple[float, ...]
+) -> None:
+    root, style = locus.eigenvalues[:, i], line_look(name)
+    shown = np.where(root.imag >= 0, root, np.nan)
+    line = {"color": style.colour, "linestyle": style.line}
+    own = locus.eigenvalues[:, [other == name for other in locus.names]]
+    within = (limits[0] <= own.real) & (own.real <= limits[1]) & (own.imag >= 0) & (own.imag <= limits[3])
+    label = name.replace("_", " ") + ("" if within.any() else " (out of view)")
+    plane.plot(shown.real, shown.imag, label=label, zorder=3, **line)
+    real.plot(locus.values, shown.real, **line)
+    frequency.plot(locus.values, frequency_hz(oscillating(root)), **line)
+    for k, marker in ((0, "x"), (-1, "o")):
+        if root[k].imag >= 0:
+            filled = {"markerfacecolor": "white", "markeredgewidth": 1.3} if marker == "o" else {"markeredgewidth": 1.6}
+            plane.plot(root[k].real, root[k].imag, marker, color=style.colour, zorder=5, **filled)
+    _arrows(plane, shown, style.colour, limits)
+
+
+def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[float, ...]) -> None:
+    """Arrow heads in the direction in which the parameter grows, at fixed shares of the visible length."""
+    left, right, bottom, top = limits
+    x, y = (root.real - left) / (right - left), (root.imag - bottom) / (top - bottom)
+    visible = np.isfinite(x) & (x > 0) & (x < 1) & (y < 1)
+    step = np.where(visible[1:] & visible[:-1], np.hypot(np.diff(x), np.diff(y)), 0.0)
+    length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(step))])
+    if length[-1] < SHORTEST:
+        return
+    for share in ARROWS if length[-1] > 4 * SHORTEST else (0.5,):
+        k = int(np.clip(np.searchsorted(length, share * length[-1]), 1, len(root) - 1))
+        axes.annotate(
+            "", (root.real[k], root.imag[k]), (root.real[k - 1], root.imag[k - 1]), zorder=4,
+            arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13, "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+
+
+def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> None:
+    """Parameter values beside the stars, pushed apart where they would overlap."""
+    gap, lowest = 0.045 * (limits[3] - limits[2]), -np.inf
+    for crossing in sorted(locus.crossings, key=lambda c: c.frequency_hz):
+        omega = float(angular_frequency(crossing.frequency_hz))
+        height = max(omega + 0.3 * gap, lowest + gap)
+        lowest = height
+        axes.annotate(
+            f"{crossing.value:.4g} {locus.unit}", (0, omega), (-0.025 * (limits[1] - limits[0]), height),
+            ha="right", va="center", fontsize=8.5, zorder=7,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
+        )  # fmt: skip
+
+
+def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:
+    found = dict(sorted(zip(*axes.get_legend_handles_labels()[::-1], strict=True), key=lambda item: item[0]))
+    marks = (("x", "start of the range"), ("o", "end"), *[("*", "crosses the axis")][: len(locus.crossings)])
+    for marker, label in marks:
+        face = "white" if marker == "o" else "black"
+        (found[label],) = axes.plot([], [], marker, color="black", markerfacecolor=face)
+    return list(found.values()), list(found)

@@ -1,0 +1,496 @@
+"""Cornering stiffness and pneumatic trail from a slip sweep, and sensors that flatten or have two gains."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+from scipy.special import stdtr
+
+from tyre.fits import sweep_curve
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.measured.properties import Calibration, Estimate
+from tyre.recordings.noise import correlated_covariance
+from tyre.recordings.recording import Channel, RigRun
+
+
+@dataclass(frozen=True)
+class AligningMoment:
+    """Aligning moment about zero slip (adapted SAE, Mz = -t Fy)."""
+
+    pneumatic_trail: float  # t, m
+    pneumatic_trail_sd: float  # of the fit; the calibration of the moment cell is not in it
+    slope: float  # dMz/d(slip) = -t C_Fy, N m/rad
+    offset: float  # N m
+    r_squared: float  # of the block means
+    at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
+
+
+def _round_trail(slip: Channel, width: float, _exponent: float) -> Channel:
+    """Trail over its largest, round at zero slip: the first terms of the Magic Formula's cosine."""
+    return np.asarray(1.0 / (1.0 + (slip / width) ** 2))
+
+
+def _peaked_trail(slip: Channel, width: float, exponent: float) -> Channel:
+    """Trail over its largest, which falls from zero slip on as the end of the contact slides, until all of it does."""
+    return np.asarray(np.clip(1.0 - np.abs(slip) / width, 0.0, None) ** exponent)
+
+
+# the trail falls like a cosine (Pacejka, Tire and Vehicle Dynamics, 3rd ed., eq. 4.E42) or in proportion to the slip,
+# as under a pressure that vanishes at the ends of the contact (section 3.2.1 there): the pressure is not known
+TRAIL_LAWS = (_round_trail, _peaked_trail)
+
+
+@dataclass(frozen=True)
+class _TrailFit:
+    """A law of the trail fitted to the moment of the blocks."""
+
+    trail: float  # m
+    offset: float  # N m
+    shape_at_zero: float  # trail at zero recorded slip over its largest
+    covariance: NDArray[np.float64]  # (p, p), of trail, offset and the numbers of the shape, with correlated residuals
+    residual: Channel  # (m,), N m
+    evidence: float  # twice the log likelihood less what the numbers cost
+
+
+def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: float) -> _TrailFit:
+    """Fit Mz = offset - t F with a trail t of one ``law`` over the slip (m,), ``shift`` at zero recorded slip."""
+    shapes = 1 if law is _round_trail else 2  # the width, and the exponent of a peak
+    start, low, high = [np.log(0.1), np.log(2.0)], [np.log(0.01), np.log(0.5)], [np.log(10.0), np.log(6.0)]
+
+    def shape(z: Channel, at: Channel) -> Channel:
+        return np.asarray(law(at, float(np.exp(z[2])), float(np.exp(z[3])) if shapes == 2 else 1.0))
+
+    def residual(z: Channel) -> Channel:
+        return z[1] - z[0] * force * shape(z, slip) - moment
+
+    begin = np.array([0.0, 0.0, *start[:shapes]])
+    columns = np.column_stack([-force * shape(begin, slip), np.ones_like(force)])
+    begin[:2] = np.linalg.lstsq(columns, moment, rcond=None)[0]
+    limits = ([-1.0, -np.inf, *low[:shapes]], [1.0, np.inf, *high[:shapes]])
+    found: Any = scipy.optimize.least_squares(residual, np.clip(begin, *limits), bounds=limits, x_scale="jac")
+    left = residual(found.x)
+    power = max(float(left @ left), 1e-300)
+    # blocks of one branch share slow errors: count the lag-one correlation as fewer independent blocks
+    rho = float(np.clip(left[1:] @ left[:-1] / power, 0.0, 0.95))
+    independent = left.size * (1.0 - rho) / (1.0 + rho)
+    variance = power / max(left.size - shapes - 2, 1) * (1.0 + rho) / (1.0 - rho)
+    return _TrailFit(
+        trail=float(found.x[0]),
+        offset=float(found.x[1]),
+        shape_at_zero=float(shape(found.x, np.array([shift]))[0]),
+        covariance=np.linalg.pinv(found.jac.T @ found.jac) * variance,
+        residual=left,
+        evidence=-independent * float(np.log(power)) - shapes * float(np.log(left.size)),
+    )
+
+
+def fit_aligning_moment(
+    blocks: sweep_curve.Blocks, cornering_stiffness: float, stiffness_sd: float, parameters: dict[str, float]
+) -> AligningMoment | None:
+    """Fit Mz = offset - t F with a trail t that shrinks with slip, round or peaked at zero slip.
+
+    The side force F is the measured one without its offset; the slip in t lags like the force does. Near zero slip the
+    moment vanishes with the force, so the trail there rests on the law by which it falls. Each of :data:`TRAIL_LAWS`
+    counts by its likelihood (Schwarz 1978), and what they differ by is in the standard deviation. So is that of the
+    slope of the force there (``stiffness_sd``, N/rad), by which the moment is divided.
+    """
+    if blocks.moment is None:
+        return None
+    used = blocks.settled & np.isfinite(blocks.moment)
+    moment = blocks.moment[used]
+    # the measured force, as the law that was fitted to it may be none of this tyre
+    clock = (blocks.time[used] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
+    force = blocks.force[used] - parameters["vertical_shift"] - parameters["drift"] * clock
+    past = blocks.time[used][:, None] - parameters["lag"] * sweep_curve.LAG_NODES
+    shift = parameters["horizontal_shift"]
+    slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + shift
+    fits = [_fit_trail(law, slip, force, moment, shift) for law in TRAIL_LAWS]
+    best = max(fits, key=lambda fit: fit.evidence)
+    weights = np.exp([0.5 * (fit.evidence - best.evidence) for fit in fits])
+    weights /= weights.sum()
+    trails = np.array([fit.trail for fit in fits])
+    trail = float(weights @ trails)
+    variance = float(weights @ [fit.covariance[0, 0] + (fit.trail - trail) ** 2 for fit in fits])
+    there = _steady(np.zeros(1), cornering_stiffness, parameters)[0][0]
+    row = np.array([-there * best.shape_at_zero, 1.0])
+    total = float(np.sum((moment - moment.mean()) ** 2))
+    return AligningMoment(
+        pneumatic_trail=trail,
+        pneumatic_trail_sd=float(np.hypot(np.sqrt(variance), trail * stiffness_sd / cornering_stiffness)),
+        slope=-trail * cornering_stiffness,
+        offset=best.offset,
+        r_squared=1.0 - float(best.residual @ best.residual) / total if total > 0.0 else 0.0,
+        at_zero=(float(row @ [best.trail, best.offset]), float(np.sqrt(row @ best.covariance[:2, :2] @ row))),
+    )
+
+
+def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
+    """Steady side force over recorded slip without its offset, and its derivatives."""
+    shape = {name: parameters[name] for name in ("peak", "shape", "curvature")}
+    return sweep_curve.magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
+
+
+def _curve(
+    blocks: sweep_curve.Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]
+) -> Channel:
+    """Side force without offset and drift."""
+    return sweep_curve.lagged_magic_formula(
+        time=time, history=blocks.history, direction=np.sign(rate), cornering_stiffness=stiffness,
+        **{name: parameters[name] for name in sweep_curve.CURVE},
+    )[0]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SlipSweepFit:
+    """Result of one slip sweep (SI units, adapted SAE)."""
+
+    cornering_stiffness: Estimate  # C_Fy, N/rad, with fit, stated repeatability and calibration in its interval
+    fit_sd: float  # of C_Fy from the (correlated) residuals of this recording alone, N/rad
+    # ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
+    # over the recording), ``lag`` (s), ``hysteresis`` (rad)
+    parameters: dict[str, float]
+    parameters_sd: dict[str, float]  # nan if a parameter rests on a bound
+    half_gap: float  # half the slip distance between up and down branch, rad, at ``rate``
+    half_gap_sd: float
+    rate: float  # mean absolute d(slip)/dt, rad/s
+    speed: float | None
+    apparent_relaxation_length: float | None  # lag times speed, m: the whole gap read as lag
+    r_squared: float  # 1 - SS_res/SS_tot over the samples (Dell'Orto et al., eq. 6)
+    residual_sd: float
+    load: float  # mean measured vertical load, N
+    branches: int
+    samples: int
+    force_at_zero: tuple[float, float]  # steady side force at zero recorded slip and its standard deviation, N
+    temperature: float | None
+    aligning_moment: AligningMoment | None
+    notes: tuple[str, ...]
+    sensor_faults: tuple[str, ...]  # also among the ``notes``
+    blocks: sweep_curve.Blocks
+    residuals: Channel
+
+    def steady_force(self, slip: Channel) -> Channel:
+        """Fitted steady side force, offsets included."""
+        force, _ = _steady(np.asarray(slip), self.cornering_stiffness.value, self.parameters)
+        return force + self.parameters["vertical_shift"]
+
+
+def fit_slip_sweep(
+    run: RigRun, *, calibration: Calibration | None = None, lag_correction: bool = True,
+    relaxation_length: float | None = None,
+) -> SlipSweepFit:  # fmt: skip
+    """Fit the steady side-force curve of one slip sweep.
+
+    The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
+    the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
+    proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
+    (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in
+    which the force cell or the slip sensor flattens are not used (:func:`find_fault`). The points
+    of a steady table count as they are, without lag.
+
+    Parameters
+    ----------
+    run : RigRun
+        A sweep of at least one branch over +-1 deg or more.
+    calibration : Calibration, optional
+        Certificates of the rig.
+    lag_correction : bool
+        False fits without any lag: for showing what the correction removes.
+    relaxation_length : float, optional
+        Known relaxation length, m: then the lag is not fitted.
+
+    Returns
+    -------
+    SlipSweepFit
+
+    Raises
+    ------
+    InputError
+        For a recording that is no sweep, whose side force falls with slip, or whose fit does not converge.
+    """
+    where = str(run.source or run.condition.tyre)
+    calibration = calibration or Calibration()
+    is_steady = run.kind == "steady"  # settled points have neither lag nor branches
+    lag_correction = lag_correction and not is_steady
+    blocks = sweep_curve.point_blocks(run) if is_steady else sweep_curve.block_means(run)
+    notes = list(run.notes)
+    model = sweep_curve.sweep_model(
+        blocks, lag_correction=lag_correction, relaxation_length=relaxation_length, notes=notes, where=where
+    )
+    solution = sweep_curve.solve_sweep(model)
+    faults: list[str] = []
+    if lag_correction:  # a lag left in looks like a fault of the sensors
+        model, solution, faults = without_faults(model, solution)
+        blocks, notes = model.blocks, notes + faults
+    if not solution.settled:
+        notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
+    parameters, sd = dict(solution.values), dict(solution.sd)
+    c, fit_sd = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
+    low, high = sweep_curve.BOUNDS["cornering_stiffness"]
+    if c <= 1.01 * low * model.stiffness or c >= 0.99 * high * model.stiffness:
+        raise InputError(f"{where}: the fitted cornering stiffness {c:.4g} N/rad is far from the slope near zero slip")
+    load = float(np.nanmean(run.vertical_load))
+    rate = float(np.mean(np.abs(blocks.rate[blocks.settled])))
+    widened = np.sqrt(solution.dof / (solution.dof - 2.0))  # sd of Student's t: the noise is itself estimated
+    r_squared, residual_sd, samples = _goodness(run, blocks, parameters, c)
+    _condition_notes(run, blocks, load, r_squared, notes)
+    zero, by_shift = _steady(np.zeros(1), c, parameters)
+    zero_sd = solution.sd_of_sum(
+        horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
+    )
+    lag_fitted = model.free[sweep_curve.NAMES.index("lag")] and blocks.speed is not None
+    return SlipSweepFit(
+        cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip), fit_sd=fit_sd,
+        parameters=parameters, parameters_sd=sd,
+        half_gap=parameters["lag"] * rate + parameters["hysteresis"],
+        half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)), rate=rate, speed=blocks.speed,
+        apparent_relaxation_length=parameters["lag"] * (blocks.speed or np.nan) if lag_fitted else None,
+        r_squared=r_squared, residual_sd=residual_sd, load=load,
+        branches=int(np.unique(blocks.branch[blocks.settled]).size), samples=samples,
+        force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
+        temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
+        aligning_moment=fit_aligning_moment(blocks, c, fit_sd, parameters), notes=tuple(notes),
+        sensor_faults=tuple(faults), blocks=blocks, residuals=solution.residuals,
+    )  # fmt: skip
+
+
+def _goodness(
+    run: RigRun, blocks: sweep_curve.Blocks, parameters: dict[str, float], c: float
+) -> tuple[float, float, int]:
+    """R^2 and standard deviation of the residuals of the samples (not of the block means)."""
+    time, near = run.time, np.clip(np.searchsorted(blocks.time, run.time), 0, blocks.time.size - 1)
+    use = np.isfinite(run.side_force) & blocks.settled[near]
+    force = _curve(blocks, time[use], blocks.rate[near[use]], c, parameters)
+    middle = 0.5 * (blocks.time[0] + blocks.time[-1])
+    drift = parameters["drift"] * (time[use] - middle) / (blocks.time[-1] - blocks.time[0])
+    measured = run.side_force[use]
+    residual = measured - force - parameters["vertical_shift"] - drift
+    total = float(np.sum((measured - measured.mean()) ** 2))
+    return 1.0 - float(residual @ residual) / total, float(np.std(residual)), int(use.sum())
+
+
+def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squared: float, notes: list[str]) -> None:
+    if abs(load / run.condition.load - 1.0) > 0.02:
+        notes.append(f"mean measured load {load:.1f} N is {100 * (load / run.condition.load - 1):+.1f} % off nominal")
+    if blocks.missing:
+        notes.append(f"{blocks.missing} samples without side force left out")
+    if r_squared < 0.98:
+        notes.append(f"R^2 = {r_squared:.4f} is low for a slip sweep")
+    reach = np.rad2deg(min(-blocks.slip.min(), blocks.slip.max()))
+    if reach < 2.0:
+        notes.append(f"slip reaches {reach:.1f} deg on one side only; the curve's centre is poorly known")
+    if run.inclination is not None:
+        camber = float(np.nanmean(run.inclination))
+        if abs(camber) > np.deg2rad(0.5):
+            notes.append(f"camber {np.rad2deg(camber):.2f} deg: the offset Sv contains camber thrust")
+
+
+_READING = {"side_force": "force", "slip_angle": "slip", "gain": "force"}  # of the blocks
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the verdict; measured rates of false alarms stand in data/validation/sensor_faults.json."""
+
+    onsets: tuple[float, ...] = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # tried, of the largest reading
+    gained: float = 6.0  # least fall of the sum of squares, in units of its mean, that is worth a closer look
+    fewest: int = 8  # blocks beyond an onset
+    p_flat: float = 5e-4  # significance of a flattening
+    p_sign: float = 1e-3  # significance of two gains
+    least_flat: float = 0.03  # least flattening that is told, of the largest reading
+    least_sign: float = 0.005  # least difference of gains that is told
+
+
+LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class Flattening:
+    """A channel that reads too little beyond an onset."""
+
+    channel: str  # ``side_force`` or ``slip_angle``
+    onset: float  # size of the reading at which it begins, N or rad
+    largest: float  # largest reading, N or rad
+    share: float  # by how much the largest reading is low, relative
+
+
+@dataclass(frozen=True)
+class GainBySign:
+    """Gain of the force cell to the right less that to the left, relative, and its standard deviation."""
+
+    difference: float
+    sd: float
+
+
+def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> "Flattening | GainBySign | None":
+    """Return the fault of a sensor in a fitted sweep, if any is significant: the one that fits best."""
+    # directions in which the fitted force can change, the last towards a brush, and the part of the force left over
+    scaled = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
+    residual, jacobian = model.residuals(scaled)
+    brush = _brush_fit(model, solution) - (residual + model.blocks.force[model.blocks.settled])
+    columns, left = np.column_stack([jacobian[:, model.free], brush]), -residual
+    steepness = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")]
+    before = _added(columns, brush, left)[1]
+    found: list[tuple[float, Flattening | GainBySign]] = []
+    for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
+        reading = getattr(model.blocks, _READING[channel])[model.blocks.settled]
+        largest = float(np.max(np.abs(reading)))
+        onsets = [q for q in LIMITS.onsets if np.count_nonzero(np.abs(reading) > q * largest) >= LIMITS.fewest]
+        tried = [(_added(columns, effect * largest * _bend(reading / largest, q), left), q) for q in onsets]
+        rising = [(float(rest @ rest), q) for (size, rest), q in tried if size > 0.0]
+        if not rising or before @ before - min(rising)[0] < LIMITS.gained * min(rising)[0] / len(reading):
+            continue  # nothing to be gained, even if the noise were white
+        best = min(rising)[1]
+        fits = [_bent_fit(model, solution, brush, channel, q) for q in onsets if abs(q - best) < 0.11]
+        cost, share, onset, significance = min(fits, key=lambda fit: fit[0])
+        if channel == "slip_angle" and not _slows(model, onset * largest, share):
+            continue
+        deviations, dof = significance() if share > LIMITS.least_flat else (0.0, 1.0)
+        if stdtr(dof, -deviations) < LIMITS.p_flat:
+            found.append((cost, Flattening(channel, onset * largest, largest, share)))
+    force = model.blocks.force[model.blocks.settled]
+    if min(np.count_nonzero(force > 0), np.count_nonzero(force < 0)) >= LIMITS.fewest:
+        cost, size, _, significance = _bent_fit(model, solution, brush, "gain", 0.0)
+        deviations, dof = significance() if abs(size) > LIMITS.least_sign else (0.0, 1.0)
+        if 2.0 * stdtr(dof, -abs(deviations)) < LIMITS.p_sign:
+            found.append((cost, GainBySign(size, size / deviations)))
+    return min(found, key=lambda one: one[0])[1] if found else None
+
+
+def _bent_fit(
+    model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution, brush: Array, channel: str, onset: float
+) -> tuple[float, float, float, Callable[[], tuple[float, float]]]:
+    """Fit a sweep whose channel flattens beyond an onset, or whose force cell has two gains (``gain``).
+
+    Gives the sum of squares, the share or difference, the onset, and what tells by how many standard deviations that
+    is not zero, with their degrees of freedom: most fits need no answer, which takes as long as they do.
+    """
+    blocks, used = model.blocks, model.blocks.settled
+    start = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
+    largest = float(np.max(np.abs(getattr(blocks, _READING[channel])[used])))
+
+    def parts(z: Array) -> tuple[Array, Array]:
+        """Residuals (m,) and their derivatives (m, p + 2) by the curve, the way towards a brush and the share."""
+        scaled, share, there = model.expanded(z[:-2]), z[-1], model
+        if channel == "slip_angle":
+            missing = largest * _bend(blocks.slip / largest, onset)
+            there = replace(model, blocks=replace(blocks, slip=blocks.slip + share * missing))
+        residual, jacobian = there.residuals(scaled)
+        columns = np.column_stack([jacobian[:, model.free], brush])
+        force = residual + blocks.force[used] + z[-2] * brush
+        if channel == "slip_angle":
+            by_share = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")] * missing[used]
+        elif channel == "gain":
+            by_share = np.abs(force) / 2.0
+            columns *= (1.0 + share * np.sign(force) / 2.0)[:, None]
+            force = force + share * by_share
+        else:
+            by_share = -largest * _bend(force / largest, onset)
+            slope = 2.0 * np.clip(np.abs(force / largest) - onset, 0.0, None) / (1.0 - onset) ** 2  # of the bend
+            columns *= (1.0 - share * slope)[:, None]
+            force = force + share * by_share
+        return force - blocks.force[used], np.column_stack([columns, by_share])
+
+    low, high = (
+        np.append(sweep_curve.LOW[model.free], [-5.0, -1.0]),
+        np.append(sweep_curve.HIGH[model.free], [5.0, 1.0]),
+    )
+    begin = np.clip(np.append(start[model.free], [0.0, 0.01]), low + 1e-6, high - 1e-6)
+    fitted = sweep_curve.solve_least_squares(parts, begin, bounds=(low, high), tolerance=1e-6)
+    residual, columns = parts(fitted.x)
+    size = float(fitted.x[-1])
+
+    def significance() -> tuple[float, float]:
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        covariance, dof = correlated_covariance(columns / scale, residual)
+        return size / (float(np.sqrt(covariance[-1, -1])) / float(scale[-1])), dof
+
+    if channel == "side_force":
+        true = np.abs((residual + blocks.force[used] - size * columns[:, -1]) / largest)
+        missing = size * np.abs(_bend(true, onset))
+        share = float(missing[np.argmax(true)] / true.max())
+    else:
+        share = size / (1.0 + size) if channel == "slip_angle" else size
+    return float(residual @ residual), share, onset, significance
+
+
+def without_faults(
+    model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution
+) -> tuple[sweep_curve.SweepModel, sweep_curve.SweepSolution, list[str]]:
+    """Return a fitted sweep without the samples of a faulty sensor, and the notes on it."""
+    fault = find_fault(model, solution)
+    if fault is None:
+        return model, solution, []
+    if isinstance(fault, GainBySign):
+        more, less = ("right", "left") if fault.difference > 0 else ("left", "right")
+        return model, solution, [
+            f"the force cell seems to have a larger gain to the {more} than to the {less}, by at least "
+            f"about {100 * abs(fault.difference):.1f} %; the cornering stiffness is that of their mean"
+        ]  # fmt: skip
+    unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
+    text = (
+        f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads "
+        f"too little, at least {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
+    )
+    blocks = model.blocks
+    reading = blocks.force if fault.channel == "side_force" else blocks.slip
+    inner = replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
+    if inner.blocks.settled.sum() < 2 * model.free.sum():
+        return model, solution, [f"{text}; too little is left without these samples, so they are used: C is in doubt"]
+    better = sweep_curve.solve_sweep(inner)
+    change = solution.values["cornering_stiffness"] / better.values["cornering_stiffness"] - 1.0
+    than = f"{100 * abs(change):.1f} % {'higher' if change > 0 else 'lower'}"
+    return inner, better, [f"{text}; samples beyond are not used, with them C would be {than}"]
+
+
+def _slows(model: sweep_curve.SweepModel, onset: float, share: float) -> bool:
+    """Tell if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
+    blocks = model.blocks
+    same = np.diff(blocks.branch) == 0
+    pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same]
+    middle = np.abs(blocks.slip[1:] + blocks.slip[:-1])[same] / 2.0
+    if not (middle > onset).any() or not (middle <= onset).any():
+        return False
+    return bool(np.median(pace[middle > onset]) < (1.0 - share) * np.median(pace[middle <= onset]))
+
+
+def _bend(reading: Array, onset: float) -> Array:
+    """Missing part of a reading from -1 to 1: nothing up to the onset, 1 at the end."""
+    return np.asarray(np.sign(reading) * (np.clip(np.abs(reading) - onset, 0.0, None) / (1.0 - onset)) ** 2)
+
+
+def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> Array:
+    """The force (m,), N, of the brush nearest to the sweep, with the shifts, drift, lag and hysteresis of the fit.
+
+    F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
+    section 3.2).
+    """
+    blocks, used, v = model.blocks, model.blocks.settled, solution.values
+    lagged, _ = sweep_curve.lagged_slip(blocks.time[used], blocks.history, lag=v["lag"])
+    slip = lagged + v["horizontal_shift"]
+    slip -= v["hysteresis"] * np.sign(blocks.rate[used])
+    measured = blocks.force[used]
+    clock = (blocks.time[used] - blocks.time[used].mean()) / np.ptp(blocks.time)
+    unit = float(np.max(np.abs(measured)))
+
+    def force(z: Array) -> Array:
+        peak = z[1] * unit
+        sliding = np.minimum(z[0] * v["cornering_stiffness"] * np.abs(np.tan(slip)) / (3.0 * peak), 1.0)
+        brush = np.sign(slip) * peak * (1.0 - (1.0 - sliding) ** 3)
+        return np.asarray(brush + v["vertical_shift"] + v["drift"] * clock)
+
+    search: Any = scipy.optimize.least_squares
+    limits = ([0.3, 0.7], [3.0, 6.0])
+    found = search(lambda z: force(z) - measured, [1.0, 1.1], bounds=limits, x_scale=[0.1, 0.1], max_nfev=30)
+    return force(found.x)
+
+
+def _added(columns: Array, further: Array, left: Array) -> tuple[float, Array]:
+    """Size of a further column in the part left over, and the remainder (m,)."""
+    both = np.column_stack([columns, further])
+    scale = np.linalg.norm(both, axis=0)
+    sizes = np.linalg.lstsq(both / np.maximum(scale, 1e-300), left, rcond=1e-10)[0] / np.maximum(scale, 1e-300)
+    return float(sizes[-1]), left - both @ sizes

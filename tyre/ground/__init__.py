@@ -1,0 +1,83 @@
+"""Errors, units, schemas, tables, files and parallel work that everything else stands on."""
+
+from tyre.ground.door import room
+
+__getattr__, __dir__ = room(
+    __name__,
+    {
+        "arrays": ("Array",),
+        "errors": (
+            "InputError",
+            "Note",
+            "extrapolated",
+            "folded",
+            "hint",
+            "nearest",
+            "read_number",
+            "refuse_unknown",
+            "unknown",
+        ),
+        "files": (
+            "data_root",
+            "files_below",
+            "left_by_a_killed_run",
+            "named_folder",
+            "own_ends",
+            "read_toml",
+            "slugs",
+            "write_bytes",
+            "write_text",
+        ),
+        "number_with_sd": (
+            "MeasuredNumber",
+            "measured_number",
+            "read_key_values",
+            "written",
+        ),
+        "number_with_unit": (
+            "typed_number",
+            "typed_numbers",
+        ),
+        "progress": (
+            "install_command",
+            "interrupts_arrive",
+            "optional_module",
+            "progress_bar",
+        ),
+        "schema": (
+            "by_name",
+            "flag",
+            "known",
+            "list_of",
+            "maybe",
+            "needed",
+            "number",
+            "read",
+            "table",
+            "text",
+            "whole",
+        ),
+        "text_table": (
+            "csv_text",
+            "harmless",
+            "read_cells",
+            "read_columns",
+            "write_csv",
+        ),
+        "units": (
+            "GRAVITY",
+            "PASCAL_PER_BAR",
+            "SPELLINGS",
+            "SYMBOLS",
+            "factor_to_si",
+            "find_unit",
+            "is_si",
+            "is_unit",
+            "quantity_of",
+        ),
+        "workers": (
+            "one_blas_thread",
+            "worker_pool",
+        ),
+    },
+)

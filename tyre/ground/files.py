@@ -1,0 +1,262 @@
+"""Files: written completely or not at all, packaged data, folders of users, TOML."""
+
+import os
+import re
+import shutil
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from importlib import import_module, resources
+from importlib.resources.abc import Traversable
+from itertools import accumulate, chain, count, islice, takewhile
+from pathlib import Path
+from typing import Any
+
+from tyre.ground.errors import InputError
+
+DEEPEST, LARGEST = 50, 1_000_000  # tables in tables; bytes of a file that people write, and numbers of a level in it
+_WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys that name no file
+
+
+@contextmanager
+def replacing(target: str | Path) -> Iterator[Path]:
+    """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
+    asked, target = str(target), Path(target)
+    if target.is_symlink():
+        target = target.resolve()
+    if target.is_dir():
+        raise IsADirectoryError(21, "is a folder; give a file", asked)
+    device = target.exists() and not target.is_file()
+    part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
+    try:
+        yield part
+        if not device:
+            with part.open("rb+") as file:
+                os.fsync(file.fileno())
+            if target.exists():
+                shutil.copymode(target, part)
+            os.replace(part, target)
+    except OSError as error:
+        if error.errno is not None and error.filename in (None, str(part)):  # a full disk says no name
+            error.filename = asked
+        raise
+    finally:
+        if not device:
+            part.unlink(missing_ok=True)
+
+
+@contextmanager
+def held(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
+    """Hold a file or ``folder`` during the block, if the system can; if another holds it, call ``wait``, then wait."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            wait()
+            fcntl.flock(number, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(number)
+
+
+def left_by_a_killed_run(name: str) -> bool:
+    """Tell if a file called ``name`` is one that :func:`replacing` gave and never put in its place."""
+    return re.fullmatch(r"\..+\.part\d+(\.\w+)?", name) is not None
+
+
+def clear_of_killed_runs(folder: Path) -> None:
+    """Remove what killed runs left in a ``folder`` (see :func:`left_by_a_killed_run`)."""
+    for file in folder.iterdir():
+        if left_by_a_killed_run(file.name):
+            file.unlink(missing_ok=True)
+
+
+def write_text(target: str | Path, text: str) -> None:
+    """Write ``text`` to ``target`` in UTF-8, completely or not at all."""
+    with replacing(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(target: str | Path, content: bytes) -> None:
+    """Write ``content`` to ``target``, completely or not at all."""
+    with replacing(target) as part:
+        part.write_bytes(content)
+
+
+def files_below(folder: Path, most: int = 20_000) -> list[Path]:
+    """List the files below a ``folder``, sorted; a whole disk is refused."""
+    found = list(islice(folder.rglob("*"), most + 1))
+    if len(found) > most:
+        raise InputError(f"{folder}: holds more than {most} files and folders; give a folder of what is meant alone")
+    return [path for path in sorted(found) if path.is_file()]
+
+
+def slug(name: str) -> str:
+    """Make a name fit for a file: letters, digits, ``-`` and ``_``."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
+
+
+def slugs(names: Iterable[str]) -> dict[str, str]:
+    """Make names fit for files, no two alike even without capitals: the next one ends in ``_2``."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        if name in found:
+            continue
+        stem = slug(name)
+        found[name] = next(one for n in count(1) if (one := stem if n == 1 else f"{stem}_{n}").casefold() not in taken)
+        taken.add(found[name].casefold())
+    return found
+
+
+def data_root() -> Traversable:
+    """Return the folder with ``tyres/``, ``bicycles/`` and ``measured/``."""
+    try:
+        import_module("tyre.data")
+    except ModuleNotFoundError:
+        return Path(__file__).resolve().parents[2] / "data"
+    return resources.files("tyre.data")
+
+
+def refuse_special(path: Path | Traversable) -> None:
+    """Refuse what is neither a file nor a folder: a pipe waits for ever, and a device never ends."""
+    if isinstance(path, Path) and path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: is a pipe or a device; write what comes out of it to a file and give that")
+
+
+def read_text(path: Path | Traversable, *, fallback: str = "") -> str:
+    """Read a text in UTF-8, with or without a byte-order mark, else in the encoding ``fallback`` if one is given."""
+    refuse_special(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if fallback:
+            return raw.decode(fallback, errors="replace")
+        raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it in UTF-8") from error
+
+
+def own_ends(files: Iterable[Path]) -> dict[Path, str]:
+    """Shorten each path to its end that no other has: ``a/run.csv``, ``b/run.csv``, but ``two.csv``."""
+    every = list(dict.fromkeys(files))
+    found = {}
+    for file in every:
+        lengths = range(1, len(file.parts) + 1)
+        own = (n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in every if other != file))
+        found[file] = Path(*file.parts[-next(own, len(file.parts)) :]).as_posix()
+    return found
+
+
+def named_folder(name: str, beside: Path) -> Path:
+    """Find the folder that a file names, relative to it, or below an environment variable (``$NAME/...``)."""
+    first, *rest = Path(name).parts or ("",)
+    folder = beside / name
+    if first.startswith("$"):
+        variable = first.removeprefix("$")
+        given = os.environ.get(variable, "")
+        if not given:
+            raise InputError(
+                f"folder = {name!r}: the environment variable {variable} is not set; set it to the folder that holds "
+                f"{'/'.join(rest) or 'the recordings'}, or write the folder itself"
+            )
+        folder = Path(given, *rest)
+        root = Path(os.path.realpath(given))
+        if _home_or_root(root) or not Path(os.path.realpath(folder)).is_relative_to(root):
+            raise InputError(f"folder = {name!r}: the variable must name a folder, not a home or a disk, that holds it")
+    if not folder.is_dir():
+        raise InputError(f"folder = {name!r}: there is no folder {folder}; give the one that holds the recordings")
+    return folder
+
+
+def texts_in(content: Any) -> Iterator[str]:
+    """Give every text of a TOML file that may name another file: all but its words on itself."""
+    if isinstance(content, str):
+        yield content
+        if "#" in content:  # a row of a table: bicycles.csv#NAME
+            yield content.rpartition("#")[0]
+    elif isinstance(content, dict):
+        yield from texts_in([value for key, value in content.items() if key not in _WORDS])
+    elif isinstance(content, list):
+        for value in content:
+            yield from texts_in(value)
+
+
+def _home_or_root(folder: Path) -> bool:
+    return folder.parent == folder or str(folder) == os.path.realpath(os.path.expanduser("~"))
+
+
+def refuse_outside(content: Any, path: Path) -> None:
+    """Refuse the file at ``path`` if its ``content`` names files, links followed, that it has no business with.
+
+    It may name what lies in its own folder or in the one above (neither the root nor the home of a user), in the
+    working folder, among the packaged data, and in folders that the environment names as ``VELOTYRE_...``.
+    """
+    beside = Path(os.path.realpath(path.parent))
+    named = [value for key, value in os.environ.items() if key.startswith("VELOTYRE_") and os.path.isabs(value)]
+    wide = [Path(os.path.realpath(one)) for one in (str(beside.parent), os.getcwd(), *named)]
+    allowed = [beside, *(folder for folder in wide if not _home_or_root(folder)), Path(str(data_root()))]
+    for text in texts_in(content):
+        if not 1 < len(text) < 1024 or "\0" in text:
+            continue
+        parts = Path(text).parts
+        head = Path(*takewhile(lambda part: not set(part) & set("*?["), parts))  # of a pattern
+        depths = accumulate(-1 if part == ".." else 1 for part in parts)
+        if not (os.path.lexists(beside / head) or min(depths) < -1):
+            continue
+        places = (
+            os.path.realpath(beside / head),
+            os.path.normpath(beside / text if len(head.parts) < len(parts) else beside),
+        )
+        if not all(any(Path(place).is_relative_to(folder) for folder in allowed) for place in places):
+            raise InputError(
+                f"{path}: names {text!r}, which lies outside its folder and the one above; copy it there, run in a "
+                "folder that holds both, or name its folder in an environment variable VELOTYRE_FOLDER"
+            )
+
+
+def refuse_deep(content: Any, where: str) -> Any:
+    """Refuse tables and lists that hold each other deeper, or in larger number, than anyone writes; else give them."""
+    level = [content]
+    for _ in range(DEEPEST + 1):
+        inside = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
+        if not inside:
+            return content
+        level = list(islice(chain.from_iterable(inside), LARGEST))
+        if len(level) == LARGEST:  # of lists that YAML names again and again
+            break
+    raise InputError(f"{where}: lists or tables are more than {DEEPEST} deep, or hold {LARGEST} things; write it flat")
+
+
+def read_toml(path: Path | Traversable, kind: str, *, where: str = "", absent: str = "") -> dict[str, Any]:
+    """Read a TOML file in UTF-8 that names no file outside (:func:`refuse_outside`).
+
+    Messages call it a ``kind`` and begin with ``where``; ``absent``: of no file.
+    """
+    where = where or str(path)
+    refuse_special(path)
+    try:
+        written = path.read_bytes()
+        content = tomllib.loads(written.decode("utf-8-sig")) if len(written) <= LARGEST else {}
+    except FileNotFoundError as error:
+        raise InputError(f"{where}: {absent or f'no such {kind}'}") from error
+    except OSError as error:
+        raise InputError(f"{where}: cannot be read as a {kind} ({error.strerror})") from error
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is a ValueError, too
+        raise InputError(f"{where}: not a TOML file: {error}") from error
+    if len(written) > LARGEST:
+        raise InputError(f"{where}: {len(written)} bytes are no {kind}, which holds at most {LARGEST}")
+    refuse_deep(content, where)
+    if isinstance(path, Path):
+        refuse_outside(content, path)
+    return content

@@ -1,0 +1,557 @@
+"""Cornering stiffness, lateral stiffness and relaxation length of a measured tyre over load and pressure."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError
+from tyre.ground.units import PASCAL_PER_BAR
+from tyre.laws import magic_formula as mf61
+from tyre.maps.map_files import find_table, read_table, write_table
+from tyre.measured.properties import (
+    Estimate,
+    JointCovariance,
+    JointProperties,
+    Origin,
+    TyreProperties,
+    TyreSource,
+    stated_range,
+    stiffness_names,
+    stiffness_note,
+)
+from tyre.measured.tables import MeasuredColumn, MeasuredTable, common_lateral_stiffness
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def grid_weights(
+    grid_load: Array, grid_pressure: Array, load: Array, pressure: Array, *, other: tuple[Array, Array] | None = None
+) -> Array:
+    """Weight of every measured condition (N,) at the asked ones (n,), shape (n, N); bilinear inside the grid.
+
+    They are the correlations of the field that a trend leaves. With ``other`` conditions, those between the asked and
+    the other ones.
+    """
+    weights = np.ones(())
+    other_load, other_pressure = other or (grid_load, grid_pressure)
+    for grid, one, two in ((grid_load, load, other_load), (grid_pressure, pressure, other_pressure)):
+        lines = np.unique(grid)
+        distance = np.abs(_line_number(lines, one)[:, None] - _line_number(lines, two)[None, :])
+        weights = weights * np.maximum(0.0, 1.0 - distance)
+    return weights
+
+
+def _line_number(lines: Array, value: Array) -> Array:
+    """Position in units of measured lines, continued beyond the outer ones with the outer interval."""
+    if lines.size == 1:
+        return np.asarray(value / lines[0] - 1.0)
+    number = np.interp(value, lines, np.arange(lines.size))
+    below = np.minimum(value - lines[0], 0.0) / (lines[1] - lines[0])
+    above = np.maximum(value - lines[-1], 0.0) / (lines[-1] - lines[-2])
+    return np.asarray(number + below + above)
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A quantity at n conditions, from N measured ones."""
+
+    value: Array  # (n,), SI units
+    carry: Array  # (n, N), how the values follow the measured ones: rows of the unit matrix at measured conditions
+    error: Array  # (n, n), covariance of what the law between the measured conditions leaves open; zero at them
+    error_dof: int  # degrees of freedom of the misfit behind ``error``
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """A smooth model fitted to one quantity at N measured conditions, SI units."""
+
+    parameters: dict[str, float]  # fitted and nominal values by their Magic Formula names
+    # value and its derivative with respect to the fitted parameters
+    evaluate: Callable[[Array, Array], tuple[Array, Array]] = field(repr=False)
+    load: Array = field(repr=False)  # (N,), N
+    pressure: Array = field(repr=False)  # (N,), Pa
+    measured: Array = field(repr=False)  # (N,)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured minus model, shape (N,)."""
+        return np.asarray(self.measured - self.evaluate(self.load, self.pressure)[0])
+
+    @cached_property
+    def sensitivity(self) -> Array:
+        """Slopes (p, N) of the fitted parameters by the measured values, (J' J)^-1 J'."""
+        # a coefficient at its bound leaves the gradient short of rank
+        return np.asarray(np.linalg.pinv(self.evaluate(self.load, self.pressure)[1]), dtype=np.float64)
+
+    @cached_property
+    def degrees_of_freedom(self) -> int:
+        """Measured conditions minus fitted parameters."""
+        return len(self.measured) - int(np.linalg.matrix_rank(self.evaluate(self.load, self.pressure)[1]))
+
+    @property
+    def misfit(self) -> float:
+        """Standard deviation of the residuals, sqrt(SS / degrees of freedom), SI units; 0 without any degrees."""
+        if self.degrees_of_freedom < 1:
+            return 0.0
+        return float(np.sqrt(self.residuals @ self.residuals / self.degrees_of_freedom))
+
+    def at(self, load: Array, pressure: Array) -> Prediction:
+        """Predict the quantity: the model plus the interpolated residuals."""
+        grid = self.load, self.pressure
+        weights = grid_weights(*grid, load, pressure)
+        smooth, gradient = self.evaluate(load, pressure)
+        # what the interpolated differences do not take off the error of the model
+        left = gradient - weights @ self.evaluate(*grid)[1]
+        error = grid_weights(*grid, load, pressure, other=(load, pressure)) - weights @ weights.T
+        moved = left @ self.sensitivity
+        error += moved @ moved.T
+        return Prediction(
+            smooth + weights @ self.residuals, weights + moved, self.misfit**2 * error, self.degrees_of_freedom
+        )
+
+
+def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
+    """Fit a law of MF6.1 to measured stiffness (:func:`tyre.laws.magic_formula.fit`)."""
+    fit = mf61.fit(law, load, pressure, value)
+    known = fit.coefficients | fit.nominal
+
+    def evaluate(at_load: Array, at_pressure: Array) -> tuple[Array, Array]:
+        slopes = law.gradient(at_load, at_pressure, **known)[:, fit.free]
+        return law.value(at_load, at_pressure, **known), slopes
+
+    parameters = {law.names[n]: fit.coefficients[law.names[n]] for n in fit.free} | fit.nominal
+    return Trend(parameters, evaluate, load, pressure, value)
+
+
+def predicted_column(
+    table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array, name: str = ""
+) -> tuple[list[Estimate | None], JointCovariance]:
+    """Predict a column of a table; unknown at another load or pressure than the only one measured."""
+    here = column.known
+    if not here.any():
+        return [None] * load.size, JointCovariance()
+    trend = _linear_trend(table.load[here], table.pressure[here], column.value[here])
+    told = np.ones(load.size, dtype=bool)
+    for asked, measured in ((load, trend.load), (pressure, trend.pressure)):
+        if np.ptp(measured) == 0.0:
+            told &= np.isclose(asked, measured[0], rtol=1e-9)
+    prediction = trend.at(load[told], pressure[told])
+    if not column.stated:
+        values = iter(prediction.value.tolist())
+        return [Estimate(next(values), np.nan) if there else None for there in told], JointCovariance()
+    covariance = prediction.carry @ np.diag(column.sd[here] ** 2) @ prediction.carry.T + prediction.error
+    spread = [
+        np.outer(carry, carry) * sd**2 / np.sqrt(dof)
+        for carry, sd, dof in zip(prediction.carry.T, column.sd[here], column.dof[here], strict=True)
+        if np.isfinite(dof)
+    ]
+    if prediction.error_dof > 0:
+        spread.append(prediction.error / np.sqrt(prediction.error_dof))
+    joint = JointCovariance(tuple(f"{name}.{row}" for row in np.flatnonzero(told)), covariance, tuple(spread))
+    values = zip(prediction.value.tolist(), joint.sd.items(), strict=True)
+    found = iter([Estimate(value, sd, joint.dof(row)) for value, (row, sd) in values])
+    return [next(found) if there else None for there in told], joint
+
+
+def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
+    """A plane over load and pressure, of as many terms as the conditions can tell apart."""
+    at_load, at_pressure = float(load.mean()), float(pressure.mean())
+    several_loads = bool(np.ptp(load) > 0) and (len(value) > 2 or not np.ptp(pressure) > 0)
+    several_pressures = bool(np.ptp(pressure) > 0)
+
+    def design(n: Array, p: Array) -> Array:
+        columns = [np.ones_like(n)] + [n / at_load - 1] * several_loads + [p / at_pressure - 1] * several_pressures
+        return np.column_stack(columns)
+
+    solution = np.asarray(np.linalg.pinv(design(load, pressure)), dtype=np.float64) @ value
+
+    def evaluate(n: Array, p: Array) -> tuple[Array, Array]:
+        return design(n, p) @ solution, design(n, p)
+
+    names = ["mean"] + ["load"] * several_loads + ["pressure"] * several_pressures
+    parameters = dict(zip(names, solution.tolist(), strict=True))
+    return Trend(parameters, evaluate, load, pressure, value)
+
+
+class StiffnessCovariance(NamedTuple):
+    """Covariance of N measured stiffnesses C, then of as many K, SI units."""
+
+    whole: Array  # (2 N, 2 N)
+    own: tuple[Array, Array]  # (N, N) of C and of K, without what all conditions have in common
+
+
+# share of the variance of an assumed standard deviation that all conditions of a table have in common: a gain of the
+# rig moves all of them, while the tables of Dell'Orto et al. scatter by 1.2 to 2.2 % about a smooth law
+ASSUMED_IN_COMMON = 0.8
+
+
+def stiffness_covariance(table: MeasuredTable, *, assumed: float) -> StiffnessCovariance:
+    """Covariance of the stiffnesses of a table, with the relative sd ``assumed`` of one for which it states none."""
+    rounding = 1e-9  # of a file's digits, relative
+    c, k = table.cornering_stiffness, table.lateral_stiffness
+    keys = [table.sharing_key(row) for row in range(k.size)]
+    same = np.array([[one == other for other in keys] for one in keys], dtype=np.float64)
+    c_sd, k_sd = (
+        np.full_like(value, assumed) if sd is None else sd / value
+        for value, sd in ((c, table.cornering_stiffness_sd), (k, table.lateral_stiffness_sd))
+    )
+    unstated = [table.cornering_stiffness_sd is None, table.lateral_stiffness_sd is None]
+    common = ASSUMED_IN_COMMON * assumed**2 * np.diag(unstated)
+    if table.calibration is not None:
+        common = table.calibration.relative_covariance
+    c_left = _left_over(table, "cornering stiffness", c_sd, float(common[0, 0]), rounding)
+    k_left = _left_over(table, "lateral stiffness", k_sd, float(common[1, 1]), rounding)
+    both = np.zeros_like(c)
+    if table.stiffness_correlation is not None:
+        both = table.stiffness_correlation * c_sd * k_sd - common[0, 1]
+        for row in np.flatnonzero(np.abs(both) > np.sqrt(c_left * k_left) + rounding * c_sd * k_sd):
+            raise InputError(
+                f"{table.condition(int(row))}: a correlation of {table.stiffness_correlation[row]:.3g} between "
+                "cornering and lateral stiffness cannot be, with these standard deviations and the common calibration; "
+                "correct stiffness_correlation or leave it out"
+            )
+    own = np.diag(c_left), np.sqrt(np.outer(k_left, k_left)) * same
+    relative = np.kron(common, np.ones_like(same)) + np.block([[own[0], np.diag(both)], [np.diag(both), own[1]]])
+    if np.linalg.eigvalsh(relative)[0] < -rounding * np.abs(relative).max():
+        raise InputError(
+            f"{table.label}: a lateral stiffness that conditions share (lateral_stiffness_shared_over) cannot have "
+            "these correlations with their cornering stiffnesses; leave stiffness_correlation out"
+        )
+    values = np.append(c, k)
+    return StiffnessCovariance(relative * np.outer(values, values), (own[0] * np.outer(c, c), own[1] * np.outer(k, k)))
+
+
+def _left_over(table: MeasuredTable, name: str, relative_sd: Array, common: float, rounding: float) -> Array:
+    """Relative variance of each condition alone."""
+    left = relative_sd**2 - common
+    for row in np.flatnonzero(left < -rounding * common):
+        raise InputError(
+            f"{table.condition(int(row))}: the standard deviation of the {name} is "
+            f"{100 * relative_sd[row]:.3g} %, less than the {100 * np.sqrt(common):.3g} % of the calibration that is "
+            "common to all conditions; standard deviations hold the calibration, so add it or lower [calibration]"
+        )
+    return np.maximum(left, 0.0)
+
+
+def joint_covariance(
+    cornering: Prediction, lateral: Prediction, measured: StiffnessCovariance, dof: Sequence[Array]
+) -> JointCovariance:
+    """Covariance of both stiffnesses and their ratio at n conditions.
+
+    The relaxation length enters to first order, d(C/K) = (C/K) (dC/C - dK/K). Repeatability is pooled over a campaign,
+    so the scatters of its conditions are known equally badly: their degrees of freedom ``dof`` do not add up.
+    """
+    c, k, predictions = cornering.value, lateral.value, (cornering, lateral)
+    unit, zero = np.eye(c.size), np.zeros((c.size, c.size))
+    halves = [  # (3 n, n), from C or K of all to (C, K, length) of each
+        np.stack(blocks, 1).reshape(3 * c.size, -1)
+        for blocks in ((unit, zero, np.diag(1 / k)), (zero, unit, np.diag(-c / k**2)))
+    ]
+    carried = np.hstack([half @ one.carry for half, one in zip(halves, predictions, strict=True)])
+    errors = [half @ one.error @ half.T for half, one in zip(halves, predictions, strict=True)]
+    covariance = carried @ measured.whole @ carried.T + sum(errors)
+    totals, spread = np.diag(measured.whole).reshape(2, -1), []
+    for number, freedom in enumerate(dof):
+        # a stated number of degrees of freedom is that of the whole standard deviation: own^4/dof_own = sd^4/dof
+        own, part = measured.own[number], carried[:, number * len(freedom) :][:, : len(freedom)]
+        ratio = np.divide(totals[number], np.diag(own), out=np.zeros(len(own)), where=np.diag(own) > 0)
+        root = np.sqrt(ratio) / freedom**0.25
+        spread += [part @ (own * np.outer(root, root)) @ part.T]
+        if predictions[number].error_dof > 0:
+            spread += [errors[number] / np.sqrt(predictions[number].error_dof)]
+    return JointCovariance(stiffness_names(range(c.size)), (covariance + covariance.T) / 2, tuple(spread))
+
+
+@dataclass(frozen=True, eq=False)
+class TyreMap(TyreSource):
+    """A measured tyre on one surface, evaluated at any load and pressure.
+
+    The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
+    interpolated difference of the measured values from it; beyond them the difference fades out over one interval of
+    the grid, and the result is marked extrapolated. The trend of C_Fy is the MF6.1 form, that of K_y is linear in load
+    and pressure (so inside the grid K_y is simply bilinear in the measured values).
+
+    The covariance has three parts: the measured standard deviations, carried by the same weights (errors of a lateral
+    stiffness shared between conditions stay shared); the misfit of the trend, which measures how much a tyre departs
+    from a smooth law between neighbouring conditions, times the interpolation error of `ConditionsGrid`; and the
+    uncertainty of the trend itself, which matters outside. The last two vanish at measured conditions.
+
+    Attributes
+    ----------
+    measured : MeasuredTable
+        The measured conditions.
+    relative_cornering_stiffness_sd : float
+        Assumed sd(C_Fy) / C_Fy for tables that state none (the paper's do not), mostly common to all conditions; as
+        much of K_y if the table states none of it either. It adds to the uncertainty of the relaxation length.
+
+    Raises
+    ------
+    InputError
+        The assumption is negative, not finite, or given although the table states its own.
+    """
+
+    measured: MeasuredTable
+    relative_cornering_stiffness_sd: float = 0.0
+
+    def __post_init__(self) -> None:
+        table, assumed = self.measured, self.relative_cornering_stiffness_sd
+        if not (np.isfinite(assumed) and assumed >= 0):
+            raise InputError(f"relative_cornering_stiffness_sd is {assumed:g}; it must be finite and >= 0 (0.02: 2 %)")
+        if assumed > 0 and table.cornering_stiffness_sd is not None and table.lateral_stiffness_sd is not None:
+            raise InputError(f"{table.label} states its own standard deviations; leave the assumption out")
+        same = ("tyre", "surface", "surface_stated", "label", "description", "source", "notes", "synthetic", "width")
+        vars(self).update({name: getattr(table, name) for name in (*same, "loads", "pressures")})
+        vars(self)["load_range"] = float(table.load.min()), float(table.load.max())
+        vars(self)["pressure_range"] = float(table.pressure.min()), float(table.pressure.max())
+        vars(self)["range_kind"] = f"at which {table.label} was measured"
+        _ = self._covariance  # refuses a table that contradicts itself
+
+    def __repr__(self) -> str:
+        table, synthetic = self.measured, ", synthetic" if self.synthetic else ""
+        c, k = np.radians(table.cornering_stiffness), table.lateral_stiffness / 1e3
+        length = table.relaxation_length * 1e3
+        return (
+            f"<TyreMap of {self.label}{synthetic}: {table.load.size} conditions, {stated_range(self)}\n"
+            f" cornering stiffness {c.min():.1f}-{c.max():.1f} N/deg, lateral stiffness {k.min():.1f}-{k.max():.1f} "
+            f"N/mm, relaxation length {length.min():.0f}-{length.max():.0f} mm>"
+        )
+
+    @classmethod
+    def load(
+        cls, tyre: str, *, surface: str = "flat", relative_cornering_stiffness_sd: float = 0.0,
+        folder: Traversable | None = None,
+    ) -> "TyreMap":  # fmt: skip
+        """Return a tyre of the packaged data, or of another folder of tyre tables.
+
+        Parameters
+        ----------
+        tyre, surface : str
+            Name of the tyre; ``flat`` or ``drum``.
+        relative_cornering_stiffness_sd : float
+            As that of the class.
+        folder : path, optional
+            Default: the packaged tyres.
+
+        Raises
+        ------
+        InputError
+            No such tyre, or not measured on this surface; the message lists what there is.
+        """
+        return cls(find_table(tyre, surface=surface, folder=folder), relative_cornering_stiffness_sd)
+
+    @classmethod
+    def from_file(cls, path: str | Path, *, relative_cornering_stiffness_sd: float = 0.0) -> "TyreMap":
+        """Return the tyre of one table (``.csv`` with its ``.toml`` beside it, see `tyre.maps.map_files`).
+
+        Parameters
+        ----------
+        path : path
+            Of either file.
+        relative_cornering_stiffness_sd : float
+            As that of the class.
+        """
+        table = read_table(path)
+        common_lateral_stiffness([table])
+        return cls(table, relative_cornering_stiffness_sd)
+
+    def to_file(self, path: str | Path) -> None:
+        """Write the measured table and its sidecar; the assumption on C_Fy is not part of it.
+
+        Parameters
+        ----------
+        path : path
+            Of the .csv; the .toml comes beside it.
+        """
+        write_table(self.measured, path)
+
+    def assuming(self, relative_sd: float, /) -> "TyreMap":
+        """Return the same tyre with sd / value (0.03 is 3 %) assumed of stiffnesses of which its table states none."""
+        if self.measured.cornering_stiffness_sd is not None and self.measured.lateral_stiffness_sd is not None:
+            return self
+        return replace(self, relative_cornering_stiffness_sd=relative_sd)
+
+    @cached_property
+    def cornering_stiffness_trend(self) -> Trend:
+        """The MF6.1 form fitted to the measured C_Fy: parameters, residuals and misfit in N/rad."""
+        return fit_law(mf61.CORNERING, self.measured.load, self.measured.pressure, self.measured.cornering_stiffness)
+
+    @cached_property
+    def lateral_stiffness_trend(self) -> Trend:
+        """The linear trend of the measured K_y: parameters, residuals and misfit in N/m."""
+        return fit_law(mf61.LATERAL, self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
+
+    @cached_property
+    def _covariance(self) -> StiffnessCovariance:
+        return stiffness_covariance(self.measured, assumed=self.relative_cornering_stiffness_sd)
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """The measured conditions in the units of the field, one row each; a standard deviation that is neither stated
+        nor assumed is NaN."""
+        import pandas as pd
+
+        table = self.measured
+        c, k, length = table.cornering_stiffness, table.lateral_stiffness, table.relaxation_length
+        cornering, lateral = np.diag(self._covariance.whole).reshape(2, -1)
+        both = np.diag(self._covariance.whole, len(c))
+        relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * both / (c * k), 0.0))
+        if not self.relative_cornering_stiffness_sd:
+            cornering = np.full_like(c, np.nan) if table.cornering_stiffness_sd is None else cornering
+            lateral, relative = (
+                np.full_like(k, np.nan) if table.lateral_stiffness_sd is None else one for one in (lateral, relative)
+            )
+        columns = {
+            "tyre": table.tyre, "surface": table.surface, "load_N": table.load,
+            "pressure_bar": table.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_deg": np.radians(c),
+            "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)), "lateral_stiffness_N_per_mm": k / 1e3,
+            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3, "relaxation_length_mm": length * 1e3,
+            "relaxation_length_sd_mm": relative * length * 1e3,
+        }  # fmt: skip
+        if table.pneumatic_trail is not None:
+            columns["pneumatic_trail_mm"] = table.pneumatic_trail.value * 1e3
+            columns["pneumatic_trail_sd_mm"] = table.pneumatic_trail.sd * 1e3
+        if table.camber_stiffness is not None:
+            columns["camber_stiffness_N_per_deg"] = np.radians(table.camber_stiffness.value)
+            columns["camber_stiffness_sd_N_per_deg"] = np.radians(table.camber_stiffness.sd)
+        return pd.DataFrame(columns)
+
+    def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:
+        """Return the properties at several conditions with their covariance and degrees of freedom.
+
+        Parameters
+        ----------
+        conditions : sequence of (load, pressure)
+            N and Pa, n of them.
+
+        Returns
+        -------
+        JointProperties
+            At measured conditions the covariance is the table's own; what its conditions have in common (calibration,
+            shared pull tests) the asked ones have in common too.
+
+        Raises
+        ------
+        InputError
+            A load or pressure that is not finite and positive, one the table cannot tell anything about (another
+            pressure than the only one measured, say), or an extrapolation to C_Fy <= 0 or K_y <= 0.
+        """
+        table = self.measured
+        load, pressure = self._columns(conditions)
+        cornering = self.cornering_stiffness_trend.at(load, pressure)
+        lateral = self.lateral_stiffness_trend.at(load, pressure)
+        for name, unit, values in (("cornering", "N/rad", cornering.value), ("lateral", "N/m", lateral.value)):
+            for bad in np.flatnonzero(~(np.isfinite(values) & (values > 0))):
+                raise InputError(
+                    f"{table.label}: extrapolation to {load[bad]:g} N, {pressure[bad] / PASCAL_PER_BAR:g} bar gives a "
+                    f"{name} stiffness of {values[bad]:g} {unit}, which is not physical; stay nearer to the measured "
+                    f"{stated_range(self)}."
+                )
+        c_dof, k_dof = table.cornering_stiffness_dof, table.lateral_stiffness_dof
+        dof = () if c_dof is None or k_dof is None else (c_dof, k_dof)
+        joint = joint_covariance(cornering, lateral, self._covariance, dof)
+        trails: list[Estimate | None] = [None] * load.size
+        if table.pneumatic_trail is not None:
+            trails, beside = predicted_column(table, table.pneumatic_trail, load, pressure, "pneumatic_trail")
+            joint = joint.and_also(beside)
+        cambers: list[Estimate | None] = [None] * load.size
+        if table.camber_stiffness is not None:
+            cambers, beside = predicted_column(table, table.camber_stiffness, load, pressure, "camber_stiffness")
+            joint = joint.and_also(beside)
+        routes = {
+            name: predicted_column(table, column, load, pressure)[0]
+            for name, column in table.direct_relaxation_length.items()
+        }
+        properties = []
+        for row in range(load.size):
+            origin, here = self.origin(load=load[row], pressure=pressure[row]), trails[row]
+            leaning = cambers[row]
+            names = stiffness_names([row])
+            properties.append(
+                TyreProperties(
+                    tyre=table.tyre, surface=table.surface, load=float(load[row]), pressure=float(pressure[row]),
+                    cornering_stiffness=float(cornering.value[row]), lateral_stiffness=float(lateral.value[row]),
+                    relaxation_length=float(cornering.value[row] / lateral.value[row]), covariance=joint.among(names),
+                    origin=origin, notes=self._notes(origin), synthetic=table.synthetic,
+                    degrees_of_freedom=np.array([joint.dof(name) for name in names]) if dof else None,
+                    lateral_stiffness_origin=table.lateral_stiffness_origin,
+                    cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
+                    lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
+                    surface_stated=table.surface_stated,
+                    pneumatic_trail=here.value if here else None, pneumatic_trail_sd=here.sd if here else None,
+                    camber_stiffness=leaning.value if leaning else None,
+                    direct_relaxation_lengths={
+                        name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
+                    },
+                )
+            )  # fmt: skip
+        return JointProperties(tuple(properties), joint)
+
+    def origin(self, *, load: float, pressure: float) -> Origin:
+        """Tell if a ``load`` (N) and ``pressure`` (Pa) were measured, lie between measured ones, or outside."""
+        table = self.measured
+        if np.any(np.isclose(table.load, load, rtol=1e-9) & np.isclose(table.pressure, pressure, rtol=1e-9)):
+            return "measured"
+        return super().origin(load=load, pressure=pressure)
+
+    def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
+        """C_Fy, K_y and relaxation length at many conditions, as ``at`` gives them for one; nothing is checked."""
+        # a sum over each row: the same to the last bit however many conditions are asked together
+        weights = grid_weights(self.measured.load, self.measured.pressure, load, pressure)
+        cornering, lateral = (
+            trend.evaluate(load, pressure)[0] + (weights * trend.residuals).sum(1)
+            for trend in (self.cornering_stiffness_trend, self.lateral_stiffness_trend)
+        )
+        return {
+            "cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral,
+        }  # fmt: skip
+
+    def _notes(self, origin: Origin) -> tuple[str, ...]:
+        """List the assumptions, borrowed numbers, and the misfit of smooth laws, behind a value of this origin."""
+        table, cornering, lateral = self.measured, self.cornering_stiffness_trend, self.lateral_stiffness_trend
+        notes = ["synthetic: no rig measured this tyre"] * table.synthetic + list(table.notes)
+        if table.cornering_stiffness_sd is None:
+            notes.append(stiffness_note(self.relative_cornering_stiffness_sd))
+        if table.lateral_stiffness_sd is None:
+            notes.append(stiffness_note(self.relative_cornering_stiffness_sd, "lateral"))
+        if origin == "measured":
+            return tuple(notes)
+        way, law = "between measured conditions", "bilinear in the measured values"
+        if origin == "extrapolated":
+            way, law = f"extrapolated beyond the measured {stated_range(self)}", "linear trend in load and pressure"
+        notes.append(
+            f"cornering stiffness {way}: MF6.1 form through the measured values, "
+            f"misfit {np.radians(cornering.misfit):.1f} N/deg"
+        )
+        jumps, stated = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
+        if lateral.misfit > stated > 0:
+            jumps = f", more than its measured {stated / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
+        notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")
+        for name, trend in (("cornering", cornering), ("lateral", lateral)):
+            if trend.degrees_of_freedom < 1:
+                notes.append(f"too few conditions to estimate the misfit of the {name} stiffness; it counts as zero")
+        return tuple(notes)
+
+    def _refuse(self, load: float, pressure: float) -> None:
+        table, law = self.measured, self.cornering_stiffness_trend.parameters
+        for name, value, unit, lines in (
+            ("load", load, "N", table.loads),
+            ("pressure", pressure, "Pa", table.pressures),
+        ):
+            if lines.size == 1 and not np.isclose(value, lines[0], rtol=1e-9):
+                raise InputError(
+                    f"{table.label}: {name} is {value:g} {unit}, but it was measured at {lines[0]:g} {unit} "
+                    f"only, which says nothing about another {name}; ask for that one or measure more."
+                )
+        for name in ("PPY1", "PPY2"):
+            if 1 + law.get(name, 0.0) * (pressure / law["NOMPRES"] - 1) <= 0:
+                raise InputError(
+                    f"{table.label}: at {pressure / PASCAL_PER_BAR:g} bar the fitted 1 + {name} dpi is not positive, "
+                    f"so the cornering stiffness is not physical; stay nearer to the measured {stated_range(self)}."
+                )

@@ -1,0 +1,224 @@
+"""Channels in SI units on one time base, one record for every event of a recording."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tyre.formats import read_signals
+from tyre.formats.channel_map import ChannelMap, Clock, MappedColumn, Mounting, Trigger, Window
+from tyre.formats.signals import Signals
+from tyre.ground.arrays import Array
+from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.units import SI, Unit, find_unit, quantity_of, says_nothing
+from tyre.recordings.clock import one_time_base
+from tyre.recordings.draft import refuse_unmapped
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One event of a recording: ``time`` (n,) in s, rising, and ``values`` (n,) in SI units, NaN if missing."""
+
+    source: str
+    time: Array
+    values: Mapping[str, Array]
+    mountings: tuple[Mounting, ...] = ()
+    notes: tuple[str, ...] = ()
+    event: str = ""
+    timed: bool = True
+
+
+def read_records(
+    path: Path, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True
+) -> tuple[Record, ...]:
+    """Read the channels of a map from a file, one record for every event."""
+    if not channel_map.channels:
+        refuse_unmapped(path, quantities, reading=channel_map.reading)
+    return records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed, own=True)
+
+
+def records(
+    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, timed: bool = True, own: bool = False
+) -> tuple[Record, ...]:
+    """Bring signals to SI units (``own`` ones in place), one time base and the vehicle's axes, and cut out events."""
+    where = signals.source
+    known = _all_quantities(channel_map, quantities)
+    units = {name: _unit(signals, entry, known[name], where, name) for name, entry in channel_map.channels.items()}
+    stamps = channel_map.clock and (channel_map.clock.column or channel_map.clock.index)
+    used = [signals.find(entry.column) for entry in channel_map.channels.values()]
+    used += [signals.find(stamps)] if stamps else []
+    values = {
+        name: _in_si(signals, entry, units[name], in_place=own and used.count(signals.find(entry.column)) == 1)
+        for name, entry in channel_map.channels.items()
+    }
+    for name, x in values.items():
+        _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
+    own_times = any(signals[entry.column].time is not None for entry in channel_map.channels.values())
+    untimed = not timed and channel_map.clock is None and not own_times
+    if untimed:
+        channel_map = replace(channel_map, clock=Clock(rate=1.0))
+    time, values, notes = one_time_base(signals, channel_map, values)
+    if abs(time[0]) > 1e6:  # s: a time of the calendar
+        notes = (*notes, f"time is counted from its first sample, {time[0]:.10g} s")
+        time = time - time[0]
+    for mounting in channel_map.mountings:
+        values |= mounting.turned(values)
+        known_to = f" (known to {np.rad2deg(mounting.sd):g} deg, 1 sd)" if mounting.sd else ""
+        notes = (*notes, f"{', '.join(mounting.channels)} turned from the axes of their sensor{known_to}")
+    kept = {name: x for name, x in values.items() if name in quantities}  # others turned a sensor or were a trigger
+    notes = (*signals.notes, *notes)
+    whole = Record(where, time, kept, channel_map.mountings, notes, timed=not untimed)
+    if not channel_map.windows:
+        return (whole,)
+    levels = {}
+    for window in channel_map.windows:
+        if window.trigger is not None:
+            name = window.trigger.channel
+            unit = find_unit(window.trigger.unit, known[name], where=f"{where}, trigger of window {window.name!r}")
+            levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
+    events, more = _events(channel_map.windows, time, levels, where)
+    found = []
+    for name, span in events.items():
+        samples = span.stop - span.start
+        if samples < 2:
+            raise InputError(f"{where}: event {name} holds {samples} samples; make its window longer")
+        cut = {key: x[span] for key, x in kept.items()}
+        source = f"{where}#{name}" if len(events) > 1 else where
+        found.append(
+            replace(whole, source=source, time=time[span], values=cut, event=name, notes=(*whole.notes, *more))
+        )
+    return tuple(found)
+
+
+def _all_quantities(channel_map: ChannelMap, quantities: Mapping[str, str]) -> dict[str, str]:
+    """Quantity of every channel of the map; those that no one asked for must turn a sensor or trigger an event."""
+    found = {name: quantities[name] for name in channel_map.channels if name in quantities}
+    where = channel_map.source
+    for mounting in channel_map.mountings:
+        siblings = [found[name] for name in mounting.channels if name in found]
+        for name in mounting.channels:
+            if name not in channel_map.channels:
+                raise InputError(f"{where}: [[mounting]] turns {name}, which is not in [channels]; add its column")
+        if len(set(siblings)) != 1:
+            said = "none is a channel that is used" if not siblings else f"they measure {' and '.join(siblings)}"
+            raise InputError(f"{where}: [[mounting]] of {', '.join(mounting.channels)}: {said}")
+        found |= dict.fromkeys(mounting.channels, siblings[0])
+    for window in channel_map.windows:
+        if window.trigger is None or window.trigger.channel in found:
+            continue
+        name = window.trigger.channel
+        if name not in channel_map.channels:
+            raise InputError(f"{where}: window {window.name!r} is triggered by {name}, which is not in [channels]")
+        found[name] = quantity_of(window.trigger.unit)
+        if not found[name]:
+            raise InputError(f"{where}: window {window.name!r}: unit {window.trigger.unit!r} of its level is not known")
+    allowed = quantities if len(found) < len(channel_map.channels) else found
+    refuse_unknown("channel", channel_map.channels, allowed, where=f"{where}: [channels]")
+    return found
+
+
+def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name: str) -> Unit:
+    """Unit of the numbers of one channel; two units that contradict each other are refused."""
+    column = signals[entry.column]
+    here = f"{where}: {name} (column {column.name})"
+    written = column.unit.strip()
+    silent = says_nothing(written)
+    if entry.instead_of and entry.instead_of != written:
+        raise InputError(f"{here}: instead_of = {entry.instead_of!r}, but the file says {written or 'no unit'!r}")
+    if not entry.unit:
+        if silent:
+            raise InputError(
+                f"{here}: the file says no unit; add unit = ... in the channel map, such as unit = {SI[quantity]!r}"
+            )
+        return find_unit(written, quantity, where=here)
+    unit = find_unit(entry.unit, quantity, where=f"{here}, unit in the channel map")
+    if not silent and not entry.scaled and not entry.instead_of:
+        same = quantity_of(written) == quantity and find_unit(written, quantity, where=here) == unit
+        if not same:
+            raise InputError(
+                f"{here}: the file says {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
+                f"give a scale, or, if the file is wrong, write instead_of = {written!r} beside the unit"
+            )
+    return unit
+
+
+def _in_si(signals: Signals, entry: MappedColumn, unit: Unit, *, in_place: bool) -> Array:
+    values = signals[entry.column].values
+    if not in_place or not values.flags.writeable:
+        values = values.copy()
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is told of next
+        if entry.scaled:
+            values *= 1.0 if entry.scale is None else entry.scale
+            values += entry.offset or 0.0
+        values *= unit.factor
+        values += unit.offset
+        values *= entry.sign
+        values += 0.0  # no negative zero
+    return values
+
+
+def _check_values(values: Array, where: str) -> None:
+    if not values.size:
+        raise InputError(f"{where} holds no samples; was the file cut off?")
+    if np.isinf(values).any():
+        raise InputError(f"{where} is infinite in sample {int(np.isinf(values).argmax()) + 1}")
+    if np.isnan(values).all():
+        raise InputError(f"{where} has no valid sample; leave the channel out or repair the file")
+    largest = max(np.nanmax(values), -np.nanmin(values))
+    if largest > 1e12:  # in any SI unit of a channel
+        raise InputError(f"{where} reaches {largest:.3g} in SI units, which nothing measures; is the file damaged?")
+
+
+def _events(
+    windows: tuple[Window, ...], time: Array, levels: Mapping[str, tuple[Array, float]], where: str
+) -> tuple[dict[str, slice], list[str]]:
+    """Samples of every event by name (crossings of a trigger are numbered), and notes on events that are cut."""
+    events: dict[str, slice] = {}
+    notes = []
+    start, length = float(time[0]), float(time[-1] - time[0])
+    for window in windows:
+        if window.trigger is None:
+            if window.first >= length or (math.isfinite(window.last) and window.last > length * (1 + 1e-9) + 1e-9):
+                raise InputError(
+                    f"{where}: window {window.name!r} from {window.first:g} to {window.last:g} s is not inside the "
+                    f"recording, which lasts {length:g} s"
+                )
+            events[window.name] = _between(time, start + window.first, start + window.last)
+            continue
+        values, level = levels[window.name]
+        spans, left_out = _crossings(window.trigger, time, values, level)
+        if not spans:
+            low, high = np.nanmin(values), np.nanmax(values)
+            more = f"; {left_out} events are cut off by the ends of the recording" if left_out else ""
+            raise InputError(
+                f"{where}: {window.trigger.channel} gives no event: it ranges from {low:.6g} to {high:.6g} and the "
+                f"level is {level:.6g}, in SI units{more}"
+            )
+        events |= {f"{window.name}.{number}": span for number, span in enumerate(spans, 1)}
+        if left_out:
+            notes.append(
+                f"{left_out} events of window {window.name!r} are cut off by an end of the recording: left out"
+            )
+    return events, notes
+
+
+def _crossings(trigger: Trigger, time: Array, values: Array, level: float) -> tuple[list[slice], int]:
+    beyond = values > level if trigger.above else values < level
+    rising = np.flatnonzero(beyond[1:] & ~beyond[:-1] & np.isfinite(values[:-1])) + 1
+    spans, left_out, busy = [], 0, -math.inf
+    for sample in rising:
+        moment = float(time[sample])
+        if moment <= busy:
+            continue
+        busy = moment + trigger.after
+        if moment - trigger.before < time[0] - 1e-9 or busy > time[-1] + 1e-9:
+            left_out += 1
+        else:
+            spans.append(_between(time, moment - trigger.before, busy))
+    return spans, left_out
+
+
+def _between(time: Array, first: float, last: float) -> slice:
+    return slice(int(np.searchsorted(time, first - 1e-9)), int(np.searchsorted(time, last + 1e-9, side="right")))
