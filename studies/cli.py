@@ -63,10 +63,15 @@ class ModuleGroup(click.Group):
 def effects_option() -> click.Option:
     """Make ``--effects FILE``, before or after the command: effects of the user, known while it runs."""
     return click.Option(
-        ["--effects", "effect_files"], multiple=True, metavar="FILE", type=click.Path(), expose_value=False,
-        is_eager=True, callback=_know_effects,
+        ["--effects", "effect_files"],
+        multiple=True,
+        metavar="FILE",
+        type=click.Path(),
+        expose_value=False,
+        is_eager=True,
+        callback=_know_effects,
         help="Python file with effects of your own (docs/add_an_effect.md); may be repeated.",
-    )  # fmt: skip
+    )
 
 
 def _know_effects(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
@@ -81,15 +86,21 @@ def _know_effects(context: click.Context, parameter: click.Parameter, files: tup
 def build() -> click.Group:
     """Make the whole command tree."""
     version = click.Option(
-        ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_show_version,
+        ["--version"],
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_show_version,
         help="Show the version and exit; with --verbose also what solves and reads.",
-    )  # fmt: skip
+    )
     verbose = click.Option(["--verbose"], is_flag=True, expose_value=False, hidden=True)
     return ModuleGroup(
-        import_module("studies.commands"), name="velotyre", params=[effects_option(), version, verbose],
+        import_module("studies.commands"),
+        name="velotyre",
+        params=[effects_option(), version, verbose],
         help="From bicycle-tyre rig data to the stability of the bicycle.",
         epilog=example("velotyre bicycles", "velotyre modes benchmark", "velotyre run"),
-    )  # fmt: skip
+    )
 
 
 def _show_version(context: click.Context, parameter: click.Parameter, value: bool) -> None:  # noqa: FBT001 (as click calls it)

@@ -15,20 +15,34 @@ class AerodynamicDrag(Effect):
     without a fairing, from a racer's crouch to an upright commuter.
     """
 
-    drag_area = Parameter("m^2", "drag coefficient times frontal area", typical=(0.3, 0.6), default=0.4, neutral=0.0,
-                          least=0.02)  # fmt: skip
-    centre_of_pressure_z = Parameter("m", "height of the drag on the rear frame, z down", bounds=(-ANY[1], 0.0),
-                                     typical=(-1.3, -0.9))  # fmt: skip
-    centre_of_pressure_x = Parameter("m", "place of the side force on the rear frame", bounds=ANY, typical=(0.2, 0.7),
-                                     default="xB")  # fmt: skip
-    air_density = Parameter("kg/m^3", "1.225 at 15 °C and sea level", typical=(1.0, 1.3), default=1.225, neutral=0.0,
-                            least=0.06)  # fmt: skip
-    side_area = Parameter("m^2/rad", "slope over the yaw angle of the force across the wind, over the dynamic pressure",
-                          bounds=ANY, typical=(0.0, 1.5), default=0.0, neutral=0.0)  # fmt: skip
+    drag_area = Parameter(
+        "m^2", "drag coefficient times frontal area", typical=(0.3, 0.6), default=0.4, neutral=0.0, least=0.02
+    )
+    centre_of_pressure_z = Parameter(
+        "m", "height of the drag on the rear frame, z down", bounds=(-ANY[1], 0.0), typical=(-1.3, -0.9)
+    )
+    centre_of_pressure_x = Parameter(
+        "m", "place of the side force on the rear frame", bounds=ANY, typical=(0.2, 0.7), default="xB"
+    )
+    air_density = Parameter(
+        "kg/m^3", "1.225 at 15 °C and sea level", typical=(1.0, 1.3), default=1.225, neutral=0.0, least=0.06
+    )
+    side_area = Parameter(
+        "m^2/rad",
+        "slope over the yaw angle of the force across the wind, over the dynamic pressure",
+        bounds=ANY,
+        typical=(0.0, 1.5),
+        default=0.0,
+        neutral=0.0,
+    )
     yaw_moment_area = Parameter(
-        "m^3/rad", "slope over the yaw angle of the moment about the centre of pressure, over the dynamic pressure",
-        bounds=ANY, typical=(-0.5, 0.5), default=0.0, neutral=0.0,
-    )  # fmt: skip
+        "m^3/rad",
+        "slope over the yaw angle of the moment about the centre of pressure, over the dynamic pressure",
+        bounds=ANY,
+        typical=(-0.5, 0.5),
+        default=0.0,
+        neutral=0.0,
+    )
     source = (
         "Sharp (2001), Vehicle System Dynamics 35; Debraux et al. (2011), Sports Biomechanics 10 (areas); "
         "Schwab, Dialynas & Happee (2018), Proceedings 2(6), 218 (side wind)"

@@ -16,11 +16,23 @@ class AligningMoment(Effect):
     slot = "aligning moment"
     requires = ("tyre force",)
     why = "under no_slip no wheel slips; use side_slip or relaxation_length, or pneumatic_trail"
-    aligning_stiffness = Parameter("N m/rad", "moment against the slip, per slip angle", typical=(50.0, 220.0),
-                                   neutral=0.0, least=5.0, per_wheel=True, tyre="aligning_stiffness")  # fmt: skip
-    relaxation_length = Parameter("m", "travelled distance in which 63 % of the moment builds up",
-                                  bounds=(1e-6, math.inf), typical=(0.05, 0.25), per_wheel=True,
-                                  tyre="relaxation_length")  # fmt: skip
+    aligning_stiffness = Parameter(
+        "N m/rad",
+        "moment against the slip, per slip angle",
+        typical=(50.0, 220.0),
+        neutral=0.0,
+        least=5.0,
+        per_wheel=True,
+        tyre="aligning_stiffness",
+    )
+    relaxation_length = Parameter(
+        "m",
+        "travelled distance in which 63 % of the moment builds up",
+        bounds=(1e-6, math.inf),
+        typical=(0.05, 0.25),
+        per_wheel=True,
+        tyre="relaxation_length",
+    )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 5 and 7"
     signature = "like pneumatic_trail; a moment that lags more than the force takes damping from wobble"
     family = "an aligning moment of the tyre"

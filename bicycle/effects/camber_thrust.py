@@ -13,10 +13,22 @@ class CamberThrust(Effect):
 
     requires = ("tyre force",)
     why = "under no_slip the constraint already carries the side force; use side_slip or relaxation_length"
-    camber_stiffness = Parameter("N/rad", "side force per camber angle", typical=(150.0, 700.0), neutral=0.0,
-                                 least=20.0, per_wheel=True, tyre="camber_stiffness")  # fmt: skip
-    lag_share = Parameter("1", "share of the camber force that lags with the slip force", bounds=(0.0, 1.0),
-                          typical=(0.0, 1.0), default=1.0)  # fmt: skip
+    camber_stiffness = Parameter(
+        "N/rad",
+        "side force per camber angle",
+        typical=(150.0, 700.0),
+        neutral=0.0,
+        least=20.0,
+        per_wheel=True,
+        tyre="camber_stiffness",
+    )
+    lag_share = Parameter(
+        "1",
+        "share of the camber force that lags with the slip force",
+        bounds=(0.0, 1.0),
+        typical=(0.0, 1.0),
+        default=1.0,
+    )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 7 and 11"
     signature = "takes back what slip alone does to weave and capsize"
 

@@ -32,10 +32,17 @@ class ContactLength(Effect):
     slot = "aligning moment"
     requires = ("relaxing contact",)
     why = "it gives a length to the contact of a tyre with a relaxation length; use relaxation_length"
-    half_length = Parameter("m", "half the length of the contact, a", bounds=(1e-6, math.inf), typical=(0.02, 0.06),
-                            default=0.03, per_wheel=True)  # fmt: skip
-    turn_slip_share = Parameter("1", "share of the turn slip that deforms the contact", bounds=(0.0, 1.0),
-                                typical=(0.0, 1.0), default=1.0)  # fmt: skip
+    half_length = Parameter(
+        "m",
+        "half the length of the contact, a",
+        bounds=(1e-6, math.inf),
+        typical=(0.02, 0.06),
+        default=0.03,
+        per_wheel=True,
+    )
+    turn_slip_share = Parameter(
+        "1", "share of the turn slip that deforms the contact", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0
+    )
     source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
     signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
     family = "an aligning moment of the tyre"

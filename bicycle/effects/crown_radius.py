@@ -14,9 +14,17 @@ class CrownRadius(Effect):
     force still acts at the ground. Without a number the tyre is 25 mm wide and its cross-section a circle.
     """
 
-    crown_radius = Parameter("m", "radius of the tyre's cross-section", typical=(0.01, 0.03), default=0.0125,
-                             neutral=0.0, least=1e-3, smallest=0.009,  # no tyre is narrower than 18 mm
-                             per_wheel=True, tyre="crown_radius")  # fmt: skip
+    crown_radius = Parameter(
+        "m",
+        "radius of the tyre's cross-section",
+        typical=(0.01, 0.03),
+        default=0.0125,
+        neutral=0.0,
+        least=1e-3,
+        smallest=0.009,  # no tyre is narrower than 18 mm
+        per_wheel=True,
+        tyre="crown_radius",
+    )
     source = "Sharp (1971), J. Mech. Eng. Sci. 13(5), 316-329; Cossalter, Motorcycle Dynamics, ch. 1"
     signature = "the bicycle falls more slowly and the capsize speed falls"
 

@@ -149,13 +149,17 @@ def signature(parameters: Sequence[Parameter]) -> inspect.Signature:
     """Keyword-only signature; what must be given stands first."""
     ordered = sorted(parameters, key=lambda p: p.default is not None)
     empty = inspect.Parameter.empty
-    return inspect.Signature([
-        inspect.Parameter(
-            p.name, inspect.Parameter.KEYWORD_ONLY, annotation=PerWheelValue if p.per_wheel else float,
-            default=empty if p.default is None else Tied(p.default) if isinstance(p.default, str) else p.default,
-        )
-        for p in ordered
-    ])  # fmt: skip
+    return inspect.Signature(
+        [
+            inspect.Parameter(
+                p.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                annotation=PerWheelValue if p.per_wheel else float,
+                default=empty if p.default is None else Tied(p.default) if isinstance(p.default, str) else p.default,
+            )
+            for p in ordered
+        ]
+    )
 
 
 def docstring(description: str, parameters: Sequence[Parameter], source: str) -> str:

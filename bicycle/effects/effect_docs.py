@@ -22,9 +22,11 @@ def describe(effect: type[Effect]) -> str:
     facts = {
         "Exclusive as": effect.slot,
         "Needs": ", ".join(effect.requires) + (f" ({effect.why})" if effect.why else "") if effect.requires else None,
-        "Provides": ", ".join(effect.provides), "Brings the mode": ", ".join(mode.name for mode in effect.modes),
-        "What one sees": effect.signature, "Source": effect.source,
-    }  # fmt: skip
+        "Provides": ", ".join(effect.provides),
+        "Brings the mode": ", ".join(mode.name for mode in effect.modes),
+        "What one sees": effect.signature,
+        "Source": effect.source,
+    }
     lines += [f"- {name}: {fact}" for name, fact in facts.items() if fact]
     return "\n".join(lines) + "\n"
 
@@ -34,12 +36,17 @@ def record(effect: type[Effect]) -> dict[str, Any]:
     found: dict[str, Any] = {"identifier": effect.identifier, "description": effect.description}
     found["parameters"] = [
         {
-            "name": p.name, "unit": p.unit, "description": p.description, "per_wheel": p.per_wheel,
-            "bounds": [_plain(bound) for bound in p.bounds], "typical": list(p.typical), "default": p.default,
+            "name": p.name,
+            "unit": p.unit,
+            "description": p.description,
+            "per_wheel": p.per_wheel,
+            "bounds": [_plain(bound) for bound in p.bounds],
+            "typical": list(p.typical),
+            "default": p.default,
             "neutral": _plain(p.neutral),
         }
         for p in effect.parameters
-    ]  # fmt: skip
+    ]
     found |= {"slot": effect.slot, "requires": list(effect.requires), "provides": list(effect.provides)}
     modes = [mode.name for mode in effect.modes]
     return found | {"modes": modes, "signature": effect.signature, "source": effect.source}
@@ -57,6 +64,11 @@ def _plain(number: float | None) -> float | str | None:
 def _cells(p: Parameter) -> list[str]:
     default = "must be given" if p.default is None else p.default if isinstance(p.default, str) else f"{p.default:g}"
     return [
-        f"`{p.name}`" + (" r/f" if p.per_wheel else ""), p.unit, p.description, f"{p.typical[0]:g} .. {p.typical[1]:g}",
-        f"{p.bounds[0]:g} .. {p.bounds[1]:g}", default, "-" if p.neutral is None else f"{p.neutral:g}",
-    ]  # fmt: skip
+        f"`{p.name}`" + (" r/f" if p.per_wheel else ""),
+        p.unit,
+        p.description,
+        f"{p.typical[0]:g} .. {p.typical[1]:g}",
+        f"{p.bounds[0]:g} .. {p.bounds[1]:g}",
+        default,
+        "-" if p.neutral is None else f"{p.neutral:g}",
+    ]

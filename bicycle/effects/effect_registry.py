@@ -126,9 +126,10 @@ def _mistakes(effect: type[Effect], known: Mapping[str, type[Effect]]) -> Iterat
     if effect.apply.__qualname__ == "Effect.apply":
         yield "it has no method apply(self, model), which adds it to the equations"
     texts = {
-        "a docstring": effect.description, "source (where its equation is from)": effect.source,
+        "a docstring": effect.description,
+        "source (where its equation is from)": effect.source,
         "signature (what one sees)": effect.signature,
-    }  # fmt: skip
+    }
     for what, text in texts.items():
         if not isinstance(text, str) or not text.strip():
             yield f"it lacks {what}; a phrase will do"

@@ -19,8 +19,13 @@ class ForkBending(SprungJoint):
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(2e3, 2e4), default=6e3, neutral=math.inf, least=4e4)
     damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 30.0), default=5.0)
-    length = Parameter("m", "from the wheel centre up to the hinge, along the steer axis", bounds=(-2.0, 2.0),
-                       typical=(0.2, 0.5), default=0.38)  # fmt: skip
+    length = Parameter(
+        "m",
+        "from the wheel centre up to the hinge, along the steer axis",
+        bounds=(-2.0, 2.0),
+        typical=(0.2, 0.5),
+        default=0.38,
+    )
     source = (
         "Spierings (1981), Vehicle System Dynamics 10, 21-35; "
         "Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System Dynamics 50"
@@ -34,7 +39,11 @@ class ForkBending(SprungJoint):
         sine, cosine = sp.sin(p["lam"]), sp.cos(p["lam"])
         along = -p["c"] * sine - p["rF"] * cosine - self.length  # of the hinge, down the axis from the ground
         bend = model.add_joint(
-            self.identifier, axis=(cosine, -sine), point=(p["w"] + p["c"] + along * sine, along * cosine),
-            carries={"front wheel"}, role="fork_bending", hangs_on="steer",
-        )  # fmt: skip
+            self.identifier,
+            axis=(cosine, -sine),
+            point=(p["w"] + p["c"] + along * sine, along * cosine),
+            carries={"front wheel"},
+            role="fork_bending",
+            hangs_on="steer",
+        )
         self.spring(model, bend)

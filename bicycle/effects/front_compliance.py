@@ -19,8 +19,13 @@ class FrontCompliance(SprungJoint):
     damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 30.0), default=15.0)
     joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.7, 1.0))
     joint_z = Parameter("m", "hinge, z down", bounds=ANY, typical=(-1.0, -0.6))
-    axis_tilt = Parameter("rad", "angle of the hinge axis above the horizontal, forward end up",
-                          bounds=(-math.pi, math.pi), typical=(0.0, 0.5), default="lam")  # fmt: skip
+    axis_tilt = Parameter(
+        "rad",
+        "angle of the hinge axis above the horizontal, forward end up",
+        bounds=(-math.pi, math.pi),
+        typical=(0.0, 0.5),
+        default="lam",
+    )
     source = (
         "Sharp & Alstead (1980), Vehicle System Dynamics 9; "
         "Plöchl, Edelmann, Angrosch & Ott (2012), Vehicle System Dynamics 50"
@@ -30,8 +35,10 @@ class FrontCompliance(SprungJoint):
 
     def apply(self, model: ModelBuilder) -> None:
         twist = model.add_joint(
-            self.identifier, axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
-            point=(self.joint_x, self.joint_z), carries={"front frame", "front wheel"},
+            self.identifier,
+            axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
+            point=(self.joint_x, self.joint_z),
+            carries={"front frame", "front wheel"},
             role="front_compliance",
-        )  # fmt: skip
+        )
         self.spring(model, twist)

@@ -22,14 +22,28 @@ class Longitudinal(Effect):
     against the heading.
     """
 
-    drive_force = Parameter("N", "at the rear contact, beside that against drag", typical=(0.0, 200.0), default=0.0,
-                            neutral=0.0, least=10.0)  # fmt: skip
-    brake_force = Parameter("N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0,
-                            least=10.0)  # fmt: skip
-    front_share = Parameter("1", "of the brake force; a wheel that rolls freely is a little outside 0 to 1",
-                            bounds=(-1.0, 2.0), typical=(-0.05, 1.05), default=0.7)  # fmt: skip
-    gradient = Parameter("1", "rise of the road per length on the level, > 0 uphill", bounds=ANY, typical=(-0.2, 0.2),
-                         default=0.0, neutral=0.0, least=0.02)  # fmt: skip
+    drive_force = Parameter(
+        "N", "at the rear contact, beside that against drag", typical=(0.0, 200.0), default=0.0, neutral=0.0, least=10.0
+    )
+    brake_force = Parameter(
+        "N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0, least=10.0
+    )
+    front_share = Parameter(
+        "1",
+        "of the brake force; a wheel that rolls freely is a little outside 0 to 1",
+        bounds=(-1.0, 2.0),
+        typical=(-0.05, 1.05),
+        default=0.7,
+    )
+    gradient = Parameter(
+        "1",
+        "rise of the road per length on the level, > 0 uphill",
+        bounds=ANY,
+        typical=(-0.2, 0.2),
+        default=0.0,
+        neutral=0.0,
+        least=0.02,
+    )
     source = "Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines)"
     on_request = "known to its owner"
     moves_load = True

@@ -13,11 +13,25 @@ class OverturningMoment(Effect):
 
     requires = ("contact force",)
     why = "it is of a tyre that a side force bends; use side_slip or relaxation_length"
-    overturning_stiffness = Parameter("N m/rad", "moment against the lean, per camber angle", bounds=ANY,
-                                      typical=(-5.0, 10.0), default=2.0, neutral=0.0, least=0.2,
-                                      per_wheel=True)  # fmt: skip
-    arm = Parameter("m", "moment per side force: load over lateral stiffness", bounds=ANY, typical=(0.0, 0.01),
-                    default=0.0, neutral=0.0, per_wheel=True)  # fmt: skip
+    overturning_stiffness = Parameter(
+        "N m/rad",
+        "moment against the lean, per camber angle",
+        bounds=ANY,
+        typical=(-5.0, 10.0),
+        default=2.0,
+        neutral=0.0,
+        least=0.2,
+        per_wheel=True,
+    )
+    arm = Parameter(
+        "m",
+        "moment per side force: load over lateral stiffness",
+        bounds=ANY,
+        typical=(0.0, 0.01),
+        default=0.0,
+        neutral=0.0,
+        per_wheel=True,
+    )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 4 (Mx) and 11; Sharp, Evangelou & Limebeer (2004)"
     on_request = "not yet tried in blind cases"
     signature = "against the lean (positive) weave settles and capsize begins at a lower speed"

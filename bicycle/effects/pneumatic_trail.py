@@ -15,9 +15,18 @@ class PneumaticTrail(Effect):
     falls_with_slip = True  # its moment in the nonlinear model
     why = "the aligning moment needs a side force"
     # smallest: a third of half the contact length (brush model, Pacejka ch. 3), which is 20 mm at least
-    trail = Parameter("m", "distance of the side force behind the contact centre", bounds=(0.0, 0.2),
-                      typical=(0.0, 0.03), default=0.017, neutral=0.0, least=1e-3, smallest=0.0067, per_wheel=True,
-                      tyre="pneumatic_trail")  # fmt: skip
+    trail = Parameter(
+        "m",
+        "distance of the side force behind the contact centre",
+        bounds=(0.0, 0.2),
+        typical=(0.0, 0.03),
+        default=0.017,
+        neutral=0.0,
+        least=1e-3,
+        smallest=0.0067,
+        per_wheel=True,
+        tyre="pneumatic_trail",
+    )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 3"
     signature = "lengthens the trail of a bicycle: weave changes its damping and the capsize speed falls"
     family = "an aligning moment of the tyre"

@@ -19,8 +19,13 @@ class RearCompliance(SprungJoint):
     damping = Parameter("N m s/rad", "of the hinge", typical=(1.0, 50.0), default=10.0)
     joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.3, 0.6), default=0.42)
     joint_z = Parameter("m", "hinge, z down", bounds=ANY, typical=(-0.5, -0.2), default=-0.3)
-    axis_tilt = Parameter("rad", "angle of the hinge axis above the horizontal, forward end up",
-                          bounds=(-math.pi, math.pi), typical=(-0.5, 0.5), default=0.0)  # fmt: skip
+    axis_tilt = Parameter(
+        "rad",
+        "angle of the hinge axis above the horizontal, forward end up",
+        bounds=(-math.pi, math.pi),
+        typical=(-0.5, 0.5),
+        default=0.0,
+    )
     source = "Sharp (1974), Vehicle System Dynamics 3, 123-141 (rear frame flexibility of motorcycles)"
     modes = (Mode("rear_compliance"),)
     on_request = "not yet tried in blind cases"
@@ -28,7 +33,10 @@ class RearCompliance(SprungJoint):
 
     def apply(self, model: ModelBuilder) -> None:
         twist = model.add_joint(
-            self.identifier, axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
-            point=(self.joint_x, self.joint_z), carries={"rear wheel"}, role="rear_compliance",
-        )  # fmt: skip
+            self.identifier,
+            axis=(sp.cos(self.axis_tilt), -sp.sin(self.axis_tilt)),
+            point=(self.joint_x, self.joint_z),
+            carries={"rear wheel"},
+            role="rear_compliance",
+        )
         self.spring(model, twist)

@@ -18,11 +18,23 @@ class RelaxationLength(Effect):
 
     slot = "contact law"
     provides = ("contact force", "tyre force", "lagged force", "relaxing contact")
-    cornering_stiffness = Parameter("N/rad", "slope of the side force at zero slip", typical=(2000.0, 12000.0),
-                                    least=4e4, per_wheel=True, tyre="cornering_stiffness")  # fmt: skip
-    relaxation_length = Parameter("m", "travelled distance in which 63 % of the side force builds up",
-                                  bounds=(1e-6, math.inf), typical=(0.05, 0.25), least=0.01, per_wheel=True,
-                                  tyre="relaxation_length")  # fmt: skip
+    cornering_stiffness = Parameter(
+        "N/rad",
+        "slope of the side force at zero slip",
+        typical=(2000.0, 12000.0),
+        least=4e4,
+        per_wheel=True,
+        tyre="cornering_stiffness",
+    )
+    relaxation_length = Parameter(
+        "m",
+        "travelled distance in which 63 % of the side force builds up",
+        bounds=(1e-6, math.inf),
+        typical=(0.05, 0.25),
+        least=0.01,
+        per_wheel=True,
+        tyre="relaxation_length",
+    )
     source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 1 and 3; Pacejka, Tire and Vehicle Dynamics, ch. 7"
     modes = (REAR_TYRE,)
     signature = "wobble appears and loses damping as the relaxation length grows"

@@ -25,8 +25,9 @@ class ResidualTorque(Effect):
     """
 
     middle_speed = Parameter("m/s", "of the measurement behind it", typical=(2.0, 20.0), default=5.0)
-    speed_span = Parameter("m/s", "half the range of measured speeds", bounds=(1e-3, float("inf")), typical=(0.5, 10.0),
-                           default=1.0)  # fmt: skip
+    speed_span = Parameter(
+        "m/s", "half the range of measured speeds", bounds=(1e-3, float("inf")), typical=(0.5, 10.0), default=1.0
+    )
     steer_from_lean, steer_from_lean_slope, steer_from_lean_curve = _gains("steer torque over lean", 20.0)
     steer_from_steer, steer_from_steer_slope, steer_from_steer_curve = _gains("steer torque over steer", 10.0)
     steer_from_lean_rate, steer_from_lean_rate_slope, steer_from_lean_rate_curve = _gains(

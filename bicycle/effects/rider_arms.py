@@ -10,12 +10,15 @@ class RiderArms(Effect):
     The inertia moves with the steer angle only.
     """
 
-    inertia = Parameter("kg m^2", "of the arms about the steer axis", typical=(0.05, 0.4), default=0.1, neutral=0.0,
-                        least=0.005)  # fmt: skip
-    stiffness = Parameter("N m/rad", "of the arms against steering", typical=(0.0, 30.0), default=5.0, neutral=0.0,
-                          least=0.1)  # fmt: skip
-    damping = Parameter("N m s/rad", "of the arms against steering", typical=(0.2, 3.0), default=1.0, neutral=0.0,
-                        least=0.02)  # fmt: skip
+    inertia = Parameter(
+        "kg m^2", "of the arms about the steer axis", typical=(0.05, 0.4), default=0.1, neutral=0.0, least=0.005
+    )
+    stiffness = Parameter(
+        "N m/rad", "of the arms against steering", typical=(0.0, 30.0), default=5.0, neutral=0.0, least=0.1
+    )
+    damping = Parameter(
+        "N m s/rad", "of the arms against steering", typical=(0.2, 3.0), default=1.0, neutral=0.0, least=0.02
+    )
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Klinger et al. (2014), ibid. 52 (hands)"
     needs_rider = True
     acts_through = "steer_torque"

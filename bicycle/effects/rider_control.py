@@ -16,18 +16,28 @@ class RiderControl(Effect):
 
     provides = ("rider torque",)
 
-    roll = Parameter("N m/rad", "torque per roll angle", bounds=ANY, typical=(0.0, 80.0), default=0.0, neutral=0.0,
-                     least=0.5)  # fmt: skip
-    roll_rate = Parameter("N m s/rad", "torque per roll rate", bounds=ANY, typical=(0.0, 40.0), default=0.0,
-                          neutral=0.0, least=0.2)  # fmt: skip
-    steer = Parameter("N m/rad", "torque per steer angle", bounds=ANY, typical=(-120.0, 20.0), default=0.0, neutral=0.0,
-                      least=0.5)  # fmt: skip
-    steer_rate = Parameter("N m s/rad", "torque per steer rate", bounds=ANY, typical=(-8.0, 1.0), default=0.0,
-                           neutral=0.0, least=0.05)  # fmt: skip
-    filter_frequency = Parameter("rad/s", "natural frequency omega of the neuromuscular filter", bounds=(0.1, math.inf),
-                                 typical=(5.0, 40.0), default=2 * math.pi * 2.17)  # fmt: skip
-    filter_damping = Parameter("1", "damping ratio zeta of the neuromuscular filter", typical=(0.3, 1.2),
-                               default=math.sqrt(0.5))  # fmt: skip
+    roll = Parameter(
+        "N m/rad", "torque per roll angle", bounds=ANY, typical=(0.0, 80.0), default=0.0, neutral=0.0, least=0.5
+    )
+    roll_rate = Parameter(
+        "N m s/rad", "torque per roll rate", bounds=ANY, typical=(0.0, 40.0), default=0.0, neutral=0.0, least=0.2
+    )
+    steer = Parameter(
+        "N m/rad", "torque per steer angle", bounds=ANY, typical=(-120.0, 20.0), default=0.0, neutral=0.0, least=0.5
+    )
+    steer_rate = Parameter(
+        "N m s/rad", "torque per steer rate", bounds=ANY, typical=(-8.0, 1.0), default=0.0, neutral=0.0, least=0.05
+    )
+    filter_frequency = Parameter(
+        "rad/s",
+        "natural frequency omega of the neuromuscular filter",
+        bounds=(0.1, math.inf),
+        typical=(5.0, 40.0),
+        default=2 * math.pi * 2.17,
+    )
+    filter_damping = Parameter(
+        "1", "damping ratio zeta of the neuromuscular filter", typical=(0.3, 1.2), default=math.sqrt(0.5)
+    )
     source = (
         "Schwab, de Lange, Happee & Moore (2013), Multibody System Dynamics; Hess, Moore & Hubbard (2012), IEEE SMC A"
     )

@@ -24,8 +24,9 @@ class RiderLean(SprungJoint):
     Izz = Parameter("kg m^2", "checked; a hinge along x hides it", typical=(0.3, 3.0))
     Ixz = Parameter("kg m^2", "tensor entry", bounds=ANY, typical=(-0.3, 0.3), default=0.0)
     joint_z = Parameter("m", "height of the hinge, z down", bounds=ANY, typical=(-1.1, -0.7))
-    stiffness = Parameter("N m/rad", "of the hinge", typical=(500.0, 3000.0), default=1500.0, neutral=math.inf,
-                          least=2e4)  # fmt: skip
+    stiffness = Parameter(
+        "N m/rad", "of the hinge", typical=(500.0, 3000.0), default=1500.0, neutral=math.inf, least=2e4
+    )
     damping = Parameter("N m s/rad", "of the hinge", typical=(10.0, 150.0), default=60.0)
     source = "Schwab, Meijaard & Kooijman (2012), Vehicle System Dynamics 50; Doria & Tognazzo (2014), IMechE C 228"
     modes = (Mode("rider", place=6, look=6, main=True),)

@@ -24,8 +24,10 @@ class RiderPath(Effect):
 
     def check(self, bicycle: object) -> None:
         if self.position == 0:
-            raise InputError(f"effect {self.identifier!r}: position = 0 N m/m leaves the lane free, a root at zero; "
-                             "give a gain, or rider_steer_memory instead")  # fmt: skip
+            raise InputError(
+                f"effect {self.identifier!r}: position = 0 N m/m leaves the lane free, a root at zero; "
+                "give a gain, or rider_steer_memory instead"
+            )
 
     def apply(self, model: ModelBuilder) -> None:
         heading = model.add_state("heading", unit="rad", role="heading")

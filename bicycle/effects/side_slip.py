@@ -17,8 +17,14 @@ class SideSlip(Effect):
 
     slot = "contact law"
     provides = ("contact force", "tyre force")
-    cornering_stiffness = Parameter("N/rad", "slope of the side force at zero slip", typical=(2000.0, 12000.0),
-                                    least=4e4, per_wheel=True, tyre="cornering_stiffness")  # fmt: skip
+    cornering_stiffness = Parameter(
+        "N/rad",
+        "slope of the side force at zero slip",
+        typical=(2000.0, 12000.0),
+        least=4e4,
+        per_wheel=True,
+        tyre="cornering_stiffness",
+    )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 1"
     modes = (REAR_TYRE,)
     signature = "weave loses damping at low cornering stiffness; the contacts slip sideways at a rate C / (m v)"

@@ -14,12 +14,27 @@ class SteerAssist(Effect):
 
     provides = ("motor command",)
 
-    gain = Parameter("N s^2/rad", "torque per lean rate and per m/s below the fade speed", bounds=ANY,
-                     typical=(0.0, 20.0), default=5.0, neutral=0.0, least=0.05)  # fmt: skip
-    fade_speed = Parameter("m/s", "speed at which the assist vanishes and changes over", typical=(3.0, 8.0),
-                           default=5.0)  # fmt: skip
-    lean_gain = Parameter("N s/rad", "torque per lean angle and per m/s above the fade speed", bounds=ANY,
-                          typical=(0.0, 5.0), default=0.0, neutral=0.0, least=0.05)  # fmt: skip
+    gain = Parameter(
+        "N s^2/rad",
+        "torque per lean rate and per m/s below the fade speed",
+        bounds=ANY,
+        typical=(0.0, 20.0),
+        default=5.0,
+        neutral=0.0,
+        least=0.05,
+    )
+    fade_speed = Parameter(
+        "m/s", "speed at which the assist vanishes and changes over", typical=(3.0, 8.0), default=5.0
+    )
+    lean_gain = Parameter(
+        "N s/rad",
+        "torque per lean angle and per m/s above the fade speed",
+        bounds=ANY,
+        typical=(0.0, 5.0),
+        default=0.0,
+        neutral=0.0,
+        least=0.05,
+    )
     source = "Schwab, Kooijman & Meijaard (2008), 4th European Conference on Structural Control, St. Petersburg"
     powered = True
     signature = "weave becomes stable at low speed, capsize above the fade speed; equations change at the fade speed"

@@ -17,8 +17,13 @@ class SteerMotor(Effect):
     requires = ("motor command",)
     why = "it is what arrives of a commanded torque; use steer_assist"
     share = Parameter("1", "share of the commanded torque that arrives", typical=(0.4, 1.0), default=1.0)
-    lag = Parameter("s", "time in which 63 % of a step of the command arrive", bounds=(1e-4, math.inf),
-                    typical=(0.005, 0.1), default=0.03)  # fmt: skip
+    lag = Parameter(
+        "s",
+        "time in which 63 % of a step of the command arrive",
+        bounds=(1e-4, math.inf),
+        typical=(0.005, 0.1),
+        default=0.03,
+    )
     source = "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems, ch. 2 (models of motors)"
     signature = "the assist is weaker than its gain; the faster the weave, the less of its damping is left"
 

@@ -12,9 +12,17 @@ class TwistingTorque(Effect):
     Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 
-    twisting_stiffness = Parameter("N m/rad", "moment into the lean, per camber angle", typical=(0.5, 3.0), default=1.0,
-                                   neutral=0.0, least=0.1, per_wheel=True, tyre="twisting_stiffness",
-                                   tyre_beside="pneumatic_trail")  # fmt: skip
+    twisting_stiffness = Parameter(
+        "N m/rad",
+        "moment into the lean, per camber angle",
+        typical=(0.5, 3.0),
+        default=1.0,
+        neutral=0.0,
+        least=0.1,
+        per_wheel=True,
+        tyre="twisting_stiffness",
+        tyre_beside="pneumatic_trail",
+    )
     source = "Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11"
     signature = "capsize becomes more stable: the bicycle steers into the lean"
 

@@ -15,8 +15,16 @@ class WheelCompliance(Effect):
 
     requires = ("lagged force",)
     why = "it acts in series with the lateral stiffness of the tyre; use relaxation_length"
-    stiffness = Parameter("N/m", "lateral stiffness of rim and spokes at the contact", bounds=(1e-6, math.inf),
-                          typical=(1e5, 6e5), default=3e5, neutral=math.inf, least=3e6, per_wheel=True)  # fmt: skip
+    stiffness = Parameter(
+        "N/m",
+        "lateral stiffness of rim and spokes at the contact",
+        bounds=(1e-6, math.inf),
+        typical=(1e5, 6e5),
+        default=3e5,
+        neutral=math.inf,
+        least=3e6,
+        per_wheel=True,
+    )
     source = "Dell'Orto, Ballo, Mastinu & Gobbi, eq. 3, springs in series; Pacejka, Tire and Vehicle Dynamics, ch. 7"
     signature = "acts as a longer relaxation length: wobble loses damping"
 

@@ -18,6 +18,7 @@ from bicycle.equations.declarations import (
     Wheel,
 )
 from bicycle.equations.joint_tree import JointTree
+from bicycle.equations.linear_rows import Rows
 from bicycle.equations.symbolic_polynomial import SymbolicPolynomial
 from bicycle.parameters import rigid_bodies
 from bicycle.parameters.bicycle import UNITS, bodies, static_loads
@@ -25,36 +26,6 @@ from tyre.ground.door import library
 from tyre.ground.errors import InputError, unknown
 
 sp = library("sympy")
-
-
-class Rows:
-    """Reads expressions: a column for each of ``known``, motion and inputs, of which all the rest is made."""
-
-    def __init__(
-        self, known: Sequence[Expression], meaning: Mapping[Expression, Expression],
-        loads: Mapping[Expression, Expression], speed: Expression,
-    ) -> None:  # fmt: skip
-        self.known, self.ports, self.loads, self.speed = list(known), list(meaning), dict(loads), speed
-        self._meaning = self._resolved(list(meaning.values()))
-
-    def of(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
-        """Rows of expressions."""
-        direct, through_ports = self._read(expressions)
-        return direct + through_ports @ self._meaning
-
-    def _read(self, expressions: Sequence[Expression]) -> tuple[SymbolicPolynomial, SymbolicPolynomial]:
-        rows = SymbolicPolynomial.of_linear(expressions, [*self.known, *self.ports], self.speed).xreplace(self.loads)
-        return rows.columns(slice(0, len(self.known))), rows.columns(slice(len(self.known), None))
-
-    def _resolved(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
-        """p = A x + B p, put into itself until no port is left: p = (A + B A) x + B B p, and so on."""
-        direct, through_ports = self._read(expressions)
-        for _ in self.ports:
-            if not through_ports.coefficients:
-                return direct
-            direct, through_ports = direct + through_ports @ direct, through_ports @ through_ports
-        port = self.ports[next(next(iter(through_ports.coefficients.values())).iter_items())[0][0]]
-        raise InputError(f"an effect makes the {port} depend on itself; leave it out of what it is made of")
 
 
 @dataclass(frozen=True)
@@ -105,13 +76,20 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     symbols = set().union(*(expression.free_symbols for expression in occurring))
     of_motion, of_inputs = slice(0, n), slice(n, None)
     return SymbolicModel(
-        states=tuple(state.name for state in states), inputs=tuple(map(str, rows.inputs)), outputs=tuple(rows.outputs),
-        parameters=(*UNITS, *sorted(str(symbol) for symbol in symbols if "." in str(symbol))), mass=mass,
-        dynamics=rates.columns(of_motion), input_matrix=rates.columns(of_inputs),
-        output_matrix=rows.shown.columns(of_motion), feedthrough=rows.shown.columns(of_inputs),
-        static_loads=model.static_loads(), load_transfer=model.load_transfer, switches=model.switches,
+        states=tuple(state.name for state in states),
+        inputs=tuple(map(str, rows.inputs)),
+        outputs=tuple(rows.outputs),
+        parameters=(*UNITS, *sorted(str(symbol) for symbol in symbols if "." in str(symbol))),
+        mass=mass,
+        dynamics=rates.columns(of_motion),
+        input_matrix=rates.columns(of_inputs),
+        output_matrix=rows.shown.columns(of_motion),
+        feedthrough=rows.shown.columns(of_inputs),
+        static_loads=model.static_loads(),
+        load_transfer=model.load_transfer,
+        switches=model.switches,
         declared=Declarations(states, tuple(model.modes.values()), model.units()),
-    )  # fmt: skip
+    )
 
 
 def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
@@ -145,10 +123,15 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     drift += SymbolicPolynomial.of_entries(faster, rows.model.speed) @ followed.slope()
     free = rows.right.columns(kept) @ held - rows.mass.columns(slice(0, 2)) @ drift
     return replace(
-        rows, mass=test.T @ rows.mass @ trial, right=test.T @ free, angle_rates=rows.angle_rates.columns(kept) @ held,
-        extra_rates=rows.extra_rates.columns(kept) @ held, shown=rows.shown.columns(kept) @ held,
-        motion=rows.motion[2:], inputs=rows.inputs[:-2],
-    )  # fmt: skip
+        rows,
+        mass=test.T @ rows.mass @ trial,
+        right=test.T @ free,
+        angle_rates=rows.angle_rates.columns(kept) @ held,
+        extra_rates=rows.extra_rates.columns(kept) @ held,
+        shown=rows.shown.columns(kept) @ held,
+        motion=rows.motion[2:],
+        inputs=rows.inputs[:-2],
+    )
 
 
 def _check_powers(rows: SymbolicPolynomial, names: Sequence[str]) -> None:
@@ -187,9 +170,16 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
     outputs |= {"yaw_rate": model.yaw_rate, "rear_lateral_velocity": model.lateral_velocity}
     outputs |= {} if holds else {f"{wheel.name}_side_force": wheel.side_force for wheel in model.wheels}
     open_model = OpenModel(
-        model, mass, right, rows.of(rates), rows.of(list(model.rates.values())), rows.of(list(outputs.values())),
-        motion, inputs, tuple(outputs),
-    )  # fmt: skip
+        model,
+        mass,
+        right,
+        rows.of(rates),
+        rows.of(list(model.rates.values())),
+        rows.of(list(outputs.values())),
+        motion,
+        inputs,
+        tuple(outputs),
+    )
     if holds:
         open_model = hold_contacts(open_model, rows.of([wheel.slip_velocity for wheel in model.wheels]))
     return assemble(open_model)
@@ -367,9 +357,15 @@ class ModelBuilder:
             self.add_spin(body.name, body.spin_inertia * self.speed / body.radius)
 
     def add_joint(
-        self, name: str, *, axis: tuple[Expression, Expression], point: tuple[Expression, Expression],
-        carries: set[str], role: str = "", hangs_on: str = "lean",
-    ) -> Coordinate:  # fmt: skip
+        self,
+        name: str,
+        *,
+        axis: tuple[Expression, Expression],
+        point: tuple[Expression, Expression],
+        carries: set[str],
+        role: str = "",
+        hangs_on: str = "lean",
+    ) -> Coordinate:
         """Add a hinge that hangs on the frame (``lean``) or on another joint by its name: on ``steer`` its axis steers.
 
         One that carries the front frame carries the steer axis.

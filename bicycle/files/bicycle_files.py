@@ -377,9 +377,9 @@ def lost_in_text(bicycle: Bicycle) -> tuple[str, ...]:
     return (note,) if count else ()
 
 
-READERS: Mapping[str, Callable[[Any], GivenNumbers]] = (
-    dict.fromkeys((".toml", ".json", ".yml", ".yaml"), read_mapping) | dict.fromkeys((".txt", ".m"), read_flat_text)
-)  # fmt: skip
+READERS: Mapping[str, Callable[[Any], GivenNumbers]] = dict.fromkeys(
+    (".toml", ".json", ".yml", ".yaml"), read_mapping
+) | dict.fromkeys((".txt", ".m"), read_flat_text)
 """Reader of a bicycle by the ending of its file."""
 
 WRITERS = {".toml": to_toml, ".yml": to_yaml, ".yaml": to_yaml, ".txt": to_text}

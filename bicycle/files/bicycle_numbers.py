@@ -198,10 +198,16 @@ class GivenNumbers:
         near = {other: nearest(other, missing, cutoff=0.75) for other in self._others}
         hints = [f"did you mean {key!r} by {other!r}?" for other, key in near.items() if key]
         if missing and self._others:
-            raise InputError("; ".join([
-                f"missing {', '.join(missing)}", *hints, f"not known: {', '.join(self._others)}",
-                f"give every parameter ({', '.join(UNITS)})",
-            ]))  # fmt: skip
+            raise InputError(
+                "; ".join(
+                    [
+                        f"missing {', '.join(missing)}",
+                        *hints,
+                        f"not known: {', '.join(self._others)}",
+                        f"give every parameter ({', '.join(UNITS)})",
+                    ]
+                )
+            )
 
     def _turn_down(self) -> None:
         """Turn a file whose z axis points up, with y to the left: what is odd in z changes its sign."""
@@ -237,17 +243,20 @@ class GivenNumbers:
         if FORK_OFFSET not in (*self.sd, *self.covariance.names):
             return
         slopes = {
-            "lam": (radius - offset * math.sin(lam)) / math.cos(lam) ** 2, "rF": math.tan(lam),
+            "lam": (radius - offset * math.sin(lam)) / math.cos(lam) ** 2,
+            "rF": math.tan(lam),
             FORK_OFFSET: -1 / math.cos(lam),
-        }  # fmt: skip
+        }
         alone = {key: self.sd.pop(key) for key in slopes if key in self.sd}
         single = ParameterCovariance(tuple(alone), np.diag(np.square(list(alone.values()))))
         before = self.covariance.and_also(single)
         staying = [key for key in before.names if key != FORK_OFFSET]
-        rows = np.array([
-            *([float(key == name) for key in before.names] for name in staying),
-            [slopes.get(key, 0.0) for key in before.names],
-        ])  # fmt: skip
+        rows = np.array(
+            [
+                *([float(key == name) for key in before.names] for name in staying),
+                [slopes.get(key, 0.0) for key in before.names],
+            ]
+        )
         self.covariance = ParameterCovariance((*staying, "c"), rows @ before.matrix @ rows.T, origin=FILE)
 
     def _load(self) -> None:
@@ -296,9 +305,12 @@ class GivenNumbers:
 
 
 def given_numbers(
-    values: Mapping[str, Any], sd: Mapping[str, Any] | None = None, units: Mapping[str, Any] | None = None, *,
+    values: Mapping[str, Any],
+    sd: Mapping[str, Any] | None = None,
+    units: Mapping[str, Any] | None = None,
+    *,
     place: str = "[values]",
-) -> GivenNumbers:  # fmt: skip
+) -> GivenNumbers:
     """Numbers of the tables of a TOML file, each a number or text such as ``"18.3(2) deg"``."""
     numbers = GivenNumbers(units or {})
     for key, value in values.items():

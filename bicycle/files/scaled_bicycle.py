@@ -71,17 +71,27 @@ class Geometry:
 def features_of(p: Mapping[str, float]) -> Array:
     """The :data:`FEATURES` of a parameter set (SI)."""
     log, r, whole = math.log, (p["rR"] + p["rF"]) / 2, SCALING.power * math.log(Geometry.of(p).mass)
-    return np.array([
-        log(p["mR"]) - whole, log(p["mF"]) - whole, log(p["mH"]) - whole,
-        log(p["IRyy"] / p["mR"] / p["rR"] ** 2), log(p["IRxx"] / p["IRyy"]),
-        log(p["IFyy"] / p["mF"] / p["rF"] ** 2), log(p["IFxx"] / p["IFyy"]),
-        p["xB"] / p["w"], -p["zB"] / r,
-        log(p["IBxx"] / p["mB"] / r**2), log(p["IBzz"] / p["mB"] / r**2),
-        math.atanh(p["IBxz"] / math.sqrt(p["IBxx"] * p["IBzz"])),
-        ((p["xH"] - p["w"] - p["c"]) * math.cos(p["lam"]) - p["zH"] * math.sin(p["lam"])) / r, -p["zH"] / r,
-        log(p["IHxx"] / p["mH"] / r**2), log(p["IHzz"] / p["mH"] / r**2),
-        math.atanh(p["IHxz"] / math.sqrt(p["IHxx"] * p["IHzz"])),
-    ])  # fmt: skip
+    return np.array(
+        [
+            log(p["mR"]) - whole,
+            log(p["mF"]) - whole,
+            log(p["mH"]) - whole,
+            log(p["IRyy"] / p["mR"] / p["rR"] ** 2),
+            log(p["IRxx"] / p["IRyy"]),
+            log(p["IFyy"] / p["mF"] / p["rF"] ** 2),
+            log(p["IFxx"] / p["IFyy"]),
+            p["xB"] / p["w"],
+            -p["zB"] / r,
+            log(p["IBxx"] / p["mB"] / r**2),
+            log(p["IBzz"] / p["mB"] / r**2),
+            math.atanh(p["IBxz"] / math.sqrt(p["IBxx"] * p["IBzz"])),
+            ((p["xH"] - p["w"] - p["c"]) * math.cos(p["lam"]) - p["zH"] * math.sin(p["lam"])) / r,
+            -p["zH"] / r,
+            log(p["IHxx"] / p["mH"] / r**2),
+            log(p["IHzz"] / p["mH"] / r**2),
+            math.atanh(p["IHxz"] / math.sqrt(p["IHxx"] * p["IHzz"])),
+        ]
+    )
 
 
 def values_of(features: Array, q: Geometry) -> dict[str, float]:
@@ -144,9 +154,15 @@ class Guess:
         return [values_of(self.mean + one, self.geometry) for one in z]
 
     def bicycle(
-        self, name: str, description: str, source: str, *, rider: RigidBody | None = None,
-        causes: Mapping[str, Array] | None = None, mass_sd: float = 0.01,
-    ) -> Bicycle:  # fmt: skip
+        self,
+        name: str,
+        description: str,
+        source: str,
+        *,
+        rider: RigidBody | None = None,
+        causes: Mapping[str, Array] | None = None,
+        mass_sd: float = 0.01,
+    ) -> Bicycle:
         """The bicycle, perhaps with a rider joined to its rear frame, with the joint covariance of :data:`SCALED`.
 
         ``causes`` are changes (7,) of the rear frame's numbers by one standard deviation of each cause of the rider's,
@@ -168,9 +184,13 @@ class Guess:
         factor = np.array(columns).T
         values = with_rider(self.values(), rider)
         return Bicycle(
-            name, {key: values[key] for key in UNITS}, {}, description, source,
+            name,
+            {key: values[key] for key in UNITS},
+            {},
+            description,
+            source,
             covariance=ParameterCovariance(SCALED, factor @ factor.T, origin="bicycle file"),
-        )  # fmt: skip
+        )
 
     def _root(self) -> Array:
         values, vectors = np.linalg.eigh(self.covariance)

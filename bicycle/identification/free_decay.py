@@ -239,9 +239,13 @@ class Decay:
     def row(self, mode: str) -> dict[str, Any]:
         """Row of a modal table, for the mode named ``mode``."""
         row: dict[str, Any] = {
-            "speed_m_s": self.speed, "mode": mode, "real_1_s": self.eigenvalue.real, "imag_rad_s": self.eigenvalue.imag,
-            "real_sd_1_s": self.sd[0], "imag_sd_rad_s": self.sd[1],
-        }  # fmt: skip
+            "speed_m_s": self.speed,
+            "mode": mode,
+            "real_1_s": self.eigenvalue.real,
+            "imag_rad_s": self.eigenvalue.imag,
+            "real_sd_1_s": self.sd[0],
+            "imag_sd_rad_s": self.sd[1],
+        }
         for name, (value, sd) in self.ratios.items():
             row |= {f"{name}_re": value.real, f"{name}_im": value.imag, f"{name}_sd": sd}
         return row
@@ -253,9 +257,15 @@ def identify(run: Run, **settings: Any) -> Decay:
 
 
 def identify_modes(
-    run: Run, count: int, *, first_s: float = 0.0, last_s: float = math.inf, start_hz: float | None = None,
-    drift: str | None = None, thorough: bool = True,
-) -> tuple[Decay, ...]:  # fmt: skip
+    run: Run,
+    count: int,
+    *,
+    first_s: float = 0.0,
+    last_s: float = math.inf,
+    start_hz: float | None = None,
+    drift: str | None = None,
+    thorough: bool = True,
+) -> tuple[Decay, ...]:
     """Fit several decaying oscillations to all channels of a run at once, by frequency."""
     if start_hz is not None and not SLOWEST < angular_frequency(start_hz) < FASTEST:
         low, high = (float(frequency_hz(1j * omega)) for omega in (SLOWEST, FASTEST))
@@ -299,9 +309,19 @@ def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
             doubt = ("disturbed", {"p": p})
     sd, cycles = (float(found.sd[number, 0]), float(found.sd[number, 1])), float(frequency_hz(1j * omega))
     return Decay(
-        run.name, run.speed, complex(sigma, omega), sd, found.ratios[number], found.explained,
-        cycles * found.window.length, next(iter(found.drifts)), beside, found, p, doubt,
-    )  # fmt: skip
+        run.name,
+        run.speed,
+        complex(sigma, omega),
+        sd,
+        found.ratios[number],
+        found.explained,
+        cycles * found.window.length,
+        next(iter(found.drifts)),
+        beside,
+        found,
+        p,
+        doubt,
+    )
 
 
 def _fewer(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:

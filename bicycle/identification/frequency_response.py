@@ -206,9 +206,14 @@ class SpectralResponse:
 
 
 def spectral_response(
-    inputs: Sequence[Array], outputs: Sequence[Array], step: float, *, segment_s: float,
-    references: Sequence[Array] | None = None, highest_hz: float = np.inf,
-) -> SpectralResponse:  # fmt: skip
+    inputs: Sequence[Array],
+    outputs: Sequence[Array],
+    step: float,
+    *,
+    segment_s: float,
+    references: Sequence[Array] | None = None,
+    highest_hz: float = np.inf,
+) -> SpectralResponse:
     """Find the frequency response from one or several recordings of one condition, evenly sampled by ``step`` (s)."""
     size = round(segment_s / step)
     if size < FEWEST_SAMPLES:
@@ -282,7 +287,7 @@ def _at_lines(
     kept = seen & (sd > 0) & np.isfinite(ratio)
     return SpectralResponse(
         mean[kept], ratio[kept], sd[kept], coherence[kept], float(BESIDE), int((seen & ~kept).sum()), lines=len(total)
-    )  # fmt: skip
+    )
 
 
 def _averaged(
@@ -314,7 +319,7 @@ def _averaged(
     coherence = _coherence(u[:, 1], y[:, 1])
     return SpectralResponse(
         bins[good] / (size * step), gain[good], np.sqrt(variance[good]), coherence[good], averages, int((~good).sum())
-    )  # fmt: skip
+    )
 
 
 def _averages(counts: Sequence[int], size: int) -> float:

@@ -469,6 +469,8 @@ def _window(run: Run, settings: Mapping[str, Any]) -> Run:
         asked = asked or f"from {start} = {first:g} s to last_s = {last:g} s"
         raise InputError(f"{run.name}: {keep.sum()} samples {asked} of {since[-1]:g} s; at least {FEWEST} are needed")
     return replace(
-        run, time=run.time[keep], channels={k: x[keep] for k, x in run.channels.items()},
+        run,
+        time=run.time[keep],
+        channels={k: x[keep] for k, x in run.channels.items()},
         inputs={k: x[keep] for k, x in run.inputs.items()},
-    )  # fmt: skip
+    )

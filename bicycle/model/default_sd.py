@@ -124,8 +124,13 @@ def _refuse_another_unit(model: Model, key: str, sd: float) -> None:
     declared = _declared(model, key)
     if key in UNITS:
         unit = UNITS[key]
-        most, other = {"m": (0.5, "mm"), "rad": (0.3, "degrees"), "kg": (100.0, "g"), "kg m^2": (100.0, "kg mm^2"),
-                       "m/s^2": (1.0, "mm/s^2")}[unit]  # fmt: skip
+        most, other = {
+            "m": (0.5, "mm"),
+            "rad": (0.3, "degrees"),
+            "kg": (100.0, "g"),
+            "kg m^2": (100.0, "kg mm^2"),
+            "m/s^2": (1.0, "mm/s^2"),
+        }[unit]
         if sd > most:
             raise InputError(
                 f"the standard deviation of {key} = {sd:g} is more than {most:g} {unit}; is it in {other}?"

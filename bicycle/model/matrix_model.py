@@ -80,19 +80,28 @@ def linear_model_of(matrices: Mapping[str, Array], gravity: float, *, where: str
     entry[joint_rates] = np.eye(2)
     unknown_loads = np.full(2, np.nan)
     at_all_speeds = Matrices(
-        whole_mass, SpeedPolynomial(dynamics, shape=(4, 4)), SpeedPolynomial({0: entry}, shape=(4, 2)),
-        SpeedPolynomial({0: shown_states}, shape=(4, 4)), SpeedPolynomial({}, shape=(4, 2)), unknown_loads,
-    )  # fmt: skip
+        whole_mass,
+        SpeedPolynomial(dynamics, shape=(4, 4)),
+        SpeedPolynomial({0: entry}, shape=(4, 2)),
+        SpeedPolynomial({0: shown_states}, shape=(4, 4)),
+        SpeedPolynomial({}, shape=(4, 2)),
+        unknown_loads,
+    )
     roles = {"lean_rate": "lean", "steer_rate": "steer", "lean": "lean", "steer": "steer"}
     states = tuple(State(name, "rad/s" if name.endswith("_rate") else "rad", role) for name, role in roles.items())
     inputs = ("lean_torque", "steer_torque")
     units = {state.name: state.unit for state in states} | dict.fromkeys(inputs, "N m")
     return LinearModel(
-        states=tuple(roles), inputs=inputs, outputs=tuple(roles),
-        ranges=(SpeedRange(0.0, np.inf, at_all_speeds),), scale=np.ones(4),
-        parameters={"g": GRAVITY, "w": wheelbase}, static_loads=(np.nan, np.nan),
-        warnings=(NOTE,), declared=Declarations(states, units=units),
-    )  # fmt: skip
+        states=tuple(roles),
+        inputs=inputs,
+        outputs=tuple(roles),
+        ranges=(SpeedRange(0.0, np.inf, at_all_speeds),),
+        scale=np.ones(4),
+        parameters={"g": GRAVITY, "w": wheelbase},
+        static_loads=(np.nan, np.nan),
+        warnings=(NOTE,),
+        declared=Declarations(states, units=units),
+    )
 
 
 def _wheelbase(matrices: Mapping[str, Array], gravity: float, where: str) -> float:

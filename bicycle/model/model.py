@@ -72,10 +72,16 @@ class Model:
     if TYPE_CHECKING:  # what a call may give, where the fields say what is kept
 
         def __init__(
-            self, bicycle: Bicycle | str, effects: Effect | Iterable[Effect] = (), notes: Iterable[str] = (),
-            sd: Mapping[str, float] = ..., assumed_sd: Iterable[str] = (),
-            covariance: ParameterCovariance = ..., *, unusual: bool = ...,
-        ) -> None: ...  # fmt: skip
+            self,
+            bicycle: Bicycle | str,
+            effects: Effect | Iterable[Effect] = (),
+            notes: Iterable[str] = (),
+            sd: Mapping[str, float] = ...,
+            assumed_sd: Iterable[str] = (),
+            covariance: ParameterCovariance = ...,
+            *,
+            unusual: bool = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if isinstance(self.bicycle, str):
@@ -181,11 +187,17 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
     symbolic = evaluate.symbolic
     rear, front = (float(load) for load in first.static_loads)
     return LinearModel(
-        states=symbolic.states, inputs=symbolic.inputs, outputs=symbolic.outputs, ranges=tuple(ranges),
-        scale=state_scale(symbolic.declared.states, rear + front), declared=symbolic.declared,
-        parameters=dict(values), static_loads=(rear, front),
-        effects=tuple(effect.identifier for effect in model.effects), warnings=tuple(warnings),
-    )  # fmt: skip
+        states=symbolic.states,
+        inputs=symbolic.inputs,
+        outputs=symbolic.outputs,
+        ranges=tuple(ranges),
+        scale=state_scale(symbolic.declared.states, rear + front),
+        declared=symbolic.declared,
+        parameters=dict(values),
+        static_loads=(rear, front),
+        effects=tuple(effect.identifier for effect in model.effects),
+        warnings=tuple(warnings),
+    )
 
 
 def check_weight(evaluate: Evaluator, values: Mapping[str, float], model: Model) -> None:

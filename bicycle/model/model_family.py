@@ -80,8 +80,9 @@ class ModelFamily:
 
     @cached_property
     def _known(self) -> frozenset[str]:
-        further = (f"{kind.identifier}.{entry}" for kind in self.further for p in kind.parameters
-                   for entry in p.entries())  # fmt: skip
+        further = (
+            f"{kind.identifier}.{entry}" for kind in self.further for p in kind.parameters for entry in p.entries()
+        )
         return frozenset({*self.base, *further})
 
     @cached_property
@@ -208,6 +209,8 @@ class ModelFamily:
         switches = self.evaluate.switch_function(*(values[name] for name in symbolic.parameters))
         matrices: Matrices = self.evaluate(values, tuple((speeds <= switch).astype(float) for switch in switches))
         return DescriptorPolynomial(
-            matrices.mass * self.scale, matrices.dynamics * self.scale,
-            matrices.input_matrix, matrices.output_matrix * self.scale,
-        )  # fmt: skip
+            matrices.mass * self.scale,
+            matrices.dynamics * self.scale,
+            matrices.input_matrix,
+            matrices.output_matrix * self.scale,
+        )

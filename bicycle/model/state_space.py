@@ -205,9 +205,12 @@ class LinearModel:
         return self.ranges[number].matrices, v
 
     def to_control(
-        self, speed: float, *, inputs: Sequence[str] = ("steer_torque", "lean_torque"),
+        self,
+        speed: float,
+        *,
+        inputs: Sequence[str] = ("steer_torque", "lean_torque"),
         outputs: Sequence[str] | None = None,
-    ) -> Any:  # fmt: skip
+    ) -> Any:
         """Return the model at one speed as a ``control.StateSpace`` with the model's names.
 
         It is called ``bicycle at 5,5 m/s``: control allows no dot in the name of a system.
@@ -235,6 +238,12 @@ class LinearModel:
         columns, rows = [self.inputs.index(name) for name in inputs], [self.outputs.index(name) for name in chosen]
         name = f"bicycle at {speed:g} m/s".replace(".", ",")  # a dot in a name separates system and signal in control
         return control.StateSpace(
-            state, input_matrix[:, columns], output_matrix[rows], self.feedthrough(speed)[np.ix_(rows, columns)],
-            states=list(self.states), inputs=list(inputs), outputs=list(chosen), name=name,
-        )  # fmt: skip
+            state,
+            input_matrix[:, columns],
+            output_matrix[rows],
+            self.feedthrough(speed)[np.ix_(rows, columns)],
+            states=list(self.states),
+            inputs=list(inputs),
+            outputs=list(chosen),
+            name=name,
+        )

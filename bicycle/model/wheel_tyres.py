@@ -103,9 +103,14 @@ def tyre_loads(effects: Iterable[Effect], values: Mapping[str, Any]) -> tuple[An
 
 
 def joint_wheel_tyres(
-    *, tyre: Any, surface: Any, pressure_bar: Any, bicycle: Bicycle, extrapolate: Any = False,
+    *,
+    tyre: Any,
+    surface: Any,
+    pressure_bar: Any,
+    bicycle: Bicycle,
+    extrapolate: Any = False,
     effects: Iterable[Effect] = (),
-) -> JointProperties:  # fmt: skip
+) -> JointProperties:
     """Properties of the tyres of rear and front wheel at their loads, with their joint covariance."""
     if not isinstance(extrapolate, bool):
         raise InputError(f"{EXTRAPOLATE} = {shown(extrapolate)} must be true or false")
@@ -178,8 +183,10 @@ class MountedTyres:
         assert self.joint is not None
         names = {
             f"{p.tyre}.{row}": f"{kind.identifier}.{p.name}.{wheel}"
-            for row, wheel in enumerate(WHEELS) for p, wheels in asked if wheel in wheels
-        }  # fmt: skip
+            for row, wheel in enumerate(WHEELS)
+            for p, wheels in asked
+            if wheel in wheels
+        }
         known = self.joint.joint
         return known.renamed({name: parameter for name, parameter in names.items() if name in known.names})
 
@@ -224,10 +231,13 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
                     f"{where}: {key} is missing; a measured tyre needs tyre and pressure_bar (and surface)"
                 )
         joint = joint_wheel_tyres(
-            tyre=table["tyre"], surface=table.get("surface"), pressure_bar=table["pressure_bar"], bicycle=bicycle,
+            tyre=table["tyre"],
+            surface=table.get("surface"),
+            pressure_bar=table["pressure_bar"],
+            bicycle=bicycle,
             extrapolate=table.get(EXTRAPOLATE, False),
             effects=[kind(**tables[name]) for name in tables if (kind := effect_class(name)).moves_load],
-        )  # fmt: skip
+        )
         found = MountedTyres(identifier, dict(zip(WHEELS, joint.properties, strict=True)), joint)
     return found
 
@@ -261,7 +271,7 @@ def with_tyre_values(
             stated = {
                 "cornering_stiffness": p.cornering_stiffness_sd_stated,
                 "relaxation_length": p.lateral_stiffness_sd_stated,
-            }  # fmt: skip
+            }
             if not stated.get(parameter.tyre, True):
                 assumed.append(f"{kind.identifier}.{parameter.name}.{wheel}")
     for parameter in kind.parameters:
@@ -286,12 +296,15 @@ def unused_offers(tyres: MountedTyres, present: Mapping[str, Any]) -> list[str]:
         Note(
             f"{subject}: {parameter.name} for the effect {kind.identifier} was measured too, {values} "
             f'({parameter.unit}), but is not used; [effects.{kind.identifier}] with {parameter.name} = "{FROM_TYRE}" '
-            "takes it", subject, headline, inside=all(p.inside for p in tyres.properties.values()),
+            "takes it",
+            subject,
+            headline,
+            inside=all(p.inside for p in tyres.properties.values()),
         )
         for kind in registry().values()
         for parameter in kind.parameters
         if parameter.tyre == TRAIL and kind.identifier not in present
-    ]  # fmt: skip
+    ]
 
 
 def values_of_tyres(tables: Mapping[str, Any]) -> dict[str, str]:

@@ -193,9 +193,13 @@ def same(one: Cycle, other: Cycle) -> bool:
 
 
 def follow(
-    balance: Balance, begin: Point, leaves: Callable[[Point], str], mode: str, critical: CriticalSpeed,
+    balance: Balance,
+    begin: Point,
+    leaves: Callable[[Point], str],
+    mode: str,
+    critical: CriticalSpeed,
     rests: Sequence[Rest] = (),
-) -> Branch:  # fmt: skip
+) -> Branch:
     """Follow a branch until it comes to one of the ``rests``, closes, or ``leaves`` names a reason."""
     points, folds, step, end, reason = [begin], [], 0.1, None, "lost"
     phase = balance.phase(begin.cycle.slips if begin.cycle.slips.any() else balance.unpack(begin.tangent)[0])
@@ -252,9 +256,13 @@ def follow(
 
 
 def follow_both_ways(
-    balance: Balance, begin: Point, leaves: Callable[[Point], str], mode: str, critical: CriticalSpeed,
+    balance: Balance,
+    begin: Point,
+    leaves: Callable[[Point], str],
+    mode: str,
+    critical: CriticalSpeed,
     rests: Sequence[Rest] = (),
-) -> Branch:  # fmt: skip
+) -> Branch:
     """Follow a branch from a motion up and down in the number; the end told is the upper one, if there are two."""
     up = follow(balance, begin, leaves, mode, critical, rests)
     if up.reason == "closed":

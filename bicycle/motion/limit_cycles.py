@@ -168,10 +168,19 @@ class LimitCycles:
         """Row of the table of a ``cycle``: column -> value."""
         acceleration = self.acceleration(cycle, point)
         values = (
-            cycle.speed, mode, self.stability(cycle), np.degrees(self.amplitude(cycle)), cycle.frequency_hz,
-            acceleration, np.degrees(self.amplitude(cycle, "lean")), self.within_geometry(cycle),
-            acceleration / GRAVITY, 1e3 * self.displacement(cycle), " ".join(self.beyond(cycle)), self.resolved(cycle),
-        )  # fmt: skip
+            cycle.speed,
+            mode,
+            self.stability(cycle),
+            np.degrees(self.amplitude(cycle)),
+            cycle.frequency_hz,
+            acceleration,
+            np.degrees(self.amplitude(cycle, "lean")),
+            self.within_geometry(cycle),
+            acceleration / GRAVITY,
+            1e3 * self.displacement(cycle),
+            " ".join(self.beyond(cycle)),
+            self.resolved(cycle),
+        )
         return dict(zip(COLUMNS, values, strict=True))
 
     def frame(self, speeds: ArrayLike, point: tuple[float, float] | None = None) -> Any:
@@ -193,9 +202,13 @@ COLUMNS = (
 
 
 def find_limit_cycles(
-    model: Model, *, rear: Tyre | None = None, front: Tyre | None = None, max_speed: float = 60.0,
+    model: Model,
+    *,
+    rear: Tyre | None = None,
+    front: Tyre | None = None,
+    max_speed: float = 60.0,
     dry_friction: float = 0.0,
-) -> LimitCycles:  # fmt: skip
+) -> LimitCycles:
     """Follow the periodic motions of a model from each critical speed (up to ``max_speed``, m/s) of a mode that swings.
 
     Dry friction (N m) of the steering holds the bar at rest: no critical speed is left, and branches close. They are

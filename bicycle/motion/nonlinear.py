@@ -23,9 +23,12 @@ from tyre.laws.magic_formula import normalised_side_force, normalised_side_force
 sp = library("sympy")
 
 PROBES = {
-    "slip velocity": "m", "lagged camber force": "N s", "direct camber force": "N s", "series compliance": "m s",
+    "slip velocity": "m",
+    "lagged camber force": "N s",
+    "direct camber force": "N s",
+    "series compliance": "m s",
     "load transfer": "N^2 s",
-}  # fmt: skip
+}
 """Quantity that a tyre would see, as the rate of a state -> unit of that state."""
 LAGS = "relaxing contact"  # what a contact law with a relaxation length provides
 
@@ -47,9 +50,12 @@ class OpenContact(Effect):
         force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
         model.set_rate(force, sp.S.Zero)
         seen = (
-            wheel.slip_velocity, wheel.lagged_camber_force, wheel.direct_camber_force,
-            wheel.series_compliance * force, sp.sympify(model.load_transfer) * force,
-        )  # fmt: skip
+            wheel.slip_velocity,
+            wheel.lagged_camber_force,
+            wheel.direct_camber_force,
+            wheel.series_compliance * force,
+            sp.sympify(model.load_transfer) * force,
+        )
         for (name, unit), quantity in zip(PROBES.items(), seen, strict=True):
             model.set_rate(model.add_state(f"{wheel.name} {name}", unit=unit), quantity)
         return force
@@ -82,9 +88,11 @@ class MagicTyre:
     def under(self, load: float, stiffness: float) -> "TyreUnderLoad":
         """Return the tyre at a wheel with this load (N) and cornering stiffness (N/rad)."""
         coefficients = {
-            "stiffness_factor": stiffness / (load * self.friction * self.shape_factor), "peak_factor": self.friction,
-            "shape_factor": self.shape_factor, "curvature_factor": self.curvature_factor,
-        }  # fmt: skip
+            "stiffness_factor": stiffness / (load * self.friction * self.shape_factor),
+            "peak_factor": self.friction,
+            "shape_factor": self.shape_factor,
+            "curvature_factor": self.curvature_factor,
+        }
 
         def force(slip: Array, camber: Array) -> Array:
             return load * normalised_side_force(slip + camber, **coefficients, vertical_shift=self.offset)
@@ -236,9 +244,13 @@ class MagicFormulaModel:
         return dict(zip(self.states, x.tolist(), strict=True))
 
     def simulate(
-        self, *, time: ArrayLike, initial: Mapping[str, float] | None = None,
-        inputs: Mapping[str, InputHistory] | None = None, tolerance: float = 1e-10,
-    ) -> Response:  # fmt: skip
+        self,
+        *,
+        time: ArrayLike,
+        initial: Mapping[str, float] | None = None,
+        inputs: Mapping[str, InputHistory] | None = None,
+        tolerance: float = 1e-10,
+    ) -> Response:
         """Time history by DOP853 from jump to jump of the inputs; arguments as in :func:`respond`."""
         from scipy.integrate import solve_ivp  # a tenth of a second that critical speeds can do without
 
@@ -272,10 +284,16 @@ class MagicFormulaModel:
             slope = (end[last - 1] - begin[first]) / (grid[last] - grid[first])
             with np.errstate(over="ignore", invalid="ignore"):
                 found = solve_ivp(
-                    rate, (grid[first], grid[last]), states[-1], "DOP853", grid[first : last + 1],
-                    args=(grid[first], spread @ begin[first], spread @ slope), rtol=tolerance, atol=tolerance / 100,
+                    rate,
+                    (grid[first], grid[last]),
+                    states[-1],
+                    "DOP853",
+                    grid[first : last + 1],
+                    args=(grid[first], spread @ begin[first], spread @ slope),
+                    rtol=tolerance,
+                    atol=tolerance / 100,
                     max_step=longest,
-                )  # fmt: skip
+                )
             if not found.success or not np.isfinite(found.y).all():
                 lost = np.asarray(found.t)[~np.isfinite(found.y).all(0)]  # lists if the first step fails
                 stops = float(lost[0]) if lost.size else reached
@@ -361,14 +379,22 @@ def magic_formula_model(
     force_matrix = np.vstack([upright[np.ix_(kept, forces)], np.zeros((extra, 2))])
     with_trail = np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))])
     return MagicFormulaModel(
-        speed=float(speed), states=(*(linear.states[k] for k in kept), *names), inputs=linear.inputs, outputs=outputs,
+        speed=float(speed),
+        states=(*(linear.states[k] for k in kept), *names),
+        inputs=linear.inputs,
+        outputs=outputs,
         state_matrix=np.vstack([np.hstack([a[np.ix_(kept, kept)], np.zeros((n, extra))]), lag]),
         force_matrix=force_matrix,
         trail_matrix=np.where(np.isclose(with_trail, force_matrix, rtol=1e-13, atol=0), 0.0, with_trail - force_matrix),
-        slip_matrix=slip, camber_matrix=camber, slip_input=slip_input, input_matrix=np.vstack([b[kept], rate_input]),
-        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]), loads=loads,
-        tyres=(tyres[0], tyres[1]), units={**units_of(linear), **dict.fromkeys(names, "rad")},
-    )  # fmt: skip
+        slip_matrix=slip,
+        camber_matrix=camber,
+        slip_input=slip_input,
+        input_matrix=np.vstack([b[kept], rate_input]),
+        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]),
+        loads=loads,
+        tyres=(tyres[0], tyres[1]),
+        units={**units_of(linear), **dict.fromkeys(names, "rad")},
+    )
 
 
 def _law(model: Model) -> Effect:

@@ -213,9 +213,13 @@ class FrequencyResponse:
 
 
 def respond(
-    model: Model | LinearModel, *, speed: float, time: ArrayLike,
-    initial: Mapping[str, float] | None = None, inputs: Mapping[str, InputHistory] | None = None,
-) -> Response:  # fmt: skip
+    model: Model | LinearModel,
+    *,
+    speed: float,
+    time: ArrayLike,
+    initial: Mapping[str, float] | None = None,
+    inputs: Mapping[str, InputHistory] | None = None,
+) -> Response:
     """Time history from initial states and inputs that are constant between jumps, or linear between samples.
 
     Parameters
@@ -244,9 +248,12 @@ def respond(
     _, input_matrix, output_matrix = model.matrices_at(speed)
     columns = [model.inputs.index(name) for name in given]
     a, b, c = _with_path(
-        model, speed, model.state_matrix(speed), input_matrix[:, columns] / model.scale[:, None],
+        model,
+        speed,
+        model.state_matrix(speed),
+        input_matrix[:, columns] / model.scale[:, None],
         output_matrix * model.scale,
-    )  # fmt: skip
+    )
     grid, begin, end = input_grid(t, given)
     with np.errstate(over="ignore", invalid="ignore"):
         states = _propagate(a, b, np.concatenate([x, np.zeros(len(PATH))]), grid, begin, end)[np.searchsorted(grid, t)]

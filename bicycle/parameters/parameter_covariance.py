@@ -116,9 +116,11 @@ def read_covariance(
         raise InputError(f"{where}: give one of matrix and factor")
     columns = len(names) if keys == ["matrix"] else None
     row = schema.list_of(
-        schema.number(), f"must be {columns} finite numbers" if columns else "must be finite numbers",
-        least=columns or 1, most=columns or schema.MOST,
-    )  # fmt: skip
+        schema.number(),
+        f"must be {columns} finite numbers" if columns else "must be finite numbers",
+        least=columns or 1,
+        most=columns or schema.MOST,
+    )
     says = f"must be {len(names)} rows of as many numbers"
     rows = schema.read(
         schema.list_of(row, says, least=len(names), most=len(names)), content[keys[0]], where=where, section=keys[0]

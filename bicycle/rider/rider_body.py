@@ -72,8 +72,11 @@ HEAD_GIRTHS = ("Ls5p", "Ls6p", "Ls7p")
 SIDES = (("La", "Lb", ARM), ("Lj", "Lk", LEG))  # left and right limb, with what is measured on both
 
 KEYS = (
-    *TRUNK_LENGTHS, *TRUNK_GIRTHS, *HEAD_GIRTHS, *(side + k for *pair, keys in SIDES for side in pair for k in keys)
-)  # fmt: skip
+    *TRUNK_LENGTHS,
+    *TRUNK_GIRTHS,
+    *HEAD_GIRTHS,
+    *(side + k for *pair, keys in SIDES for side in pair for k in keys),
+)
 """The 95 measurements, named as in the Python package ``yeadon``: L length, p perimeter, w width, d depth."""
 
 
@@ -188,9 +191,14 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
         _mass(f"{path}: {TOTAL}", mass)
     source = "measured (moorepants/BicycleParameters, data/riders, BSD-2-Clause)"
     rider = RiderMeasurements(
-        path.name.removesuffix(".txt"), MappingProxyType(lengths), mass, LIMITS.measured_sd, LIMITS.mass_sd,
-        source if packaged else f"measured, file {path.name}", notes,
-    )  # fmt: skip
+        path.name.removesuffix(".txt"),
+        MappingProxyType(lengths),
+        mass,
+        LIMITS.measured_sd,
+        LIMITS.mass_sd,
+        source if packaged else f"measured, file {path.name}",
+        notes,
+    )
     lowest, tallest = LIMITS.height
     if not lowest < rider.height < tallest:
         raise InputError(
@@ -217,10 +225,13 @@ def scaled_rider(*, height: float, mass: float) -> RiderMeasurements:
     for group in GROUPS:
         rider = rider.scaled(group, tall if group.startswith("lengths") else thick)
     return replace(
-        rider, name=f"scaled_{height:g}m_{mass:g}kg", mass=float(mass), relative_sd=LIMITS.scaled_sd,
+        rider,
+        name=f"scaled_{height:g}m_{mass:g}kg",
+        mass=float(mass),
+        relative_sd=LIMITS.scaled_sd,
         source=f"scaled from the measured rider {REFERENCE} by height and mass, not measured",
         notes=("is scaled from another person's measurements by height and mass",),
-    )  # fmt: skip
+    )
 
 
 def _folder() -> Traversable:

@@ -129,9 +129,15 @@ def felt_mass(arm: tuple[RigidBody, RigidBody], points: tuple[Array, Array, Arra
 
 
 def rider_on_bicycle(
-    frame: Bicycle, rider: RiderMeasurements, *, posture: str, geometry: SeatGeometry,
-    torso_lean: float | None = None, back_rounding: float = 0.0, elbows_out: float = 0.0,
-) -> RiderOnBicycle:  # fmt: skip
+    frame: Bicycle,
+    rider: RiderMeasurements,
+    *,
+    posture: str,
+    geometry: SeatGeometry,
+    torso_lean: float | None = None,
+    back_rounding: float = 0.0,
+    elbows_out: float = 0.0,
+) -> RiderOnBicycle:
     """Put a rider on a bicycle."""
     if frame["mB"] > 60:
         raise InputError(
@@ -176,9 +182,12 @@ def _steps_together(frame: Bicycle) -> dict[str, dict[str, float]]:
 def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, angles: Angles) -> dict[str, Array]:
 
     def whole(
-        rider: RiderMeasurements = rider, geometry: SeatGeometry = geometry, angles: Angles = angles,
-        frame_values: Mapping[str, float] = frame.values, densities: str = rider_body.DENSITY_SETS[0],
-    ) -> Array:  # fmt: skip
+        rider: RiderMeasurements = rider,
+        geometry: SeatGeometry = geometry,
+        angles: Angles = angles,
+        frame_values: Mapping[str, float] = frame.values,
+        densities: str = rider_body.DENSITY_SETS[0],
+    ) -> Array:
         at = rider_posture.contacts(geometry, frame.values)
         seated = rider_posture.sit(Lengths.of(rider.lengths), at, **angles._asdict(), strict=False)
         parts = rider_body.segments(rider, seated.configuration, at.hip, densities=densities)

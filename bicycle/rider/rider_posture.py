@@ -107,10 +107,12 @@ def completed(
 ) -> SeatGeometry:
     """Fill in what a geometry leaves out, but for the place of the hands, by a fit rule; these are ``assumed``."""
     rule = {
-        "chain_stay_m": (0.41, 0.02), "bottom_bracket_height_m": (bicycle["rR"] - 0.055, 0.015),
-        "seat_tube_angle_deg": (73.0, 1.5), "saddle_distance_m": (LEG_SHARE * rider.leg, LEG_SHARE_SD * rider.leg),
+        "chain_stay_m": (0.41, 0.02),
+        "bottom_bracket_height_m": (bicycle["rR"] - 0.055, 0.015),
+        "seat_tube_angle_deg": (73.0, 1.5),
+        "saddle_distance_m": (LEG_SHARE * rider.leg, LEG_SHARE_SD * rider.leg),
         "hand_width_m": (hand_width, 0.04),
-    }  # fmt: skip
+    }
     return geometry.assuming({key: pair for key, pair in rule.items() if key not in geometry.values})
 
 
@@ -133,15 +135,27 @@ POSTURES: Mapping[str, Posture] = MappingProxyType(
     {
         name: Posture(math.radians(lean), math.radians(arm), math.radians(elbow), hand_width, source)
         for name, (lean, arm, elbow), hand_width, source in (
-            ("upright", (15, 52, 20), 0.56,
-             "torso 8.5 to 16 deg from the vertical and hands 0.535 to 0.58 m apart on three measured city bicycles"),
-            ("hoods", (45, 80, 20), 0.44,
-             "torso 45 deg from the horizontal, elbows 20 deg (Burt 2014; 19 +- 8 deg measured on 50 cyclists)"),
-            ("drops", (55, 80, 30), 0.42,
-             "torso 35 deg from the horizontal, within 30 to 45 deg of racing cyclists (Pruitt & Matheny 2006)"),
+            (
+                "upright",
+                (15, 52, 20),
+                0.56,
+                "torso 8.5 to 16 deg from the vertical and hands 0.535 to 0.58 m apart on three measured city bicycles",
+            ),
+            (
+                "hoods",
+                (45, 80, 20),
+                0.44,
+                "torso 45 deg from the horizontal, elbows 20 deg (Burt 2014; 19 +- 8 deg measured on 50 cyclists)",
+            ),
+            (
+                "drops",
+                (55, 80, 30),
+                0.42,
+                "torso 35 deg from the horizontal, within 30 to 45 deg of racing cyclists (Pruitt & Matheny 2006)",
+            ),
         )
     }
-)  # fmt: skip
+)
 """``arm_to_torso``: line from shoulder to hand against the torso; together with the elbow it places an assumed bar."""
 
 LEAN_LIMITS = (-60.0, 90.0)  # degrees
@@ -163,9 +177,15 @@ class Lengths(NamedTuple):
     def of(cls, m: Mapping[str, float]) -> "Lengths":
         """From Yeadon's measurements ``m``, in m: the leg ends at the heel, the arm at the base of the thumb."""
         return cls(
-            m["Ls2L"], m["Ls3L"] - m["Ls2L"], m["Ls4L"] - m["Ls3L"], m["Ls4w"] / 2,
-            m["Lj3L"], m["Lj5L"] - m["Lj3L"] + m["Lj6L"], m["La2L"], m["La4L"] - m["La2L"] + m["La5L"],
-        )  # fmt: skip
+            m["Ls2L"],
+            m["Ls3L"] - m["Ls2L"],
+            m["Ls4L"] - m["Ls3L"],
+            m["Ls4w"] / 2,
+            m["Lj3L"],
+            m["Lj5L"] - m["Lj3L"] + m["Lj6L"],
+            m["La2L"],
+            m["La4L"] - m["La2L"] + m["La5L"],
+        )
 
 
 @dataclass(frozen=True)
@@ -212,9 +232,14 @@ def fitting_hands(body: Lengths, posture: Posture, *, torso_lean: float) -> Arra
 
 
 def sit(
-    body: Lengths, at: Contacts, *, torso_lean: float, back_rounding: float = 0.0, elbows_out: float = 0.0,
+    body: Lengths,
+    at: Contacts,
+    *,
+    torso_lean: float,
+    back_rounding: float = 0.0,
+    elbows_out: float = 0.0,
     strict: bool = True,
-) -> Seated:  # fmt: skip
+) -> Seated:
     """Joint angles of a body seated at three contacts."""
     top, pelvis = shoulder(at.hip, body, torso_lean=torso_lean, back_rounding=back_rounding)
     down = at.pedals - at.hip
@@ -239,14 +264,28 @@ def sit(
     upper = math.cos(at_shoulder) * line + math.sin(at_shoulder) * side
     arm = _arm_angles(upper, np.cross(line, side), chest_lean=pelvis + back_rounding)
     configuration = {
-        "somersault": pelvis, "tilt": 0.0, "twist": 0.0, "PTsagittalFlexion": back_rounding / 2, "PTbending": 0.0,
-        "TCspinalTorsion": 0.0, "TCsagittalSpinalFlexion": back_rounding / 2,
-        "CA1extension": arm[0], "CA1adduction": arm[1], "CA1rotation": arm[2],
-        "CB1extension": arm[0], "CB1abduction": -arm[1], "CB1rotation": -arm[2],
-        "A1A2extension": -elbow, "B1B2extension": -elbow,
-        "PJ1extension": -thigh - pelvis, "PJ1adduction": 0.0, "PK1extension": -thigh - pelvis, "PK1abduction": 0.0,
-        "J1J2flexion": knee, "K1K2flexion": knee,
-    }  # fmt: skip
+        "somersault": pelvis,
+        "tilt": 0.0,
+        "twist": 0.0,
+        "PTsagittalFlexion": back_rounding / 2,
+        "PTbending": 0.0,
+        "TCspinalTorsion": 0.0,
+        "TCsagittalSpinalFlexion": back_rounding / 2,
+        "CA1extension": arm[0],
+        "CA1adduction": arm[1],
+        "CA1rotation": arm[2],
+        "CB1extension": arm[0],
+        "CB1abduction": -arm[1],
+        "CB1rotation": -arm[2],
+        "A1A2extension": -elbow,
+        "B1B2extension": -elbow,
+        "PJ1extension": -thigh - pelvis,
+        "PJ1adduction": 0.0,
+        "PK1extension": -thigh - pelvis,
+        "PK1abduction": 0.0,
+        "J1J2flexion": knee,
+        "K1K2flexion": knee,
+    }
     return Seated(MappingProxyType(configuration), torso_lean, knee, elbow, math.pi - thigh - torso_lean)
 
 
@@ -300,7 +339,8 @@ def _within(key: str) -> Check:
 
 GEOMETRY = table(
     {
-        maybe("description", ""): text(), maybe("source", ""): text(),
+        maybe("description", ""): text(),
+        maybe("source", ""): text(),
         maybe("values", {}): table({maybe(key): _within(key) for key in RANGES}, kind="values"),
         maybe("sd", {}): by_name(
             number(least=0, outside="where a standard deviation must not be negative"), RANGES, kind="sd"
@@ -310,7 +350,7 @@ GEOMETRY = table(
             table({maybe(key): _within(key) for key in ("hand_width_m", *HUBS, *SADDLE)}), POSTURES, kind="posture"
         ),
     }
-)  # fmt: skip
+)
 RAW = {
     "chain_stay_m": "lcs", "bottom_bracket_height_m": "hbb", "seat_tube_angle_deg": "lamst", "saddle_distance_m": "lst",
     "hand_width_m": "whb", "rear_hub_to_hand_m": "LhbR", "front_hub_to_hand_m": "LhbF",

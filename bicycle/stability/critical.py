@@ -206,10 +206,14 @@ def crossings_of(
     place = np.abs(named.values - 1j * zeros.omega[:, None]).argmin(1)[:, None]
     first, second = (np.take_along_axis(x, place, 1)[:, 0].tolist() for x in (named.first, named.second))
     for k, bicycle in enumerate(zeros.owner.tolist()):
-        result[bicycle].append(CriticalSpeed.of_root(
-            speed=zeros.speed[k], root=1j * zeros.omega[k], destabilising=bool(zeros.slope[k].real > 0),
-            mode=rules.name(first[k], second[k]),
-        ))  # fmt: skip
+        result[bicycle].append(
+            CriticalSpeed.of_root(
+                speed=zeros.speed[k],
+                root=1j * zeros.omega[k],
+                destabilising=bool(zeros.slope[k].real > 0),
+                mode=rules.name(first[k], second[k]),
+            )
+        )
     return result
 
 

@@ -68,9 +68,11 @@ def mode_marker(name: str) -> dict[str, Any]:
     """Marker keywords of a mode: filled; under a joint name in the colours of the other modes it may be."""
     own, *others = (mode_look(part).colour for part in name.split("+"))
     return {
-        "marker": mode_look(name).marker, "markerfacecolor": others[0] if others else own,
-        "markeredgecolor": others[-1] if len(others) > 1 else own, "markeredgewidth": 1.4 if others else 0.8,
-    }  # fmt: skip
+        "marker": mode_look(name).marker,
+        "markerfacecolor": others[0] if others else own,
+        "markeredgecolor": others[-1] if len(others) > 1 else own,
+        "markeredgewidth": 1.4 if others else 0.8,
+    }
 
 
 def mode_words(name: str) -> str:

@@ -112,15 +112,20 @@ class Rules:
         declared = tuple(mode for mode in every_mode(model) if mode not in BASE_MODES)
         contact = ("rear", "front")
         weights: list[dict[str, float]] = [
-            {"lean": LIMITS.lean, "yaw": LIMITS.yaw}, {"steer": LIMITS.steer},
-            {"lean": 1.0, "steer": 1.0, "yaw": 1.0}, {"steer": 1.0},
-        ]  # fmt: skip
+            {"lean": LIMITS.lean, "yaw": LIMITS.yaw},
+            {"steer": LIMITS.steer},
+            {"lean": 1.0, "steer": 1.0, "yaw": 1.0},
+            {"steer": 1.0},
+        ]
         for mode in declared:
             marks = contact if mode.marks[0] in contact else mode.marks
             weights.append(dict.fromkeys(marks, 1.0))
         weights.append({"": 1.0})
-        ratio = [[s.name == "steer" for s in states], [s.unit == "rad" for s in states],
-                 [s.name == "yaw_rate" for s in states]]  # fmt: skip
+        ratio = [
+            [s.name == "steer" for s in states],
+            [s.unit == "rad" for s in states],
+            [s.name == "yaw_rate" for s in states],
+        ]
         return cls(
             names=tuple(mode.name for mode in (*BASE_MODES, *declared))
             + tuple(f"other_{number}" for number in range(1, model.order + 1)),

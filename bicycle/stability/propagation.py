@@ -103,11 +103,11 @@ def critical_speed_estimates(
     names, covariance = model_covariance(model, given, assume=assume)
     gradients = critical_speed_gradients(model, critical, names)
     return tuple(
-        Estimate(c.speed, float(standard_deviation(g, covariance)), model.covariance.degrees_of_freedom(
-            names, g, covariance
-        ))
+        Estimate(
+            c.speed, float(standard_deviation(g, covariance)), model.covariance.degrees_of_freedom(names, g, covariance)
+        )
         for c, g in zip(critical, gradients, strict=True)
-    )  # fmt: skip
+    )
 
 
 WIDTH = 1.96  # sd, for 95 %

@@ -166,9 +166,12 @@ def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]
     )
     adjugate = np.array([[block[1, 1], -block[0, 1]], [-block[1, 0], block[0, 0]]])
     return PairSensitivities(
-        float(two.sum().real), float(two.prod().real), tuple(slopes),
-        np.trace(changes, axis1=1, axis2=2).real, np.trace(adjugate @ changes, axis1=1, axis2=2).real,
-    )  # fmt: skip
+        float(two.sum().real),
+        float(two.prod().real),
+        tuple(slopes),
+        np.trace(changes, axis1=1, axis2=2).real,
+        np.trace(adjugate @ changes, axis1=1, axis2=2).real,
+    )
 
 
 def critical_speed_sensitivities(model: Model, critical: Sequence[CriticalSpeed]) -> dict[str, Array]:

@@ -267,9 +267,11 @@ def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
     stiffness, damping = (math.exp(rng.uniform(*np.log(ends))) for ends in (LIMITS.stiffness, LIMITS.damping))
     height = rng.uniform(*LIMITS.height)
     hinge = effect_class("front_compliance")(
-        stiffness=stiffness, damping=damping, joint_z=-height,
+        stiffness=stiffness,
+        damping=damping,
+        joint_z=-height,
         joint_x=values["w"] + values["c"] - height * math.tan(values["lam"]),
-    )  # fmt: skip
+    )
     found = critical_speeds(Model(bicycle, (effect_class("relaxation_length")(**contact), hinge)), LIMITS.ridden)
     return next((one.speed for one in found if one.mode == "wobble" and one.direction == DESTABILISING), math.nan)
 
@@ -311,8 +313,16 @@ def file_text(own: OwnBicycle, asked: Asked, command: str) -> str:
     sd_of = {"w": "w", FORK_OFFSET if forks else "c": "c", "lam": "lam"}
     exact = {key: DEFAULTS[like][0] for key, like in sd_of.items()} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
     content: dict[str, Any] = {
-        "own": own, "asked": asked, "forks": forks, "command": command, "units": UNITS,
+        "own": own,
+        "asked": asked,
+        "forks": forks,
+        "command": command,
+        "units": UNITS,
         "makes": len(set(scaled.MAKES.values())),
-        "frames": len(scaled.MAKES), "limits": LIMITS, "scaled": scaled.SCALED, "factor": factor, "sd": exact,
-    }  # fmt: skip
+        "frames": len(scaled.MAKES),
+        "limits": LIMITS,
+        "scaled": scaled.SCALED,
+        "factor": factor,
+        "sd": exact,
+    }
     return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)

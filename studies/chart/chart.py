@@ -161,13 +161,17 @@ class StabilityChart:
             curve, points = one.curve, self.plane.x(one.curve.shares)
             columns: dict[str, Any] = {axis.column: points[:, i] for i, axis in enumerate(axes)}
             columns |= {
-                "boundary": number, "closed": curve.closed, "mode": [name or "unknown" for name in one.names],
+                "boundary": number,
+                "closed": curve.closed,
+                "mode": [name or "unknown" for name in one.names],
                 "kind": "real" if curve.real else "oscillatory",
-                "frequency_Hz": one.frequency, "residual_real_1_s": curve.roots.real,
-                "largest_root_1_s": curve.sizes, "unstable_roots_on_the_stable_side": one.beside,
+                "frequency_Hz": one.frequency,
+                "residual_real_1_s": curve.roots.real,
+                "largest_root_1_s": curve.sizes,
+                "unstable_roots_on_the_stable_side": one.beside,
                 f"towards_instability_{axes[0].key}": curve.normals[:, 0],
                 f"towards_instability_{axes[1].key}": curve.normals[:, 1],
-            }  # fmt: skip
+            }
             if self.uncertain:
                 sd, scale = one.spread, self.plane.scale(curve.shares)
                 columns |= {f"sd_{axis.column}": sd[:, i] * scale[:, i] for i, axis in enumerate(axes)}
@@ -248,12 +252,18 @@ def rows(chart: StabilityChart) -> list[list[Any]]:
     found = []
     for number, one in enumerate(chart.boundaries, 1):
         points, stable = chart.plane.x(one.curve.shares), float(np.mean(one.beside == 0))
-        found.append([
-            number, " / ".join((name or "unknown").replace("+", " or ") for name in one.distinct),
-            *(_range(values) for values in (*points.T, one.frequency)), *_deviations(chart, one),
-            "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
-            "closed" if one.curve.closed else "ends where its frequency becomes zero" * (DOUBLE_ZERO in one.curve.ends),
-        ])  # fmt: skip
+        found.append(
+            [
+                number,
+                " / ".join((name or "unknown").replace("+", " or ") for name in one.distinct),
+                *(_range(values) for values in (*points.T, one.frequency)),
+                *_deviations(chart, one),
+                "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
+                "closed"
+                if one.curve.closed
+                else "ends where its frequency becomes zero" * (DOUBLE_ZERO in one.curve.ends),
+            ]
+        )
     return found
 
 
@@ -291,12 +301,16 @@ def record(chart: StabilityChart) -> dict[str, Any]:
         "speed_m_s": plane.speed,
         "boundaries": [
             {
-                "modes": list(one.distinct), "kind": "real" if one.curve.real else "oscillatory",
-                "closed": one.curve.closed, "ends": list(one.curve.ends),
-                "points": plane.x(one.curve.shares).tolist(), "frequency_Hz": one.frequency.tolist(),
+                "modes": list(one.distinct),
+                "kind": "real" if one.curve.real else "oscillatory",
+                "closed": one.curve.closed,
+                "ends": list(one.curve.ends),
+                "points": plane.x(one.curve.shares).tolist(),
+                "frequency_Hz": one.frequency.tolist(),
                 "unstable_roots_on_the_stable_side": one.beside.tolist(),
                 "sd": [_finite(table.loc[table.boundary == number, f"sd_{s.axis.column}"]) for s in plane.spans]
-                if chart.uncertain else None,
+                if chart.uncertain
+                else None,
             }
             for number, one in enumerate(chart.boundaries, 1)
         ],
@@ -305,11 +319,14 @@ def record(chart: StabilityChart) -> dict[str, Any]:
             for m in chart.marks
         ],
         "check": {
-            "grid_points": check.apart.size, "more_than_a_cell_from_boundaries": int(check.apart.sum()),
-            "not_explained": int(check.wrong.sum()), "points_with_wrong_sides": check.sides,
+            "grid_points": check.apart.size,
+            "more_than_a_cell_from_boundaries": int(check.apart.sum()),
+            "not_explained": int(check.wrong.sum()),
+            "points_with_wrong_sides": check.sides,
         },
-        "uncertain": list(chart.uncertain.names), "doubts": chart.doubts,
-    }  # fmt: skip
+        "uncertain": list(chart.uncertain.names),
+        "doubts": chart.doubts,
+    }
 
 
 def _finite(values: Any) -> list[float | None]:

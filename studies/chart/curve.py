@@ -116,9 +116,14 @@ class Sharp(NamedTuple):
 
 
 def sharpened(
-    plane: Plane, shares: Array, expected: Complex, real: NDArray[np.bool_], *, longest: float,
+    plane: Plane,
+    shares: Array,
+    expected: Complex,
+    real: NDArray[np.bool_],
+    *,
+    longest: float,
     held: NDArray[np.bool_] | None = None,
-) -> Sharp:  # fmt: skip
+) -> Sharp:
     """Newton from points to the nearest point at which the root that is expected lies on the axis."""
     u, root = shares.copy(), expected.astype(complex)
     free = np.ones_like(u) if held is None else (~held).astype(float)

@@ -61,9 +61,14 @@ def _regions(axes: Any, chart: StabilityChart) -> None:
     counts = np.clip(chart.regions(np.r_[0, middle], np.r_[0, middle])[1:, 1:], 0, len(SHADES) - 1)
     spans = chart.plane.spans
     axes.pcolormesh(
-        spans[0].at(edges), spans[1].at(edges), counts.T, cmap=ListedColormap(SHADES),
-        norm=BoundaryNorm(np.arange(len(SHADES) + 1) - 0.5, len(SHADES)), rasterized=True, zorder=0,
-    )  # fmt: skip
+        spans[0].at(edges),
+        spans[1].at(edges),
+        counts.T,
+        cmap=ListedColormap(SHADES),
+        norm=BoundaryNorm(np.arange(len(SHADES) + 1) - 0.5, len(SHADES)),
+        rasterized=True,
+        zorder=0,
+    )
 
 
 def _hatched(axes: Any, chart: StabilityChart) -> None:
@@ -72,9 +77,14 @@ def _hatched(axes: Any, chart: StabilityChart) -> None:
     outside = ~chart.plane.space.inside(chart.plane.x(lattice(share, share))).reshape(201, 201)
     if outside.any():
         drawn = axes.contourf(
-            spans[0].at(share), spans[1].at(share), outside.T.astype(float), levels=[0.5, 1.5], colors="none",
-            hatches=[EXTRAPOLATED["hatch"]], zorder=0.6,
-        )  # fmt: skip
+            spans[0].at(share),
+            spans[1].at(share),
+            outside.T.astype(float),
+            levels=[0.5, 1.5],
+            colors="none",
+            hatches=[EXTRAPOLATED["hatch"]],
+            zorder=0.6,
+        )
         drawn.set_edgecolor("0.72")
         drawn.set_linewidth(0)
 
@@ -82,8 +92,11 @@ def _hatched(axes: Any, chart: StabilityChart) -> None:
 def _contours(axes: Any, chart: StabilityChart, output: Output, target: Path) -> None:
     share, values = contour_values(chart.plane, output)
     first, second = chart.plane.spans
-    table = {first.axis.column: np.repeat(first.at(share), len(share)),
-             second.axis.column: np.tile(second.at(share), len(share)), output.name: values.ravel()}  # fmt: skip
+    table = {
+        first.axis.column: np.repeat(first.at(share), len(share)),
+        second.axis.column: np.tile(second.at(share), len(share)),
+        output.name: values.ravel(),
+    }
     write_csv(pd.DataFrame(table), target.with_name(f"{target.name}_{output.name}.csv"))
     if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values):
         lines = axes.contour(
@@ -98,9 +111,15 @@ def _band(axes: Any, chart: StabilityChart, one: NamedBoundary) -> None:
     share, inside = band_of(one.curve.shares, one.spread[:, 2])
     spans, colour = chart.plane.spans, mode_look(one.names[0] or "other").colour
     axes.contourf(
-        spans[0].at(share), spans[1].at(share), inside.T, levels=[0, 1], colors=[colour], alpha=0.25,
-        zorder=1, antialiased=True,
-    )  # fmt: skip
+        spans[0].at(share),
+        spans[1].at(share),
+        inside.T,
+        levels=[0, 1],
+        colors=[colour],
+        alpha=0.25,
+        zorder=1,
+        antialiased=True,
+    )
 
 
 def _curve(axes: Any, beside: Any, chart: StabilityChart, one: NamedBoundary, below: bool) -> None:  # noqa: FBT001
@@ -123,8 +142,9 @@ def _marks(axes: Any, chart: StabilityChart) -> None:
         words = "" if own else mark.label
         if upright and not level:
             axes.axvline(mark.x, **style)
-            axes.text(mark.x, 0.985, words, rotation=90, ha="right", va="top", transform=axes.get_xaxis_transform(),
-                      **small)  # fmt: skip
+            axes.text(
+                mark.x, 0.985, words, rotation=90, ha="right", va="top", transform=axes.get_xaxis_transform(), **small
+            )
         elif level and not upright:
             axes.axhline(mark.y, **style)
             axes.text(0.985, mark.y, words, ha="right", va="bottom", transform=axes.get_yaxis_transform(), **small)
@@ -137,9 +157,13 @@ def _marks(axes: Any, chart: StabilityChart) -> None:
         left, crowded = place[0] > 0.75, any((np.abs(place - other) < (0.16, 0.045)).all() for other in taken)
         taken.append(place)
         axes.annotate(
-            mark.label, (mark.x, mark.y), (-6 if left else 6, -12 if crowded else 5), textcoords="offset points",
-            ha="right" if left else "left", **small,
-        )  # fmt: skip
+            mark.label,
+            (mark.x, mark.y),
+            (-6 if left else 6, -12 if crowded else 5),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            **small,
+        )
 
 
 def _marker(kind: str) -> str:
@@ -149,9 +173,12 @@ def _marker(kind: str) -> str:
 def _axes(axes: Any, beside: Any, chart: StabilityChart, below: bool) -> None:  # noqa: FBT001
     first, second = chart.plane.spans
     axes.set(
-        xlim=(first.low, first.high), ylim=(second.low, second.high), ylabel=second.axis.title,
-        xscale="log" if first.log else "linear", yscale="log" if second.log else "linear",
-    )  # fmt: skip
+        xlim=(first.low, first.high),
+        ylim=(second.low, second.high),
+        ylabel=second.axis.title,
+        xscale="log" if first.log else "linear",
+        yscale="log" if second.log else "linear",
+    )
     axes.grid(visible=False)
     highest = 1.1 * max((float(one.frequency.max()) for one in chart.boundaries), default=1.0)
     if beside is None or not below:
@@ -166,8 +193,16 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
     handles: list[Any] = list(axes.get_legend_handles_labels()[0])
     for name in dict.fromkeys(name for one in chart.boundaries for name in one.distinct):
         style = mode_look(name or "other")
-        handles.append(Line2D([], [], color=style.colour, linestyle=style.bare or style.line, linewidth=2.0,
-                              label=mode_words(name) if name else "mode unknown"))  # fmt: skip
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color=style.colour,
+                linestyle=style.bare or style.line,
+                linewidth=2.0,
+                label=mode_words(name) if name else "mode unknown",
+            )
+        )
     for count in np.unique(np.clip(chart.check.told, 0, len(SHADES) - 1)).tolist():
         words = "stable" if count == 0 else MORE if count == len(SHADES) - 1 else f"{count}"
         label = words if count == 0 else f"{words} unstable root{'s' * (count != 1)}"
@@ -177,14 +212,23 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
     if chart.uncertain and any(one.band_is_told for one in chart.boundaries):
         handles.append(Patch(facecolor="0.45", alpha=0.3, label="95 % band, first order"))
     handles += [
-        Line2D([], [], color="black" if kind == MODEL else GREY, marker=_marker(kind), linestyle="none",
-               label="the model" if kind == MODEL else kind)
+        Line2D(
+            [],
+            [],
+            color="black" if kind == MODEL else GREY,
+            marker=_marker(kind),
+            linestyle="none",
+            label="the model" if kind == MODEL else kind,
+        )
         for kind in dict.fromkeys(mark.kind for mark in chart.marks if not np.isnan(mark.x + mark.y))
-    ]  # fmt: skip
+    ]
     if any(mark.kind == MODEL and np.isnan(mark.x + mark.y) for mark in chart.marks):
         handles.append(Line2D([], [], color="black", linestyle=":", linewidth=1.0, label="the model"))
     if not chart.plane.space.inside(chart.plane.x(lattice(*[np.linspace(0, 1, 21)] * 2))).all():
-        handles.append(Patch(facecolor="none", edgecolor="0.72", hatch=EXTRAPOLATED["hatch"], linewidth=0,
-                             label="tyre extrapolated"))  # fmt: skip
+        handles.append(
+            Patch(
+                facecolor="none", edgecolor="0.72", hatch=EXTRAPOLATED["hatch"], linewidth=0, label="tyre extrapolated"
+            )
+        )
     columns = legend_columns([handle.get_label() for handle in handles], width=WIDTH)
     canvas.legend(handles=handles, loc="outside lower center", ncols=columns)

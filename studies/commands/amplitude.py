@@ -35,10 +35,20 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of 
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and mode as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, speeds: str, max_speed: float, friction: float, shape_factor: float, curvature_factor: float,
-    kick: str | None, damper: float | None, point: str | None, plot_file: str | None, film: Path | None,
-    csv_file: str | None, json_file: str | None,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    speeds: str,
+    max_speed: float,
+    friction: float,
+    shape_factor: float,
+    curvature_factor: float,
+    kick: str | None,
+    damper: float | None,
+    point: str | None,
+    plot_file: str | None,
+    film: Path | None,
+    csv_file: str | None,
+    json_file: str | None,
+) -> None:
     from bicycle.motion.kicks import kick_thresholds
     from bicycle.motion.limit_cycles import find_limit_cycles
     from bicycle.motion.nonlinear import MagicTyre
@@ -79,10 +89,18 @@ def command(
         if kicks:
             unit = UNITS[str(kick)]
             rows = [[f"{one.speed:g}", *one[1:6], "yes" if one.within_geometry else "no"] for one in kicks]
-            print_table(rows, [
-                "speed m/s", "mode", f"estimate {unit}", f"least {unit}", "what follows", f"falls from {unit}",
-                "linear geometry",
-            ])  # fmt: skip
+            print_table(
+                rows,
+                [
+                    "speed m/s",
+                    "mode",
+                    f"estimate {unit}",
+                    f"least {unit}",
+                    "what follows",
+                    f"falls from {unit}",
+                    "linear geometry",
+                ],
+            )
             click.echo()
         without = kick is not None and not kicks
         told_of: dict[str, Any] = {"peak_factor": peak, "without_kick": without, "sides": both, "max_speed": max_speed}

@@ -40,10 +40,15 @@ def command(bicycle: str | None, json_file: str | None) -> None:
         print_warnings(one.warnings)
         return
     rows = [
-        [r["name"], r["mass_kg"], r["rear_load_N"], r["front_load_N"],
-         *(shorten(r[word], width, placeholder=" …") for word, width in (("description", 58), ("source", 29)))]
+        [
+            r["name"],
+            r["mass_kg"],
+            r["rear_load_N"],
+            r["front_load_N"],
+            *(shorten(r[word], width, placeholder=" …") for word, width in (("description", 58), ("source", 29))),
+        ]
         for r in records
-    ]  # fmt: skip
+    ]
     print_table(rows, ["bicycle", "kg", "rear N", "front N", "description", "source"])
     click.echo("\nvelotyre bicycles NAME shows parameters and source in full; loads are those of the wheels at rest")
 
@@ -53,7 +58,13 @@ def _record(bicycle: "Bicycle") -> dict[str, Any]:
 
     rear, front = bicycle.static_loads
     return {
-        "name": bicycle.name, "description": bicycle.description, "source": bicycle.source,
-        "mass_kg": sum(bicycle[key] for key in ("mR", "mB", "mH", "mF")), "rear_load_N": rear, "front_load_N": front,
-        "values": dict(bicycle.values), "sd": dict(bicycle.sd), **covariance_table(bicycle.covariance),
-    }  # fmt: skip
+        "name": bicycle.name,
+        "description": bicycle.description,
+        "source": bicycle.source,
+        "mass_kg": sum(bicycle[key] for key in ("mR", "mB", "mH", "mF")),
+        "rear_load_N": rear,
+        "front_load_N": front,
+        "values": dict(bicycle.values),
+        "sd": dict(bicycle.sd),
+        **covariance_table(bicycle.covariance),
+    }

@@ -25,9 +25,17 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 @assume_option
 @click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, x_text: str, y_text: str, speed: float | None, out: Path, contours: str | None,
-    sds: tuple[str, ...], json_file: str | None, *, assume: bool,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    x_text: str,
+    y_text: str,
+    speed: float | None,
+    out: Path,
+    contours: str | None,
+    sds: tuple[str, ...],
+    json_file: str | None,
+    *,
+    assume: bool,
+) -> None:
     from studies.chart import Plane
     from studies.model_space.axes import numbers_by_name
     from studies.model_space.outputs import scalar_output

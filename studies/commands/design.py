@@ -28,9 +28,14 @@ def two_words(context: click.Context, parameter: click.Parameter, value: Asked) 
 )
 @takes_model
 @click.option(
-    "--keep", nargs=2, multiple=True, required=True, metavar="MODE WHAT", callback=two_words,
+    "--keep",
+    nargs=2,
+    multiple=True,
+    required=True,
+    metavar="MODE WHAT",
+    callback=two_words,
     help="Mode (all: every one), and 'stable', a least damping ratio or a largest amplitude (2deg); repeat.",
-)  # fmt: skip
+)
 @click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
 @click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed, m/s.")
 @click.option("--vary", required=True, metavar="NAME,NAME", help="What may change, as --parameter of root-locus.")
@@ -45,10 +50,23 @@ def two_words(context: click.Context, parameter: click.Parameter, value: Asked) 
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The new model, .toml.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, keep: Asked, up_to: float, low: float, vary: str,
-    damping_ratio: float | None, costs: tuple[str, ...], limits: tuple[str, ...], sds: tuple[str, ...],
-    probability: float | None, samples: int, seed: int, out: Path, json_file: str | None, *, assume: bool,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    keep: Asked,
+    up_to: float,
+    low: float,
+    vary: str,
+    damping_ratio: float | None,
+    costs: tuple[str, ...],
+    limits: tuple[str, ...],
+    sds: tuple[str, ...],
+    probability: float | None,
+    samples: int,
+    seed: int,
+    out: Path,
+    json_file: str | None,
+    *,
+    assume: bool,
+) -> None:
     from bicycle.parameters.bicycle import canonical
     from studies import design as designs
     from studies.model_space.axes import numbers_by_name, ranges_by_name
@@ -67,9 +85,13 @@ def command(
     content, added = designs.with_effects(chosen.content, keys)
     wanted = designs.Wanted(
         numbers_by_name(costs, "--cost", "c=100", "cost", own_unit=False),
-        numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), ranges_by_name(limits), assume=assume,
-        probability=probability, samples=samples, seed=seed,
-    )  # fmt: skip
+        numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"),
+        ranges_by_name(limits),
+        assume=assume,
+        probability=probability,
+        samples=samples,
+        seed=seed,
+    )
     design = designs.designed(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:
         asked = " ".join(f"--keep {mode} {what}" for mode, what in keep) + f" --from {low:g} --up-to {up_to:g}"

@@ -21,9 +21,17 @@ from studies.reporting.command_context import example, verbose
 @click.option("--quick", is_flag=True, help="Only single effects, by least squares and BIC, in seconds; no report.")
 @click.option("--workers", type=WORKERS, help="Processes for the variants; default: one a core, up to 4.")
 def command(
-    measurement_file: str, folder: str | None, without: tuple[str, ...], with_: tuple[str, ...], json_file: str | None,
-    workers: int | None, *, no_stability: bool, as_read: bool, quick: bool,
-) -> None:  # fmt: skip
+    measurement_file: str,
+    folder: str | None,
+    without: tuple[str, ...],
+    with_: tuple[str, ...],
+    json_file: str | None,
+    workers: int | None,
+    *,
+    no_stability: bool,
+    as_read: bool,
+    quick: bool,
+) -> None:
     from os import cpu_count
     from pathlib import Path
     from time import perf_counter

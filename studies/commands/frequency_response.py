@@ -20,18 +20,28 @@ from studies.reporting.command_context import example
 @click.option("--input", "source", default="steer_torque", show_default=True, help="Or lean_torque, lateral_force.")
 @click.option("--output", "outputs", default="roll_rate,steer", show_default=True, help="Motions, separated by commas.")
 @click.option(
-    "--instrument", "reference", default="", metavar="COLUMN",
+    "--instrument",
+    "reference",
+    default="",
+    metavar="COLUMN",
     help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
-)  # fmt: skip
+)
 @click.option(
     "--segment", "segment_s", type=DURATION, default=10.0, show_default=True, help="Length of the segments, s."
 )
 @click.option("--to-hz", "highest_hz", type=FINITE, default=5.0, show_default=True, help="Highest frequency, Hz.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
 def command(
-    runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], source: str, outputs: str,
-    reference: str, segment_s: float, highest_hz: float, out_file: str | None,
-) -> None:  # fmt: skip
+    runs: tuple[str, ...],
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
+    source: str,
+    outputs: str,
+    reference: str,
+    segment_s: float,
+    highest_hz: float,
+    out_file: str | None,
+) -> None:
     import math
 
     from studies.diagnosis.spectra import responses_of_runs, rows_of, shown_of
@@ -44,9 +54,14 @@ def command(
     check_targets(out=out_file)
     names = [name.strip() for name in outputs.split(",") if name.strip()]
     found, notes = responses_of_runs(
-        runs, source, names, chosen_map(channels_file, channel_texts), reference=reference, segment_s=segment_s,
+        runs,
+        source,
+        names,
+        chosen_map(channels_file, channel_texts),
+        reference=reference,
+        segment_s=segment_s,
         highest_hz=highest_hz,
-    )  # fmt: skip
+    )
     for note in notes:
         click.echo(f"note: {note}", err=True)
     print_table(

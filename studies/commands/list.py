@@ -37,12 +37,16 @@ def models(model: str | None, json_file: str | None, target: str | None) -> None
     found = {name: read_model(name) for name in available_models()} if model is None else {model: choose(model).model}
     records: list[dict[str, Any]] = [
         {
-            "name": name, "description": one.bicycle.description, "source": one.bicycle.source,
-            "kind": one.bicycle.kind, "mass_kg": sum(one.bicycle[key] for key in ("mR", "mB", "mH", "mF")),
-            "effects": [effect.identifier for effect in one.effects], "values": one.parameters,
+            "name": name,
+            "description": one.bicycle.description,
+            "source": one.bicycle.source,
+            "kind": one.bicycle.kind,
+            "mass_kg": sum(one.bicycle[key] for key in ("mR", "mB", "mH", "mF")),
+            "effects": [effect.identifier for effect in one.effects],
+            "values": one.parameters,
         }
         for name, one in found.items()
-    ]  # fmt: skip
+    ]
     if json_file:
         write_json(records[0] if model is not None else {"models": records}, json_file)
     if json_file == "-":

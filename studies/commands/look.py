@@ -14,17 +14,25 @@ from studies.reporting.command_context import example
 )
 @click.argument("files", nargs=-1, required=True, metavar="FILE|FOLDER...", type=PATH)
 @click.option(
-    "--channels", "channels_file", type=PATH, metavar="MAP.toml",
+    "--channels",
+    "channels_file",
+    type=PATH,
+    metavar="MAP.toml",
     help="Which column is which channel; without, the sidecar's map, else guesses.",
-)  # fmt: skip
+)
 @click.option("--dbc", type=PATH, multiple=True, help="Database that decodes CAN frames.")
 @click.option("--out", type=PATH, metavar="DIR", help="Write pictures and drafts there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
 @click.option("--force", is_flag=True, help="Overwrite drafts that are there already.")
 def command(
-    files: tuple[Path, ...], channels_file: Path | None, dbc: tuple[Path, ...], out: Path | None, json_file: str | None,
-    *, force: bool,
-) -> None:  # fmt: skip
+    files: tuple[Path, ...],
+    channels_file: Path | None,
+    dbc: tuple[Path, ...],
+    out: Path | None,
+    json_file: str | None,
+    *,
+    force: bool,
+) -> None:
     from contextlib import nullcontext
 
     from studies.look import drafts, draw, look, recordings_of, stems, steps, tell, tell_several, write_drafts

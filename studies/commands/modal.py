@@ -36,19 +36,31 @@ UNUSED = (
 @click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
 @click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
 @click.option(
-    "--from", "first_s", type=TIME, default=0.0, show_default=True,
+    "--from",
+    "first_s",
+    type=TIME,
+    default=0.0,
+    show_default=True,
     help="Start of the window, s after the first sample.",
-)  # fmt: skip
+)
 @click.option("--to", "last_s", type=TIME, help="End of the window, likewise.")
 @click.option("--start-hz", type=FINITE, help="Look near this frequency.")
 @click.option("--drift", help="none, constant, parabola, exponential or parabola-exponential; default: by evidence.")
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=FOLDER, help="Folder for a picture of each fit.")
 def command(
-    runs: tuple[str, ...], channels_file: Path | None, channel_texts: tuple[str, ...], mode: str | None,
-    modes: str | None, first_s: float, last_s: float | None, start_hz: float | None, drift: str | None,
-    out_file: str | None, figures: Path | None,
-) -> None:  # fmt: skip
+    runs: tuple[str, ...],
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
+    mode: str | None,
+    modes: str | None,
+    first_s: float,
+    last_s: float | None,
+    start_hz: float | None,
+    drift: str | None,
+    out_file: str | None,
+    figures: Path | None,
+) -> None:
     from contextlib import nullcontext
 
     from bicycle.identification.free_decay import identify_modes
@@ -144,10 +156,17 @@ def _shown(each: Any) -> list[object]:
     if not each.rejected and d.movement is not None and d.movement.what:
         judgement += ", sd widened by the start"
     return [
-        d.run if each.mode == "weave" else f"{d.run} ({each.mode})", d.speed, with_sd(d.eigenvalue.real, d.sd[0]),
-        with_sd(d.eigenvalue.imag, d.sd[1]), d.cycles, d.r_squared, drift_words(d), movement_words(d),
-        each.repeats or None, judgement,
-    ]  # fmt: skip
+        d.run if each.mode == "weave" else f"{d.run} ({each.mode})",
+        d.speed,
+        with_sd(d.eigenvalue.real, d.sd[0]),
+        with_sd(d.eigenvalue.imag, d.sd[1]),
+        d.cycles,
+        d.r_squared,
+        drift_words(d),
+        movement_words(d),
+        each.repeats or None,
+        judgement,
+    ]
 
 
 def _write(rows: Sequence[dict[str, object]], out_file: str) -> None:

@@ -22,9 +22,13 @@ from tyre.ground.errors import InputError
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and root as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, speeds: str, max_speed: float, plot_file: str | None, csv_file: str | None,
+    chosen: ChosenModel,
+    speeds: str,
+    max_speed: float,
+    plot_file: str | None,
+    csv_file: str | None,
     json_file: str | None,
-) -> None:  # fmt: skip
+) -> None:
     from studies.reporting import output
     from studies.reporting.analysis import analyse, record, records
     from studies.reporting.plotting import check_picture, draw_picture

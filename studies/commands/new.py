@@ -34,9 +34,12 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 )
 @click.argument("target", metavar="FILE.toml", type=PATH)
 @click.option(
-    "--kind", type=click.Choice(("model", "measurement", "sensors")), default="model", show_default=True,
+    "--kind",
+    type=click.Choice(("model", "measurement", "sensors")),
+    default="model",
+    show_default=True,
     help="model: of every command; measurement, with its table: of diagnose; sensors: of simulate.",
-)  # fmt: skip
+)
 @click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
 @click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
 @click.option("--wheelbase", type=LENGTH_ABOVE_0, help="m; with the options below: a bicycle of yours, scaled.")

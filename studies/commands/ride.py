@@ -23,9 +23,16 @@ from studies.reporting.command_context import example, verbose
 @click.option("--out", type=FOLDER, help="Folder for page, figure and table.")
 @verbose
 def command(
-    models: tuple[str, ...], rider_control: str, tyres: tuple[str, ...], pressures: tuple[str, ...],
-    surface: str | None, speeds: str | None, out: Path | None, *, extrapolate: bool,
-) -> None:  # fmt: skip
+    models: tuple[str, ...],
+    rider_control: str,
+    tyres: tuple[str, ...],
+    pressures: tuple[str, ...],
+    surface: str | None,
+    speeds: str | None,
+    out: Path | None,
+    *,
+    extrapolate: bool,
+) -> None:
     from studies.model_space.model_argument import choose
     from studies.motion.ride import read_rider_control, rides, table, told, write_ride
     from studies.reporting.manifest import results

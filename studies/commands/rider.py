@@ -40,10 +40,21 @@ OF_A_BODY = ("rider_name", "height", "posture", "torso_lean", "back_rounding", "
 @click.option("--out", required=True, metavar="FILE", type=PATH, help=".toml; a picture beside.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
-    bicycle: str, rider_name: str | None, height: float | None, mass: float | None,
-    place: tuple[float, float] | None, inertia: tuple[float, ...] | None, posture: str | None,
-    torso_lean: float | None, back_rounding: float, elbows_out: float, geometry: Path | None, out: Path, *, force: bool,
-) -> None:  # fmt: skip
+    bicycle: str,
+    rider_name: str | None,
+    height: float | None,
+    mass: float | None,
+    place: tuple[float, float] | None,
+    inertia: tuple[float, ...] | None,
+    posture: str | None,
+    torso_lean: float | None,
+    back_rounding: float,
+    elbows_out: float,
+    geometry: Path | None,
+    out: Path,
+    *,
+    force: bool,
+) -> None:
     import math
     import shlex
 
@@ -65,10 +76,14 @@ def command(
     person = _rider(rider_name, height, mass)
     known = geometry or packaged_geometry(bicycle)
     found = rider_on_bicycle(
-        frame, person, posture=posture, geometry=read_geometry(known, posture) if known else SeatGeometry(),
+        frame,
+        person,
+        posture=posture,
+        geometry=read_geometry(known, posture) if known else SeatGeometry(),
         torso_lean=None if torso_lean is None else math.radians(torso_lean),
-        back_rounding=math.radians(back_rounding), elbows_out=math.radians(elbows_out),
-    )  # fmt: skip
+        back_rounding=math.radians(back_rounding),
+        elbows_out=math.radians(elbows_out),
+    )
     made = rider_words.with_provenance(found, out.stem)
     asked = click.get_current_context().params
     options = {"rider": rider_name, "height": height, "mass": mass, "posture": posture, "torso-lean": torso_lean}

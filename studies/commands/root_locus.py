@@ -15,18 +15,25 @@ from studies.reporting.command_context import example
 )
 @takes_model
 @click.option(
-    "--parameter", required=True, metavar="KEY",
+    "--parameter",
+    required=True,
+    metavar="KEY",
     help="speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a measured tyre.",
-)  # fmt: skip
+)
 @click.option("--range", "span", required=True, metavar="START:STOP[:STEP]", help="Values of the parameter, SI or bar.")
 @speed_option("m/s, unless the speed is the parameter.", required=False)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 @click.option("--max-frequency", type=POSITIVE, help="Show up to this frequency, Hz.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, parameter: str, span: str, speed: float | None, out: Path, max_frequency: float | None,
+    chosen: ChosenModel,
+    parameter: str,
+    span: str,
+    speed: float | None,
+    out: Path,
+    max_frequency: float | None,
     json_file: str | None,
-) -> None:  # fmt: skip
+) -> None:
     from bicycle.model.eigen import angular_frequency
     from bicycle.parameters.bicycle import canonical
     from studies.model_space.axes import unit_of
@@ -49,12 +56,15 @@ def command(
     if json_file:
         found = [
             {
-                "value": c.value, "mode": c.mode,
-                "frequency_Hz": c.frequency_hz, "frequency_rad_s": float(angular_frequency(c.frequency_hz)),
-                "destabilising": c.destabilising, "extrapolated": c.extrapolated,
+                "value": c.value,
+                "mode": c.mode,
+                "frequency_Hz": c.frequency_hz,
+                "frequency_rad_s": float(angular_frequency(c.frequency_hz)),
+                "destabilising": c.destabilising,
+                "extrapolated": c.extrapolated,
             }
             for c in locus.crossings
-        ]  # fmt: skip
+        ]
         record = {"parameter": parameter, "unit": path.axis.unit, "speed_m_s": speed, "crossings": found}
         write_json(record | {"unstable_throughout": list(locus.unstable_throughout)}, json_file)
     if json_file != "-":

@@ -20,9 +20,15 @@ from studies.reporting.command_context import example
 @click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, mode: str, speed: float, sds: tuple[str, ...], max_speed: float, top: int,
-    out: str | None, json_file: str | None,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    mode: str,
+    speed: float,
+    sds: tuple[str, ...],
+    max_speed: float,
+    top: int,
+    out: str | None,
+    json_file: str | None,
+) -> None:
     from pathlib import Path
 
     from studies.model_space.axes import numbers_by_name

@@ -31,11 +31,14 @@ TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic 
 @click.option("--step", "sample", type=DURATION, default=0.005, show_default=True, help="Time between samples, s.")
 @click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
 @click.option(
-    "--input", "inputs", multiple=True, metavar="SPEC",
+    "--input",
+    "inputs",
+    multiple=True,
+    metavar="SPEC",
     help="steer_torque:step:0.5@1, lateral_force:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv "
     "(samples, joined by straight lines), steer_torque:steps:T.csv (each value holds to the next); with "
     "aerodynamic_drag side_wind:step:3@1 (m/s).",
-)  # fmt: skip
+)
 @takes_channels
 @click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
 @click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
@@ -44,21 +47,40 @@ TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic 
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
 @click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
 @click.option(
-    "--sensors", "sensors_file", metavar="FILE.toml", type=PATH,
+    "--sensors",
+    "sensors_file",
+    metavar="FILE.toml",
+    type=PATH,
     help="Also write recording.csv: the channels, sample rate and sensor errors of this file.",
-)  # fmt: skip
+)
 @click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
 @click.option(
-    "--seed", type=SEED,
+    "--seed",
+    type=SEED,
     help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
-)  # fmt: skip
+)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 def command(
-    chosen: ChosenModel, speed: float, duration: float, sample: float, initial: str, inputs: tuple[str, ...],
-    channels_file: Path | None, channel_texts: tuple[str, ...], frequency_response: str | None, *, nonlinear: bool,
-    friction: float, shape_factor: float, curvature_factor: float, offset: float, sensors_file: Path | None,
-    noise: bool, seed: int | None, out: Path,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    speed: float,
+    duration: float,
+    sample: float,
+    initial: str,
+    inputs: tuple[str, ...],
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
+    frequency_response: str | None,
+    *,
+    nonlinear: bool,
+    friction: float,
+    shape_factor: float,
+    curvature_factor: float,
+    offset: float,
+    sensors_file: Path | None,
+    noise: bool,
+    seed: int | None,
+    out: Path,
+) -> None:
     import math
     import secrets
 

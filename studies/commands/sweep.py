@@ -25,9 +25,17 @@ from studies.reporting.command_context import example, verbose
 @click.option("--at", type=SPEED, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
 @click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
 def command(
-    sweep_file: str, out: str | None, workers: int | None, processes: int | None, scheduler: str | None,
-    figures: str | None, at: float | None, json_file: str | None, *, plot: bool,
-) -> None:  # fmt: skip
+    sweep_file: str,
+    out: str | None,
+    workers: int | None,
+    processes: int | None,
+    scheduler: str | None,
+    figures: str | None,
+    at: float | None,
+    json_file: str | None,
+    *,
+    plot: bool,
+) -> None:
     from importlib.util import find_spec
 
     from studies.reporting.output import check_targets, print_warnings, write_json
@@ -58,10 +66,13 @@ def command(
     sweep = read_sweep(sweep_file)
     result = run_sweep(sweep, result, engine=_engine(sweep, workers, processes, scheduler), progress=True).as_posix()
     record = {
-        "result": result, "fingerprint": sweep.fingerprint, "bicycles": sweep.items,
-        "points": sweep.items * sweep.points_per_item, "outputs": list(sweep.outputs),
+        "result": result,
+        "fingerprint": sweep.fingerprint,
+        "bicycles": sweep.items,
+        "points": sweep.items * sweep.points_per_item,
+        "outputs": list(sweep.outputs),
         "impossible_draws": impossible_draws(Path(result)),
-    }  # fmt: skip
+    }
     if json_file != "-":
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {result}")
     if drawn:

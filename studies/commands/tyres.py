@@ -65,12 +65,16 @@ def command(tyre: str | None, surface: str | None, plot: str | None, json_file: 
         return
     rows = [
         [
-            shorten(r["tyre"], 40, placeholder=" …"), r["surface"], ", ".join(f"{v:g}" for v in r["loads_N"]),
-            ", ".join(f"{v:g}" for v in r["pressures_bar"]), _ends(r["cornering_stiffness_N_per_deg"], 1),
-            _ends(r["relaxation_length_mm"], 0), shorten(r["source"], 40, placeholder=" …"),
+            shorten(r["tyre"], 40, placeholder=" …"),
+            r["surface"],
+            ", ".join(f"{v:g}" for v in r["loads_N"]),
+            ", ".join(f"{v:g}" for v in r["pressures_bar"]),
+            _ends(r["cornering_stiffness_N_per_deg"], 1),
+            _ends(r["relaxation_length_mm"], 0),
+            shorten(r["source"], 40, placeholder=" …"),
         ]
         for r in records
-    ]  # fmt: skip
+    ]
     print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"])
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
     if not all(r["relaxation_length_mm"] for r in records):
@@ -91,8 +95,10 @@ def _listed_tyres(tyre: str | None, surface: str | None) -> "list[TyreSource]":
         return [read_tyre(tyre, surface=surface)]
     tables: list[TyreSource] = [
         TyreMap.load(name, surface=on)
-        for name, measured in available_tyres().items() for on in measured if surface in (None, on)
-    ]  # fmt: skip
+        for name, measured in available_tyres().items()
+        for on in measured
+        if surface in (None, on)
+    ]
     return [*tables, *(one for one in packaged_formulas().values() if surface in (None, one.surface))]
 
 
@@ -122,14 +128,21 @@ def _record(tyre: "TyreSource") -> dict[str, Any]:
     always = ("cornering_stiffness", "relaxation_length")
     columns = {
         f"{field}_{unit}": [None if x != x else x * factor for x in held[field].tolist()] if field in held else []
-        for field, (unit, factor) in COLUMNS.items() if field in held or field in always
-    }  # fmt: skip
+        for field, (unit, factor) in COLUMNS.items()
+        if field in held or field in always
+    }
     return {
-        "tyre": tyre.tyre, "surface": tyre.surface, "description": tyre.description, "source": tyre.source,
-        "synthetic": tyre.synthetic, "loads_N": tyre.loads.tolist(),
-        "pressures_bar": (tyre.pressures / PASCAL_PER_BAR).round(9).tolist(), "conditions": int(load.size),
-        **columns, "notes": list(tyre.notes),
-    }  # fmt: skip
+        "tyre": tyre.tyre,
+        "surface": tyre.surface,
+        "description": tyre.description,
+        "source": tyre.source,
+        "synthetic": tyre.synthetic,
+        "loads_N": tyre.loads.tolist(),
+        "pressures_bar": (tyre.pressures / PASCAL_PER_BAR).round(9).tolist(),
+        "conditions": int(load.size),
+        **columns,
+        "notes": list(tyre.notes),
+    }
 
 
 def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":

@@ -25,9 +25,10 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
 @click.option("--output", "outputs", multiple=True, metavar="NAME", help="A further output, as of sweeps; repeat.")
 @sd_option
 @click.option(
-    "--relative-cornering-stiffness-sd", type=Number(0, 10),
+    "--relative-cornering-stiffness-sd",
+    type=Number(0, 10),
     help="sd(C_Fy)/C_Fy of a tyre whose table states none; default: 0.03, with --stated-only 0.",
-)  # fmt: skip
+)
 @click.option("--stated-only", is_flag=True, help="Count as exact what no source states; else defaults are assumed.")
 @max_speed_option(60.0)
 @click.option("--samples", type=Number(2, 1e12, whole=True), default=2000, show_default=True, help="Random bicycles.")
@@ -35,10 +36,19 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
 @click.option("--narrow", metavar="NAME", help="Which measurement would narrow this critical speed most (needs SALib).")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
-    chosen: ChosenModel, speeds: str | None, outputs: tuple[str, ...], sds: tuple[str, ...],
-    relative_cornering_stiffness_sd: float | None, *, stated_only: bool, max_speed: float, samples: int, seed: int,
-    narrow: str | None, json_file: str | None,
-) -> None:  # fmt: skip
+    chosen: ChosenModel,
+    speeds: str | None,
+    outputs: tuple[str, ...],
+    sds: tuple[str, ...],
+    relative_cornering_stiffness_sd: float | None,
+    *,
+    stated_only: bool,
+    max_speed: float,
+    samples: int,
+    seed: int,
+    narrow: str | None,
+    json_file: str | None,
+) -> None:
     import numpy as np
 
     from studies.model_space.axes import numbers_by_name
@@ -51,9 +61,11 @@ def command(
     output.check_targets(json=json_file)
     further = [scalar_output(name) for name in outputs]
     uncertainty = Uncertainty(
-        chosen.content, sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"), defaults=not stated_only,
+        chosen.content,
+        sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"),
+        defaults=not stated_only,
         relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,
-    )  # fmt: skip
+    )
     asked = np.array(output.parse_speeds(speeds) if speeds else [], float)
     found = uncertainty.quantities(asked, max_speed=max_speed, samples=samples, seed=seed, outputs=further)
     unlisted = uncertainty.unlisted(found, max_speed=max_speed, samples=samples, seed=seed)
@@ -69,16 +81,20 @@ def command(
     if json_file and not failure:  # before anything is printed, which a pipe may cut off
         indices = {k: dict(zip(("first", "total", "total_95"), v, strict=True)) for k, v in effects.items()}
         content = {
-            "samples": samples, "seed": seed, "max_speed_m_s": max_speed,
+            "samples": samples,
+            "seed": seed,
+            "max_speed_m_s": max_speed,
             "quantities": [_record(uncertainty, q) for q in found],
             "standard_deviations": {
                 key: {"sd": d.sd, "origin": d.origin, "why": d.why} for key, d in uncertainty.deviations.items()
             },
-            "counted_as_exact": counted_as_exact(uncertainty), "assumed": assumed(uncertainty),
+            "counted_as_exact": counted_as_exact(uncertainty),
+            "assumed": assumed(uncertainty),
             "draws_left_out": {"count": sum(refused.values()), "reasons": refused},
-            "samples_with_further_critical_speeds": unlisted, "notes": notes,
+            "samples_with_further_critical_speeds": unlisted,
+            "notes": notes,
             "narrow": {"critical_speed": narrow, "indices": indices},
-        }  # fmt: skip
+        }
         output.write_json(content, json_file)
     if json_file != "-":
         _print(uncertainty, found, notes)
@@ -136,16 +152,26 @@ def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]
 def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
     from studies.uncertainty import by_group, differs, known_exactly
 
-    alone = {name: known_exactly(uncertainty, name, q.gradient) for name, of in uncertainty.measurements.items()
-             if len(of) > 1}  # fmt: skip
+    alone = {
+        name: known_exactly(uncertainty, name, q.gradient)
+        for name, of in uncertainty.measurements.items()
+        if len(of) > 1
+    }
     return {
-        "quantity": q.name, "unit": q.unit, "value": _plain(q.value), "linear_sd": _plain(q.linear_sd),
-        "monte_carlo_sd": _plain(q.sampled_sd), "band_95": [_plain(end) for end in q.band()],
-        "samples": len(q.samples), "lost": q.lost, "linear_holds": not (q.lost or differs(q)),
-        "linear_variance_shares": dict(q.shares), "variance_shares_by_group": by_group(q.shares),
+        "quantity": q.name,
+        "unit": q.unit,
+        "value": _plain(q.value),
+        "linear_sd": _plain(q.linear_sd),
+        "monte_carlo_sd": _plain(q.sampled_sd),
+        "band_95": [_plain(end) for end in q.band()],
+        "samples": len(q.samples),
+        "lost": q.lost,
+        "linear_holds": not (q.lost or differs(q)),
+        "linear_variance_shares": dict(q.shares),
+        "variance_shares_by_group": by_group(q.shares),
         "variance_shares_by_origin": by_group(q.shares, uncertainty.origin),
         "known_exactly": {name: shares for name, shares in alone.items() if shares},
-    }  # fmt: skip
+    }
 
 
 def _plain(value: float) -> float | None:

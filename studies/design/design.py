@@ -68,9 +68,14 @@ class Certainty:
 
 
 def certainty(
-    uncertain: UncertainModel, demands: Sequence[Demand], speeds: Array, *, samples: int, seed: int,
+    uncertain: UncertainModel,
+    demands: Sequence[Demand],
+    speeds: Array,
+    *,
+    samples: int,
+    seed: int,
     matched: bool = False,
-) -> Certainty:  # fmt: skip
+) -> Certainty:
     """Draw bicycles about a design and see which of them keep the demands at rising speeds (k,), m/s."""
     draw = uncertain.matched_draw if matched and uncertain.can_match(samples) else uncertain.draw
     z, left_out = uncertain.possible(draw(samples, seed))
@@ -132,9 +137,11 @@ class Design:
         limits, numbers = self.problem.limits, zip(self.problem.start, self.after.x, strict=True)
         rows = zip(self.problem.space.axes, limits.low, limits.high, limits.why, numbers, strict=True)
         return [
-            (axis.key, float(end), why) for axis, low, high, why, (start, x) in rows for end in (low, high)
+            (axis.key, float(end), why)
+            for axis, low, high, why, (start, x) in rows
+            for end in (low, high)
             if abs(x - end) <= AT_LIMIT * (high - low) < abs(x - start)
-        ]  # fmt: skip
+        ]
 
     @property
     def content(self) -> dict[str, Any]:
@@ -171,9 +178,12 @@ def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[
 
 
 def designed(
-    content: Mapping[str, Any], keys: Sequence[str], asked: Sequence[Demand], speeds: tuple[float, float],
+    content: Mapping[str, Any],
+    keys: Sequence[str],
+    asked: Sequence[Demand],
+    speeds: tuple[float, float],
     wanted: Wanted,
-) -> Design:  # fmt: skip
+) -> Design:
     """The smallest change of some numbers of a model that keeps every demand over a range of speed."""
     space = ModelSpace(content, keys)
     space.refuse_switches()

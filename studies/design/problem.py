@@ -148,9 +148,11 @@ def _sharpened(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -
         return complex(values[np.abs(values - near).argmin()])
 
     found = scipy.optimize.minimize_scalar(
-        lambda v: -float(peak.demand.excess(root(v))), bounds=(speeds[0], speeds[-1]), method="bounded",
+        lambda v: -float(peak.demand.excess(root(v))),
+        bounds=(speeds[0], speeds[-1]),
+        method="bounded",
         options={"xatol": 1e-7 * peak.speed + 1e-9, "maxiter": 60},
-    )  # fmt: skip
+    )
     best = root(float(found.x))
     excess = float(peak.demand.excess(best))
     return Peak(peak.demand, float(found.x), best, excess) if excess > peak.excess else peak
@@ -383,17 +385,21 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
 
 
 def _joined(
-    problem: Problem, working: Sequence[tuple[Demand, float]], found: Sequence[Peak], margins: Mapping[Demand, float],
+    problem: Problem,
+    working: Sequence[tuple[Demand, float]],
+    found: Sequence[Peak],
+    margins: Mapping[Demand, float],
     x: Array,
-) -> list[Peak]:  # fmt: skip
+) -> list[Peak]:
     """The peaks that matter, and the speeds of earlier rounds with their roots at these numbers."""
     most = {p.demand: p.excess for p in sorted(found, key=lambda p: p.excess)}
     # 1/s: peaks that keep their demand by more than this are left out
     near = [p for p in found if p.excess + margins.get(p.demand, 0.0) > -3.0 or p.excess == most[p.demand]]
     old = [
-        (demand, speed) for demand, speed in working
+        (demand, speed)
+        for demand, speed in working
         if not any(peak.demand == demand and abs(peak.speed - speed) <= 1e-3 * speed for peak in near)
-    ]  # fmt: skip
+    ]
     return near + (at_speeds(problem.space.linear_at(x), old) if old else [])
 
 
@@ -426,9 +432,10 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     followed = Followed(problem.space, near, x)
     t0, down = float((followed.excess(x) + margin).max()), np.r_[np.zeros(len(y0)), 1.0]
     constraint = {
-        "type": "ineq", "fun": lambda z: kept(z[:-1]) + z[-1],
+        "type": "ineq",
+        "fun": lambda z: kept(z[:-1]) + z[-1],
         "jac": lambda z: np.hstack([slopes(z[:-1]), np.ones((len(margin), 1))]),
-    }  # fmt: skip
+    }
     wide = (np.r_[ends[0], -np.inf], np.r_[ends[1], np.inf])
     z0 = np.r_[(x - start) / scale, t0]
     y = _solved(lambda z: float(z[-1]), z0, lambda z: down, wide, constraint, {"maxiter": 30, "ftol": 1e-10})[:-1]

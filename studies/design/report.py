@@ -21,14 +21,26 @@ def rows(design: Design) -> list[list[Any]]:
     held = {key for key, _, _ in design.at_limit}
     return [
         [
-            axis.key, axis.unit, float(now), f"{after:.6g}", float(after - now), float(scale),
-            f"{low:.4g} .. {high:.4g} ({why})", "at its limit" if axis.key in held else "",
+            axis.key,
+            axis.unit,
+            float(now),
+            f"{after:.6g}",
+            float(after - now),
+            float(scale),
+            f"{low:.4g} .. {high:.4g} ({why})",
+            "at its limit" if axis.key in held else "",
         ]
         for axis, now, after, scale, low, high, why in zip(
-            problem.space.axes, problem.start, design.after.x, problem.cost.scale, limits.low, limits.high, limits.why,
+            problem.space.axes,
+            problem.start,
+            design.after.x,
+            problem.cost.scale,
+            limits.low,
+            limits.high,
+            limits.why,
             strict=True,
         )
-    ]  # fmt: skip
+    ]
 
 
 def lines(design: Design) -> list[str]:
@@ -68,29 +80,46 @@ def record(design: Design) -> dict[str, Any]:
     problem, after, sure = design.problem, design.after, design.certainty
     limits = problem.limits
     return {
-        "kept": after.kept, "cost": after.cost, "cost_in": problem.cost.kind,
+        "kept": after.kept,
+        "cost": after.cost,
+        "cost_in": problem.cost.kind,
         "speeds_m_s": [float(problem.speeds[0]), float(problem.speeds[-1])],
         "parameters": [
             {
-                "key": axis.key, "unit": axis.unit, "now": float(problem.start[k]), "design": float(after.x[k]),
-                "counts_as_one": float(problem.cost.scale[k]), "limits": [float(limits.low[k]), float(limits.high[k])],
+                "key": axis.key,
+                "unit": axis.unit,
+                "now": float(problem.start[k]),
+                "design": float(after.x[k]),
+                "counts_as_one": float(problem.cost.scale[k]),
+                "limits": [float(limits.low[k]), float(limits.high[k])],
                 "limits_from": limits.why[k],
             }
             for k, axis in enumerate(problem.space.axes)
         ],
         "worst": [
             {
-                "mode": p.demand.mode, "least_damping_ratio": p.demand.ratio, "speed_m_s": p.speed,
-                "real_1_s": p.root.real, "imaginary_rad_s": p.root.imag, "excess_1_s": p.excess,
+                "mode": p.demand.mode,
+                "least_damping_ratio": p.demand.ratio,
+                "speed_m_s": p.speed,
+                "real_1_s": p.root.real,
+                "imaginary_rad_s": p.root.imag,
+                "excess_1_s": p.excess,
             }
             for p in after.peaks
         ],
         "binding": [{"mode": p.demand.mode, "speed_m_s": p.speed} for p in design.binding],
         "at_limit": [{"key": key, "limit": end} for key, end, _ in design.at_limit],
         "searches": {"agreed": design.agreed[0], "of": design.agreed[1]},
-        "probability": None if sure is None else {
-            "kept": sure.probability, "interval_95": list(sure.interval), "draws": sure.known.size + sure.unknown,
-            "not_told": sure.unknown, "left_out": sure.refused,
+        "probability": None
+        if sure is None
+        else {
+            "kept": sure.probability,
+            "interval_95": list(sure.interval),
+            "draws": sure.known.size + sure.unknown,
+            "not_told": sure.unknown,
+            "left_out": sure.refused,
         },
-        "unstable_before": design.unstable[0], "unstable_after": design.unstable[1], "remarks": remarks(design),
-    } | ({} if design.amplitude is None else {"largest_amplitude_deg": design.amplitude})  # fmt: skip
+        "unstable_before": design.unstable[0],
+        "unstable_after": design.unstable[1],
+        "remarks": remarks(design),
+    } | ({} if design.amplitude is None else {"largest_amplitude_deg": design.amplitude})

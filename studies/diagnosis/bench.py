@@ -51,9 +51,10 @@ QUANTITIES = {
 }  # fmt: skip
 TESTS = {"hold": "held still", "sweep": "turned slowly up and down", "damper": "turned at a steady rate"}
 CONDITIONS = {
-    "lifted": "front wheel off the ground", "free_plate": "front wheel on a plate that slides and turns freely",
+    "lifted": "front wheel off the ground",
+    "free_plate": "front wheel on a plate that slides and turns freely",
     "floor": "front wheel on the floor",
-}  # fmt: skip
+}
 DIRECTIONS = {"up": 1.0, "down": -1.0, "": 0.0}
 ALLOWED_WORDS: dict[str, Mapping[str, Any]] = {"test": TESTS, "condition": CONDITIONS, "direction": DIRECTIONS}
 TEXTS = ("test", "condition", "direction", "group")
@@ -132,13 +133,13 @@ def _reading(si: Mapping[str, float], words: Mapping[str, str]) -> Reading:
     turned = math.copysign(1.0, rate)
     faults = {
         "a damper test needs a steer_rate other than 0": test == "damper" and not abs(rate) > 0,
-        f"a {test} test has no steer_rate; call it a damper test, or leave the cell empty":
-            test != "damper" and not (math.isnan(rate) or rate == 0),
+        f"a {test} test has no steer_rate; call it a damper test, or leave the cell empty": test != "damper"
+        and not (math.isnan(rate) or rate == 0),
         "a sweep needs a direction, up (to the right) or down": test == "sweep" and not direction,
-        f"the direction {words['direction']} is not that of the steer_rate, {rate:g} rad/s":
-            test == "damper" and direction not in (0.0, turned),
+        f"the direction {words['direction']} is not that of the steer_rate, {rate:g} rad/s": test == "damper"
+        and direction not in (0.0, turned),
         "a lifted wheel carries no front_load; leave the cell empty": condition == "lifted" and load > 0,
-    }  # fmt: skip
+    }
     for fault, present in faults.items():
         if present:
             raise InputError(fault)
@@ -169,13 +170,16 @@ def _torque(si: Mapping[str, float]) -> tuple[float, float, float]:
 
 def _notes(readings: Sequence[Reading]) -> tuple[str, ...]:
     notes = {
-        "a hold without a direction counts as the middle of what dry friction allows":
-            any(r.test == "hold" and not r.direction for r in readings),
-        "front_load is not given: the front wheel carries what the bicycle's parameters say, rider included":
-            any(r.condition != "lifted" and math.isnan(r.load) for r in readings),
-        "on the floor: the tyre slides in its patch, and the rear frame, held upright, is free to yaw":
-            any(r.condition == "floor" for r in readings),
-    }  # fmt: skip
+        "a hold without a direction counts as the middle of what dry friction allows": any(
+            r.test == "hold" and not r.direction for r in readings
+        ),
+        "front_load is not given: the front wheel carries what the bicycle's parameters say, rider included": any(
+            r.condition != "lifted" and math.isnan(r.load) for r in readings
+        ),
+        "on the floor: the tyre slides in its patch, and the rear frame, held upright, is free to yaw": any(
+            r.condition == "floor" for r in readings
+        ),
+    }
     return tuple(note for note, applies in notes.items() if applies)
 
 
@@ -294,9 +298,10 @@ class Bench(BicycleKind, kind="bench"):
         readings = self.readings
         found = [
             mistake(name, error(NAMES[unit], unit, key, sd, least=least), signature)
-            for read_as, rows in MISTAKES.items() if any((r.arm > 0) == (read_as == "force") for r in readings)
+            for read_as, rows in MISTAKES.items()
+            if any((r.arm > 0) == (read_as == "force") for r in readings)
             for name, unit, key, sd, least, signature in rows
-        ]  # fmt: skip
+        ]
         arms = _distinct_arms(readings)
         if len(arms) > 1:
             size = error("error", "m", ARM_ERROR, 0.005, least=1e-3, lowest=-0.5 * min(arms))

@@ -92,9 +92,12 @@ class BicycleKind(Kind):
                     "the name of something that may be wrong with a measurement or its files; give it another"
                 )
         return replace(
-            self, nuisances=floating, candidates=every, refused=others | refused,
+            self,
+            nuisances=floating,
+            candidates=every,
+            refused=others | refused,
             notes=(*self.notes, *self.assumptions(), *said),
-        )  # fmt: skip
+        )
 
     def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
         """The base model with ``candidates`` and some settings, made once for the many points at which a fit looks."""
@@ -174,9 +177,10 @@ class BicycleKind(Kind):
         family = self.family(candidates)
         names, system = family.symbolic, family(theta, np.array([speed]))
         gains = system.responses_about_the_first(
-            angular_frequency(FORCED_HZ), inputs=[names.inputs.index("steer_torque")],
+            angular_frequency(FORCED_HZ),
+            inputs=[names.inputs.index("steer_torque")],
             outputs=[names.outputs.index(name) for name in FORCED_OUTPUTS],
-        )  # fmt: skip
+        )
         return np.asarray(gains[:, 0, ..., 0])
 
     # ---- report ----

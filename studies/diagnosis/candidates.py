@@ -98,9 +98,16 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
     if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0]):
         unknowns = [u for u in unknowns if not u.size or u is sizes[0]]  # the others only scale it
     return Candidate(
-        effect.identifier, tuple(unknowns), effect, values, ties, replaced.identifier if replaced else None,
-        effect.signature, effect.title, family=effect.family,
-    )  # fmt: skip
+        effect.identifier,
+        tuple(unknowns),
+        effect,
+        values,
+        ties,
+        replaced.identifier if replaced else None,
+        effect.signature,
+        effect.title,
+        family=effect.family,
+    )
 
 
 def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:

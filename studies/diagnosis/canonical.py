@@ -48,11 +48,12 @@ TEXTS = ("rider", "environment", "coefficient", "unit")
 NUMBERS = {
     "value": number(least=-LARGEST, most=LARGEST),
     "sd": number(
-        least=SMALLEST, most=LARGEST,
+        least=SMALLEST,
+        most=LARGEST,
         outside=f"must be a number from {SMALLEST:g} to {LARGEST:g}: no identification is free of noise",
     ),
     "difference_percent": number(least=-LARGEST, most=LARGEST),
-}  # fmt: skip
+}
 SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0)  # m/s
 BAND = (0.3, 3.0)  # Hz
 FEWEST = 4  # subsets from which a scatter can be had: Student's t with fewer has no variance
@@ -230,8 +231,9 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         found = super().ready(without=without, also=also)
         inside = {
             name: MEASURED.format(effect.acts_through.replace("_", " "))
-            for name, effect in registry().items() if effect.acts_through in SENSORS
-        }  # fmt: skip
+            for name, effect in registry().items()
+            if effect.acts_through in SENSORS
+        }
         candidates = tuple(_by_compliance(c) for c in found.candidates if c.identifier not in inside)
         return replace(found, candidates=candidates, refused={**found.refused, **inside}, barred=(*inside, *without))
 
@@ -283,9 +285,10 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         family, speeds = self.family(candidates), np.array(self.coefficients.speeds)
         names, omega = family.symbolic, angular_frequency(np.geomspace(*self.coefficients.band, FREQUENCIES))
         response = family(theta, speeds).responses_about_the_first(  # (K, speeds, frequencies, lean and steer, inputs)
-            omega, inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_force")],
+            omega,
+            inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_force")],
             outputs=[names.outputs.index(name) for name in ("lean", "steer")],
-        )  # fmt: skip
+        )
         steer, force = np.zeros((2, *omega.shape, 2))
         steer[:, 0], force[:, 1] = STEER_RATE / omega, FORCE
         torque = (steer - response[..., 1, 1, None] * force) / response[..., 1, 0, None]
@@ -298,9 +301,13 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
             return np.asarray(np.broadcast_to((1 + gain) * np.exp(-s * delay) * signal, lean.shape))
 
         motion = Motion(
-            recorded("lean", lean), recorded("steer", steer), recorded("steer_torque", torque),
-            recorded("lateral_force", force), np.asarray(s), speeds[:, None, None],
-        )  # fmt: skip
+            recorded("lean", lean),
+            recorded("steer", steer),
+            recorded("steer_torque", torque),
+            recorded("lateral_force", force),
+            np.asarray(s),
+            speeds[:, None, None],
+        )
         return identify(motion, self.whipple)
 
     @cached_property

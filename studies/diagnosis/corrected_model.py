@@ -133,9 +133,11 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle
     found = correction(diagnosis, residual, bicycle)
     about = rendered("model_description.txt.j2", d=diagnosis, c=found, notes=model.bicycle.notes)
     content: dict[str, Any] = {
-        "description": about, WAY_OUT: False, "bicycle": model.bicycle.table,
+        "description": about,
+        WAY_OUT: False,
+        "bicycle": model.bicycle.table,
         "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
-    }  # fmt: skip
+    }
     names, matrix = model.covariance.names, model.covariance.matrix.tolist()
     rows = [f"  [{', '.join(format(x, '.10g') for x in row)}]," for row in matrix]  # a row of the matrix in a line
     listed = ", ".join(f'"{name}"' for name in names)

@@ -32,8 +32,9 @@ def feedback_key(seen: str, torque: str) -> str:
 
 FEEDBACK = {
     feedback_key(seen, torque): (seen, torque)
-    for seen in ("lean", "steer", "lean_rate", "steer_rate") for torque in TORQUES
-}  # fmt: skip
+    for seen in ("lean", "steer", "lean_rate", "steer_rate")
+    for torque in TORQUES
+}
 
 
 @dataclass(frozen=True)
@@ -165,9 +166,12 @@ class MatrixSlopes:
         return (part[1 : len(h) + 1] - part[len(h) + 1 :]) / h
 
     def applied(
-        self, matrix: Literal["dynamics", "input", "output"], at: NDArray[np.intp], x: Array | Complex,
+        self,
+        matrix: Literal["dynamics", "input", "output"],
+        at: NDArray[np.intp],
+        x: Array | Complex,
         rows: list[int] | None = None,
-    ) -> Complex:  # fmt: skip
+    ) -> Complex:
         """dP x (m, p, rows, q) of a ``matrix`` P at the speeds with numbers ``at`` (m,), for ``x`` (m, columns, q)."""
         polynomial: SpeedPolynomial = getattr(self._all, matrix)
         v, kept = self.true_speeds[0, at, None, None], slice(None) if rows is None else rows

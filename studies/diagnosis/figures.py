@@ -20,9 +20,11 @@ MEASURED: dict[str, Any] = {"fmt": "o", "color": "k", "ecolor": GREY, "markersiz
 def residuals(judgement: Judgement) -> dict[str, Array]:
     """Whitened residuals (n,) of the models of a ``judgement`` that differ, by title."""
     every: dict[str, Any] = {
-        "nominal": judgement.nominal, "nuisance_only": judgement.hypotheses.null.residual,
-        "effect_alone": judgement.alone and judgement.alone.residual, "final": judgement.final.residual,
-    }  # fmt: skip
+        "nominal": judgement.nominal,
+        "nuisance_only": judgement.hypotheses.null.residual,
+        "effect_alone": judgement.alone and judgement.alone.residual,
+        "final": judgement.final.residual,
+    }
     return {title: every[model] for model, title in drawn(judgement).items()}
 
 

@@ -128,9 +128,11 @@ def find(diagnosis: Diagnosis) -> Findings:
     known, final, kind, attempt = diagnosis.hypotheses, diagnosis.final, diagnosis.kind, Attempts()
     if diagnosis.quick:
         return Findings(
-            story=attempt("story", lambda: tell(diagnosis), None), moved=moved(known.null, final),
-            where=attempt("where", lambda: farthest_off(diagnosis), None), failed=attempt.failed,
-        )  # fmt: skip
+            story=attempt("story", lambda: tell(diagnosis), None),
+            moved=moved(known.null, final),
+            where=attempt("where", lambda: farthest_off(diagnosis), None),
+            failed=attempt.failed,
+        )
     torque, no_torque = attempt("residual torque", lambda: _torque(diagnosis), (None, ""))
     fit_of_torque = None if torque is None else torque.fit
     parts = attempt("parts", lambda: parts_against_rest(kind, final), ())
@@ -145,12 +147,19 @@ def find(diagnosis: Diagnosis) -> Findings:
     return Findings(
         story=attempt("story", lambda: tell(diagnosis, chi2_seen, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
-        moved=moved(known.null, final), between=between, further=further, parts=parts, joint_fits=together,
+        moved=moved(known.null, final),
+        between=between,
+        further=further,
+        parts=parts,
+        joint_fits=together,
         limits=attempt("what could still be there", lambda: upper_limits(kind, known, final), ()),
-        doubts=attempt("doubts", lambda: doubts(diagnosis, fit_of_torque), ()), predicted=seen,
+        doubts=attempt("doubts", lambda: doubts(diagnosis, fit_of_torque), ()),
+        predicted=seen,
         without=attempt("parts", lambda: without_each(kind, names, single_out=not together), {}),
-        torque=torque, no_torque=no_torque, failed=attempt.failed,
-    )  # fmt: skip
+        torque=torque,
+        no_torque=no_torque,
+        failed=attempt.failed,
+    )
 
 
 def _torque(diagnosis: Diagnosis) -> tuple[Residual | None, str]:

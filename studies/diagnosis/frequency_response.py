@@ -73,12 +73,13 @@ NUMBERS: dict[str, Check] = {
     "gain": number(least=0, outside="must not be negative; put the sign into the phase"),
     **dict.fromkeys(("frequency_Hz", "frequency_hz"), number(above=0, most=HIGHEST, outside=HERTZ + "rad/s?")),
     "frequency_rad_s": number(above=0, most=2 * math.pi * HIGHEST, outside=HERTZ + "Hz?"),
-    "speed_m_s": SPEED, "speed_km_h": number(above=0, most=3.6 * FASTEST),
+    "speed_m_s": SPEED,
+    "speed_km_h": number(above=0, most=3.6 * FASTEST),
     **dict.fromkeys(
         ("sd", "sd_db"),
         number(above=0, most=LARGEST, outside=f"must be above 0, {LARGEST:g} or less: no measurement is free of noise"),
     ),
-}  # fmt: skip
+}
 TEXTS = ("input", "output", "input_unit", "output_unit", "group")
 NONE: Mapping[str, str] = MappingProxyType({})
 WIDE = "a table of velotyre simulate --frequency-response"
@@ -102,15 +103,24 @@ class ResponsePoint:
         return f"{spoken(self.input)} to {spoken(self.output)}"
 
     def read_as(
-        self, *, of: str = "", gain: float = 1.0, speed: float = 1.0, frequency: float = 1.0,
+        self,
+        *,
+        of: str = "",
+        gain: float = 1.0,
+        speed: float = 1.0,
+        frequency: float = 1.0,
         names: Mapping[str, str] = NONE,
-    ) -> "ResponsePoint":  # fmt: skip
+    ) -> "ResponsePoint":
         """The point with factors, that on the gain only if it is ``of`` this signal, and outputs of other ``names``."""
         factor = gain if of in (self.input, self.output) else 1.0
         return replace(
-            self, value=factor * self.value, sd=abs(factor) * self.sd, speed=speed * self.speed,
-            frequency=frequency * self.frequency, output=names.get(self.output, self.output),
-        )  # fmt: skip
+            self,
+            value=factor * self.value,
+            sd=abs(factor) * self.sd,
+            speed=speed * self.speed,
+            frequency=frequency * self.frequency,
+            output=names.get(self.output, self.output),
+        )
 
     @property
     def unit(self) -> str:
@@ -358,13 +368,14 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
             maybe("accelerometer"): table(
                 {
                     needed("x_m", "no x_m; give the place of the sensor ahead of the rear contact"): number(),
-                    needed("z_m", "no z_m; give the place of the sensor, z down, so above the ground it is negative"):
-                        number(most=0, says="must be a finite number in m, z down: above the ground it is negative"),
+                    needed(
+                        "z_m", "no z_m; give the place of the sensor, z down, so above the ground it is negative"
+                    ): number(most=0, says="must be a finite number in m, z down: above the ground it is negative"),
                 }
             ),
             maybe(MOTOR_IN_TORQUE): flag,
         }
-    )  # fmt: skip
+    )
     columns: ClassVar[tuple[str, ...]] = (*TEXTS, *NUMBERS)
     points: tuple[ResponsePoint, ...]
     accelerometer: Accelerometer | None = None
@@ -441,9 +452,11 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
     def wanted(self) -> Wanted:
         """The measured responses."""
         return Wanted(
-            np.array([p.frequency for p in self.points]), self.speeds, tuple(p.input for p in self.points),
+            np.array([p.frequency for p in self.points]),
+            self.speeds,
+            tuple(p.input for p in self.points),
             tuple(p.output for p in self.points),
-        )  # fmt: skip
+        )
 
     @property
     def speeds(self) -> Array:

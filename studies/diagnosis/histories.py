@@ -154,11 +154,21 @@ class Histories(BicycleKind, kind="histories"):
         channels = [name for name in run.channels if SENSORS.get(name, ("", 0.0))[1]]
         found = [
             *speed_errors(self.speeds.tolist()),
-            Candidate("bias", (), signature="each channel of each run has an offset", title="offset of each channel",
-                      weight=SENSOR),
-            Candidate("drift", (), signature="each channel of each run has an offset that changes in time",
-                      title="drift of each channel", weight=SENSOR),
-        ]  # fmt: skip
+            Candidate(
+                "bias",
+                (),
+                signature="each channel of each run has an offset",
+                title="offset of each channel",
+                weight=SENSOR,
+            ),
+            Candidate(
+                "drift",
+                (),
+                signature="each channel of each run has an offset that changes in time",
+                title="drift of each channel",
+                weight=SENSOR,
+            ),
+        ]
         for name in (*channels, *run.inputs):
             found += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
         found += [lowpass_error(SENSORS[name][0], name) for name in channels]
@@ -426,11 +436,15 @@ class Histories(BicycleKind, kind="histories"):
         total = sum(len(run.time) for run in self.runs)
         recorded = {*self.noise, *self.runs[0].inputs}
         channels = [
-            Proposal(f"{name} in the same runs", np.full(total, sd), partial(self._channel, name),
-                     partial(self._starts_in, name, sd))
+            Proposal(
+                f"{name} in the same runs",
+                np.full(total, sd),
+                partial(self._channel, name),
+                partial(self._starts_in, name, sd),
+            )
             for name, sd in (("roll_rate_rad_s", 0.02), ("steer_rad", 0.005), ("yaw_rate_rad_s", 0.02))
             if name not in recorded
-        ]  # fmt: skip
+        ]
         return (*channels, *self.forced(float(self.speeds.max())))
 
     def _channel(self, channel: str, candidates: Candidates, theta: Array) -> Prediction:

@@ -170,11 +170,13 @@ def _part_table() -> Any:
         {
             needed("name", f"a part without a name; {PARTS}"): _name,
             needed("kind", f"a part without a kind; {PARTS}"): text(unknown_kind, allowed=Kind.part),
-            maybe("bicycle"): anything, maybe("effects"): any_table, maybe(WAY_OUT): flag,
+            maybe("bicycle"): anything,
+            maybe("effects"): any_table,
+            maybe(WAY_OUT): flag,
             maybe("uncertainty"): any_table,
         }
         | dict.fromkeys(map(maybe, tables), any_table)
-    )  # fmt: skip
+    )
 
 
 def _name(value: Any) -> Any:
@@ -233,10 +235,13 @@ def _restricted(
     floating, kept = list(nuisances), list(candidates)
     places = [*(k for _, k in floating), *(k for _, where in kept for k in where)]
     return replace(
-        final, candidates=tuple(c for c, _ in kept), theta=final.theta[places],
+        final,
+        candidates=tuple(c for c, _ in kept),
+        theta=final.theta[places],
         unknowns=(*(u for u, _ in floating), *(u for c, _ in kept for u in c.unknowns)),
-        covariance=final.covariance[places][:, places], jacobian=final.jacobian[:, places],
-    )  # fmt: skip
+        covariance=final.covariance[places][:, places],
+        jacobian=final.jacobian[:, places],
+    )
 
 
 def _as_of(first: Any, other: Any, shared: tuple[str, ...]) -> Kind:

@@ -93,8 +93,9 @@ def without_number(candidate: Candidate) -> str:
         every = [(p, entry, f"{effect.identifier}.{entry}") for p in effect.parameters for entry in p.entries()]
         sizes = [
             f"{entry} {number(candidate.fixed[key], 4)}{unit_of(p.unit)}"
-            for p, entry, key in every if p.neutral is not None and key in candidate.fixed
-        ]  # fmt: skip
+            for p, entry, key in every
+            if p.neutral is not None and key in candidate.fixed
+        ]
     if sizes:
         return f"{', '.join(sizes)}, as stated: not fitted"
     integrated = {"bias": "a constant in each run", "drift": "a constant and a trend in each run"}

@@ -54,8 +54,9 @@ def top_keys(kind: type[Kind] | None) -> Table:
     allowed = f"is not allowed; write one of {', '.join(map(repr, kinds()))}"
     own: dict[Any, Any] = {
         needed("kind", f"kind = None {allowed}"): text(allowed, allowed=Kind.top),
-        maybe("description", ""): words, maybe("source", ""): words,
-    }  # fmt: skip
+        maybe("description", ""): words,
+        maybe("source", ""): words,
+    }
     if kind is not None and not kind.of_bicycle:
         return table(own | {maybe(kind.table): anything})
     own |= dict.fromkeys(map(maybe, MODEL_KEYS), anything)

@@ -148,9 +148,16 @@ def geometry_errors(
         own = {u.name for u in floating if u.name != key}
         moved = [key, *(f for f, leader in model.tied.items() if leader == key and f not in own)]
         size = UncertainParameter(
-            "error", unit, {WRONG + name: 1.0 for name in moved}, 0.0, scale, -6 * scale, 6 * scale, size=True,
+            "error",
+            unit,
+            {WRONG + name: 1.0 for name in moved},
+            0.0,
+            scale,
+            -6 * scale,
+            6 * scale,
+            size=True,
             least=max(3 * sd, least),
-        )  # fmt: skip
+        )
         signature, title = f"the stated {word} ({key}) is wrong", f"another {word} than the file states"
         found.append(Candidate(identifier, (size,), signature=signature, title=title, weight=FILE))
     return tuple(found), refused
@@ -173,13 +180,25 @@ def wrong_geometry(final: Fit) -> dict[str, float]:
 def identification_errors() -> tuple[Candidate, ...]:
     """Biased decays (a poor window, friction averaged over amplitudes), and a clock that is fast or slow."""
     return (
-        mistake("decay_scale", error("scale", "1", DECAY_SCALE, 0.1, least=0.01), "biased identification of decays",
-                "every identified decay is too large or too small by one factor"),
-        mistake("decay_offset", error("offset", "1/s", DECAY_OFFSET, 0.1, least=0.01), "decay of the identification",
-                "the identification adds one decay to all modes, as an exponential window does"),
-        mistake("clock_scale", error("scale", "1", CLOCK, 0.01, least=0.001), "clock of the recorder fast or slow",
-                "the clock of the recorder is fast or slow, so that all decays and frequencies are scaled"),
-    )  # fmt: skip
+        mistake(
+            "decay_scale",
+            error("scale", "1", DECAY_SCALE, 0.1, least=0.01),
+            "biased identification of decays",
+            "every identified decay is too large or too small by one factor",
+        ),
+        mistake(
+            "decay_offset",
+            error("offset", "1/s", DECAY_OFFSET, 0.1, least=0.01),
+            "decay of the identification",
+            "the identification adds one decay to all modes, as an exponential window does",
+        ),
+        mistake(
+            "clock_scale",
+            error("scale", "1", CLOCK, 0.01, least=0.001),
+            "clock of the recorder fast or slow",
+            "the clock of the recorder is fast or slow, so that all decays and frequencies are scaled",
+        ),
+    )
 
 
 def bias_identified(root: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
@@ -255,9 +274,13 @@ def friction_candidate() -> Candidate:
     """Dry friction of the steering, which is no mistake of a sensor."""
     torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
     return Candidate(
-        "steer_friction", (torque,), signature="a torque of one size against the steer rate",
-        title="dry friction of the steering", family="damping at the steering", approximate=True,  # no sticking
-    )  # fmt: skip
+        "steer_friction",
+        (torque,),
+        signature="a torque of one size against the steer rate",
+        title="dry friction of the steering",
+        family="damping at the steering",
+        approximate=True,  # no sticking
+    )
 
 
 def friction_refused(run: Run) -> dict[str, str]:

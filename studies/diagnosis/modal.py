@@ -59,9 +59,10 @@ UNUSED = ("speed_min_m_s", "speed_max_m_s")
 SPEED_SD = "speed_sd_m_s"
 FASTEST_ROOT = 200.0  # 1/s, about 30 Hz
 NOISE = number(
-    least=1e-5, most=LARGEST,
+    least=1e-5,
+    most=LARGEST,
     outside=f"must be 1e-05 or more, {LARGEST:g} or less: no measurement is free of noise; leave an unknown one out",
-)  # fmt: skip
+)
 RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
 
 
@@ -71,17 +72,19 @@ def _or_empty(check: Check) -> Check:
 
 
 NUMBERS: dict[str, Check] = {
-    "speed_m_s": SPEED, "real_1_s": _or_empty(number(least=-FASTEST_ROOT, most=FASTEST_ROOT)),
+    "speed_m_s": SPEED,
+    "real_1_s": _or_empty(number(least=-FASTEST_ROOT, most=FASTEST_ROOT)),
     "imag_rad_s": _or_empty(
         number(
-            least=0, most=FASTEST_ROOT,
+            least=0,
+            most=FASTEST_ROOT,
             outside=f"is outside 0 .. {FASTEST_ROOT:g}: give the root with imag_rad_s >= 0, in rad/s and not in Hz",
         )
     ),
     **dict.fromkeys((*SD, SPEED_SD), _or_empty(NOISE)),
     **{f"{ratio}_{part}": NOISE if part == "sd" else RATIO for ratio in RATIOS for part in ("re", "im", "sd")},
     **dict.fromkeys(UNUSED, number()),
-}  # fmt: skip
+}
 DEFAULT_SD = 0.03  # of |eigenvalue|, without sd and repeats
 DEFAULT_RATIO_SD = 0.05
 MOST_ROWS = 5000  # beyond, a diagnosis takes hours and tells no more than the means
@@ -128,13 +131,18 @@ def _read_points(
     """Points of the table, and notes."""
     path = folder / content["table"]
     settable = {
-        f"{effect.identifier}.{entry}": p.unit for effect in model.effects for p in effect.parameters
+        f"{effect.identifier}.{entry}": p.unit
+        for effect in model.effects
+        for p in effect.parameters
         for entry in dict.fromkeys((p.name, *p.entries()))
-    }  # fmt: skip
+    }
     columns, notes = read_modal_columns(
-        path, numbers=NUMBERS | dict.fromkeys(settable, number()), texts=("mode", "group"),
-        needed=("speed_m_s", "mode"), units=settable,
-    )  # fmt: skip
+        path,
+        numbers=NUMBERS | dict.fromkeys(settable, number()),
+        texts=("mode", "group"),
+        needed=("speed_m_s", "mode"),
+        units=settable,
+    )
     if not set(EIGENVALUE) & set(columns.numbers):
         raise InputError(f"{path}: the column {' or '.join(EIGENVALUE)} is missing; give decay, frequency, or both")
     if (count := len(columns.lines)) > MOST_ROWS:
@@ -233,11 +241,12 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
         notes.append(f"a shape ratio without sd: {DEFAULT_RATIO_SD:g} is assumed for both parts")
     filled = tuple(
         replace(
-            point, sd=(float(sd[0]), float(sd[1])),
+            point,
+            sd=(float(sd[0]), float(sd[1])),
             ratios={name: (value, s or DEFAULT_RATIO_SD) for name, (value, s) in point.ratios.items()},
         )
         for point, sd in zip(points, eigenvalue_sd, strict=True)
-    )  # fmt: skip
+    )
     return filled, notes
 
 
@@ -408,8 +417,10 @@ class Modal(BicycleKind, kind="modal"):
 
     def _modes(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
         """:func:`predict` of all points, in their order."""
-        parts = [predict(self.family(candidates, settings), wanted, theta, slopes=slopes)
-                 for settings, _, wanted in self._wanted]  # fmt: skip
+        parts = [
+            predict(self.family(candidates, settings), wanted, theta, slopes=slopes)
+            for settings, _, wanted in self._wanted
+        ]
         order = np.argsort(np.concatenate([here for _, here, _ in self._wanted]))
         number, slope = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
         return number, slope

@@ -74,10 +74,14 @@ class PrescribedSteer(Replay):
             return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
 
         m, f = without_torque(mass), without_torque(dynamics)
-        columns = np.stack([
-            f[..., angle] / scales[0], f[..., rate] / scales[1] - m[..., angle] / scales[0],
-            -m[..., rate] / scales[1],
-        ], -1)  # fmt: skip
+        columns = np.stack(
+            [
+                f[..., angle] / scales[0],
+                f[..., rate] / scales[1] - m[..., angle] / scales[0],
+                -m[..., rate] / scales[1],
+            ],
+            -1,
+        )
         driving = np.concatenate([columns, without_torque(others)], -1)
         solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
         state, inputs = solved[..., : len(keep)], solved[..., len(keep) :]

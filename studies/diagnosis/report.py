@@ -49,9 +49,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     write_text(folder / "report.html", html)
 
 
-def draw_all(
-    diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None
-) -> dict[str, str]:  # fmt: skip
+def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None) -> dict[str, str]:
     """Draw the story, the figures of the kind of measurement and the residual torque; name -> caption of each."""
     attempt = attempt or Attempts()
     found: dict[str, Figure] = {}
@@ -85,13 +83,22 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
     kind, known = diagnosis.kind, diagnosis.hypotheses
     likely = [f for f, _ in known.probabilities][:MOST]
     text = rendered(
-        "report.md.j2", markdown=True, **_content(diagnosis, findings, made or Corrected({})), name=kind.name,
-        description=kind.description, source=kind.source, captions=captions, titles=list(drawn(diagnosis).values()),
-        tried=likely if diagnosis.final in likely else [*likely, diagnosis.final], fates=fate(diagnosis),
+        "report.md.j2",
+        markdown=True,
+        **_content(diagnosis, findings, made or Corrected({})),
+        name=kind.name,
+        description=kind.description,
+        source=kind.source,
+        captions=captions,
+        titles=list(drawn(diagnosis).values()),
+        tried=likely if diagnosis.final in likely else [*likely, diagnosis.final],
+        fates=fate(diagnosis),
         far=[m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > RULES.told_shift][:MOST],
-        parts=_parts(diagnosis, findings), places=_places(diagnosis), not_tried=list(diagnosis.verdict.refused),
+        parts=_parts(diagnosis, findings),
+        places=_places(diagnosis),
+        not_tried=list(diagnosis.verdict.refused),
         most=MOST,
-    )  # fmt: skip
+    )
     return text + made_by()
 
 
@@ -187,10 +194,12 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         return rendered("one.txt.j2", macro=macro, v=verdict, f=f, c=made)
 
     return {
-        "gap": f.story and asdict(f.story.gap), "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
+        "gap": f.story and asdict(f.story.gap),
+        "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
         "odd_part": {"parts": [one.part for one in f.odd], "sentence": told("odd")} if f.odd else None,
-        **({"search": "quick"} if diagnosis.quick else {}), **verdict_record(verdict),
+        **({"search": "quick"} if diagnosis.quick else {}),
+        **verdict_record(verdict),
         "sentence": told("what"),
         "corrected": {
             "added": list(made.added),
@@ -201,14 +210,23 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "look_alikes": f.story and f.story.look_alikes and asdict(f.story.look_alikes),
         "moved": [
             {
-                "parameter": m.name, "unit": m.unit, "prior": m.prior, "prior_sd": m.prior_sd, "value": m.value,
-                "sd": m.sd, "shift_parameters_only": m.alone, "shift": m.shift,
+                "parameter": m.name,
+                "unit": m.unit,
+                "prior": m.prior,
+                "prior_sd": m.prior_sd,
+                "value": m.value,
+                "sd": m.sd,
+                "shift_parameters_only": m.alone,
+                "shift": m.shift,
             }
             for m in f.moved
         ],
         "upper_limits": [
             {
-                "effect": u.identifier, "parameter": u.parameter, "unit": u.unit, "limit": dict(u.values),
+                "effect": u.identifier,
+                "parameter": u.parameter,
+                "unit": u.unit,
+                "limit": dict(u.values),
                 "kind": "at least" if u.least else "size at most" if u.two_sided else "at most",
                 "limited_by_data": u.limited,
             }
@@ -218,7 +236,10 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "doubts": list(f.doubts),
         "parts": [
             {
-                "part": p.part, "disagreement_sd": p.sd, "p": p.p, "contradicts": p.contradicts,
+                "part": p.part,
+                "disagreement_sd": p.sd,
+                "p": p.p,
+                "contradicts": p.contradicts,
                 "joint_fits": f.joint_fits,
                 "effects": [{**asdict(c), "difference_sd": c.difference} for c in p.effects],
                 "not_compared": list(p.unseen),
@@ -230,7 +251,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         "stability": None if f.stability is None else {"sentence": told("stability"), **f.stability.to_dict()},
         "residual_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
         "failed_sections": dict(f.failed),
-    }  # fmt: skip
+    }
 
 
 def verdict_record(verdict: Verdict) -> dict[str, Any]:
@@ -245,14 +266,17 @@ def _effect_record(effect: Named) -> dict[str, Any]:
 
 def _predicted_record(one: Predicted) -> dict[str, Any]:
     return {
-        "part": one.part, "runs": list(one.runs), "n": one.numbers,
+        "part": one.part,
+        "runs": list(one.runs),
+        "n": one.numbers,
         "chi2": {model: value if np.isfinite(value) else None for model, value in one.chi2.items()},
-        "gap": one.gap, "rms": {channel: dict(models) for channel, models in one.rms.items()},
+        "gap": one.gap,
+        "rms": {channel: dict(models) for channel, models in one.rms.items()},
         "single_effect": one.single,
         "estimated_noise": {
             channel: {"taken": taken, "sample_to_sample": rough} for channel, (taken, rough) in one.noise.items()
         },
-    }  # fmt: skip
+    }
 
 
 def torque_record(torque: Residual | None) -> dict[str, Any] | None:
@@ -262,11 +286,17 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
     names = (*torque.kept, *torque.dropped)
     first, units = len(torque.covariance) - len(names), {u.name: u.unit for u in torque.fit.unknowns}
     return {
-        "fitted": True, "name_of_a_cause": False, "effect": EFFECT,
-        "middle_speed_m_s": torque.scale.middle, "speed_span_m_s": torque.scale.span,
+        "fitted": True,
+        "name_of_a_cause": False,
+        "effect": EFFECT,
+        "middle_speed_m_s": torque.scale.middle,
+        "speed_span_m_s": torque.scale.span,
         "coefficients": {
             name: {
-                "value": value, "sd": torque.sd[name], "sd_alone": torque.sd_alone[name], "unit": units[name],
+                "value": value,
+                "sd": torque.sd[name],
+                "sd_alone": torque.sd_alone[name],
+                "unit": units[name],
                 "gain_log_evidence": torque.gains.get(name, (None, None))[0],
                 "gain_held_out": torque.gains.get(name, (None, None))[1],
             }
@@ -275,11 +305,14 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
         "left_at_zero": {name: {"sd": torque.sd[name]} for name in torque.dropped},
         "covariance": {"coefficients": list(names), "matrix": torque.covariance[first:, first:].tolist()},
         "changed": [asdict(one) for one in torque.changed()],
-        "misfit": torque.fit.misfit, "goodness_of_fit_p": torque.p,
+        "misfit": torque.fit.misfit,
+        "goodness_of_fit_p": torque.p,
         "chi2": {"without": torque.beside.chi2, "with": torque.fit.chi2},
         "held_out": {
-            "gap_without": torque.before.gap, "gap_with": torque.after.gap,
-            "chi2_without": torque.before.chi2, "chi2_with": torque.after.chi2,
+            "gap_without": torque.before.gap,
+            "gap_with": torque.after.gap,
+            "chi2_without": torque.before.chi2,
+            "chi2_with": torque.after.chi2,
             "log_score_gain": torque.after.log_score - torque.before.log_score,
         },
-    }  # fmt: skip
+    }

@@ -20,15 +20,19 @@ PUSHES = ("lean_torque", "steer_torque", "lateral_force")
 # By what each of two independent courses pushes: the rider leans, and a share (trail times a force) acts at the
 # steering; the wind pushes the mass centre, and a share is a lean torque, for its point of attack is not known.
 SHARES = {
-    "pedalling": np.array([[1.0, 0.0, 0.0], [0.0, 0.03, 0.0]]), "rider_sway": np.array([[1.0, 0, 0], [0, 0.03, 0]]),
+    "pedalling": np.array([[1.0, 0.0, 0.0], [0.0, 0.03, 0.0]]),
+    "rider_sway": np.array([[1.0, 0, 0], [0, 0.03, 0]]),
     "side_gusts": np.array([[0.0, 0.0, 1.0], [0.3, 0.0, 0.0]]),
-}  # fmt: skip
+}
 CADENCE_HZ = np.arange(0.7, 2.05, 0.1)
 CORNER_S = {"rider_sway": 0.4, "side_gusts": 0.3}  # s, correlation: a smooth process, and one that jumps
 POWER = {"rider_sway": 2, "side_gusts": 1}  # of their correlation exp(-x^power / power), x = time / corner
 LEAN, STEER, CORNER = ("lean_torque_rms", "N m"), ("steer_torque_rms", "N m"), ("corner_frequency", "Hz")
-SIZED = {"pedalling": (LEAN, STEER, ("frequency", "Hz")), "rider_sway": (LEAN, STEER, CORNER),
-         "side_gusts": (("side_force_rms", "N"), LEAN, CORNER)}  # fmt: skip
+SIZED = {
+    "pedalling": (LEAN, STEER, ("frequency", "Hz")),
+    "rider_sway": (LEAN, STEER, CORNER),
+    "side_gusts": (("side_force_rms", "N"), LEAN, CORNER),
+}
 Sizes = dict[str, tuple[float, float, str]]
 TITLES = {
     "pedalling": "torque of pedalling",
@@ -54,11 +58,17 @@ def riding_candidates() -> tuple[Candidate, ...]:
     """Candidates for torques that act on a ridden bicycle; nothing of them is fitted, all is integrated out."""
     return tuple(
         Candidate(
-            name, (), fixed={RIDING + name: 1.0}, signature=words, title=TITLES[name], weight=SENSOR, family=FAMILY,
+            name,
+            (),
+            fixed={RIDING + name: 1.0},
+            signature=words,
+            title=TITLES[name],
+            weight=SENSOR,
+            family=FAMILY,
             absorbs=True,
         )
         for name, words in WORDS.items()
-    )  # fmt: skip
+    )
 
 
 def riding_in(values: Mapping[str, Array]) -> list[str]:

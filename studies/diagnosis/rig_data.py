@@ -91,10 +91,17 @@ class SweepBlocks(Reduced):
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:
             return lagged_magic_formula(
-                time=self.time - delay + later, history=self._history,
-                direction=self.direction, cornering_stiffness=c, peak=peak, shape=shape, curvature=curvature,
-                horizontal_shift=shift, lag=lag, hysteresis=play,
-            )  # fmt: skip
+                time=self.time - delay + later,
+                history=self._history,
+                direction=self.direction,
+                cornering_stiffness=c,
+                peak=peak,
+                shape=shape,
+                curvature=curvature,
+                horizontal_shift=shift,
+                lag=lag,
+                hysteresis=play,
+            )
 
         force, part = curve()
         sign = np.sign(force)
@@ -134,9 +141,19 @@ def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:
         notes.append(f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same")
     slip = _smooth(blocks)
     return SweepBlocks(
-        name, run.condition, blocks.time[kept], slip[kept], blocks.force[kept], np.sign(blocks.rate[kept]),
-        blocks.branch[kept], blocks.time, slip, blocks.speed, found.rate, _noise(found, slip, kept),
-    ), tuple(notes)  # fmt: skip
+        name,
+        run.condition,
+        blocks.time[kept],
+        slip[kept],
+        blocks.force[kept],
+        np.sign(blocks.rate[kept]),
+        blocks.branch[kept],
+        blocks.time,
+        slip,
+        blocks.speed,
+        found.rate,
+        _noise(found, slip, kept),
+    ), tuple(notes)
 
 
 def _smooth(blocks: Blocks) -> Array:
@@ -156,10 +173,12 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> AR1Noise
     clock = (blocks.time[kept] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
     direction = np.sign(blocks.rate[kept])
     force, part = lagged_magic_formula(
-        time=blocks.time[kept], history=interpolate_slip(blocks.time, slip), direction=direction,
+        time=blocks.time[kept],
+        history=interpolate_slip(blocks.time, slip),
+        direction=direction,
         cornering_stiffness=found.cornering_stiffness.value,
         **{key: p[key] for key in ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
-    )  # fmt: skip
+    )
     both = len(np.unique(direction)) > 1
     columns = [*(part if both else part[:5]), np.ones_like(clock), clock]
     left, size, _ = np.linalg.svd(np.stack([c / max(float(np.abs(c).max()), 1e-300) for c in columns], 1), False)
@@ -179,9 +198,13 @@ def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
     clock = np.linspace(-0.5, 0.5, len(displacement)) if test.time is None else test.time[good]
     clock = (clock - clock[0]) / (clock[-1] - clock[0]) - 0.5
     return PullReadings(
-        name, test.condition, displacement, test.side_force[good], clock,
+        name,
+        test.condition,
+        displacement,
+        test.side_force[good],
+        clock,
         max(found.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
-    )  # fmt: skip
+    )
 
 
 # ---- terms, nuisances and candidates ----
@@ -199,14 +222,20 @@ def _bend(terms: Any, **share: Any) -> None:
 
 PHENOMENOLOGICAL = (
     Term(
-        "side force from slip squared", "side force that grows with slip squared",
-        (RigParameter("gain", "N/rad^2", (-4000.0, 4000.0)),), sweep=_asymmetry, needs=needs_sweep,
+        "side force from slip squared",
+        "side force that grows with slip squared",
+        (RigParameter("gain", "N/rad^2", (-4000.0, 4000.0)),),
+        sweep=_asymmetry,
+        needs=needs_sweep,
     ),
     Term(
-        "pull force bends", "pull force that falls behind with displacement",
-        (RigParameter("share at the end", "1", (-0.2, 0.2)),), pull=_bend, needs=needs_pull,
+        "pull force bends",
+        "pull force that falls behind with displacement",
+        (RigParameter("share at the end", "1", (-0.2, 0.2)),),
+        pull=_bend,
+        needs=needs_pull,
     ),
-)  # fmt: skip
+)
 """Terms without a cause."""
 
 
@@ -245,8 +274,9 @@ def rig_candidates(terms: Sequence[Term], recorded: Recorded) -> tuple[Candidate
         Candidate(
             term.identifier, tuple(_unknown_of(term, p, recorded) for p in term.parameters), signature=term.signature
         )
-        for term in terms if term.identifier not in refused
-    )  # fmt: skip
+        for term in terms
+        if term.identifier not in refused
+    )
     return candidates, refused
 
 

@@ -40,9 +40,10 @@ UNITS = {COMPLIANCE: "rad/N", LENGTH: "m", TRAIL: "m"}
 def own_trails() -> tuple[str, ...]:
     """Effects with a trail that is none of a tyre's numbers, for it follows from something else."""
     return tuple(
-        name for name, effect in registry().items()
+        name
+        for name, effect in registry().items()
         if effect.slot == ALIGNING and not any(p.tyre in TRAIL_NUMBERS for p in effect.parameters)
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,10 +88,14 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
         if own and any(quantity == TRAIL for quantity, _ in quantities):
             raise InputError(f"[rig]: the rig's pneumatic trail cannot be compared with {own[0]}; write trail = false")
         return cls(
-            **common, quantities=quantities, values=values, covariance=covariance, notes=tuple(notes),
+            **common,
+            quantities=quantities,
+            values=values,
+            covariance=covariance,
+            notes=tuple(notes),
             load=float(np.mean([p.load for p in tyres.properties])),
             pressures=tuple(p.pressure for p in tyres.properties),
-        )  # fmt: skip
+        )
 
     def impossible(self) -> dict[str, str]:
         return DRY | {"speed_offset": "needs motion at several speeds"}
@@ -112,8 +117,10 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
         """One row for each number; all are held out together."""
         n = len(self.quantities)
         where = tuple(f"{quantity}, {wheel}" for quantity, wheel in self.quantities)
-        shown = {label: Series(quantity, f"{quantity}, {UNITS[quantity]}", "load, N")
-                 for label, (quantity, _) in zip(where, self.quantities, strict=True)}  # fmt: skip
+        shown = {
+            label: Series(quantity, f"{quantity}, {UNITS[quantity]}", "load, N")
+            for label, (quantity, _) in zip(where, self.quantities, strict=True)
+        }
         return Rows(where, np.full(n, self.load), where, np.zeros(n, np.intp), shown=shown, axis="load, N")
 
     @property
@@ -139,11 +146,13 @@ def _numbers(tyres: JointProperties, *, trail: bool) -> tuple[tuple[tuple[str, s
     wheels = list(enumerate(zip(WHEELS, tyres.properties, strict=True)))
     # quantity and wheel, the tyre's own name, value, slope to the tyre's own number
     numbers: list[tuple[tuple[str, str], str, Any, float]] = [
-        number for k, (wheel, p) in wheels for number in (
-            ((COMPLIANCE, wheel), f"cornering_stiffness.{k}", 1 / p.cornering_stiffness, -p.cornering_stiffness**-2),
+        number
+        for k, (wheel, p) in wheels
+        for number in (
+            ((COMPLIANCE, wheel), f"cornering_stiffness.{k}", 1 / p.cornering_stiffness, -(p.cornering_stiffness**-2)),
             ((LENGTH, wheel), f"relaxation_length.{k}", p.relaxation_length, 1.0),
         )
-    ]  # fmt: skip
+    ]
     if trail and all(p.pneumatic_trail_sd is not None for p in tyres.properties):
         numbers += [((TRAIL, wheel), f"pneumatic_trail.{k}", p.pneumatic_trail, 1.0) for k, (wheel, p) in wheels]
     names, own, values, slopes = zip(*numbers, strict=True)

@@ -75,11 +75,12 @@ class RigRecordings(TyreKind, kind="rig"):
                 above=0, most=1, says="must be a number above 0, at most 1: a share of the declared load"
             ),
             maybe("calibration", {}): by_name(
-                number(says="must be a number: a relative standard deviation"), [f.name for f in fields(Calibration)],
+                number(says="must be a number: a relative standard deviation"),
+                [f.name for f in fields(Calibration)],
                 kind="key",
             ),
         }
-    )  # fmt: skip
+    )
     reference: Reference  # what was known of the tyre
     sweeps: tuple[tuple[str, RigRun], ...] = ()  # (name, recording); slip steps are not used, which ``notes`` says
     pulls: tuple[tuple[str, PullTest], ...] = ()
@@ -122,10 +123,16 @@ class RigRecordings(TyreKind, kind="rig"):
         settings = FitSettings(Calibration(**rig["calibration"]), load_tolerance=tolerance)
         sweeps, pulls, notes = _recordings(_files(given, folder), tolerance, skip_bad=isinstance(given, str))
         return cls(
-            reference=read_reference(rig["reference"], folder, settings), sweeps=sweeps, pulls=pulls,
-            includes=tuple(dict.fromkeys(rig["includes"])), pull_displacement=rig["pull_displacement"],
-            wheel_radius=rig["wheel_radius_m"], calibration=settings.calibration, notes=notes, **common,
-        )  # fmt: skip
+            reference=read_reference(rig["reference"], folder, settings),
+            sweeps=sweeps,
+            pulls=pulls,
+            includes=tuple(dict.fromkeys(rig["includes"])),
+            pull_displacement=rig["pull_displacement"],
+            wheel_radius=rig["wheel_radius_m"],
+            calibration=settings.calibration,
+            notes=notes,
+            **common,
+        )
 
     def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Reduce the recordings, find their reference and choose candidates."""
@@ -141,13 +148,15 @@ class RigRecordings(TyreKind, kind="rig"):
         length = curves[blocks[0].label].length if blocks else None
         bends = [self._bend_beyond(s.condition, curves[s.label]) for s in blocks]
         recorded = Recorded(
-            sweeps=bool(blocks), pulls=bool(readings),
+            sweeps=bool(blocks),
+            pulls=bool(readings),
             both_branches=len({float(way) for s in blocks for way in s.direction}) > 1,
             both_signs=any(s.slip.min() < 0 < s.slip.max() for s in blocks),
-            speeds=all(s.speed for s in blocks), other_track=max(map(abs, bends), default=0.0) > 1e-9,
+            speeds=all(s.speed for s in blocks),
+            other_track=max(map(abs, bends), default=0.0) > 1e-9,
             other_loads=any(abs(s.condition.load / curves[s.label].load - 1) > ALIKE for s in blocks),
             known={} if length is None else {"relaxation_length": length},
-        )  # fmt: skip
+        )
         every, refused = rig_candidates(rig_terms(), recorded)
         can = {c.identifier: c for c in every}
         for what, names in (("[rig]: includes", self.includes), ("--without", without), ("--with", also)):
@@ -157,12 +166,17 @@ class RigRecordings(TyreKind, kind="rig"):
                 raise InputError(f"[rig]: includes {name!r}, but: {refused[name]}; take it out")
         floating = rig_nuisances(blocks, readings, curves, self.calibration)
         return replace(
-            self, blocks=tuple(blocks), readings=readings, curves=curves, refused=refused,
+            self,
+            blocks=tuple(blocks),
+            readings=readings,
+            curves=curves,
+            refused=refused,
             nuisances=(*floating, *(u for name in self.includes for u in can[name].unknowns)),
             candidates=tuple(c for c in every if c.identifier not in {*self.includes, *without}),
-            terms=(*rig_terms(), *PHENOMENOLOGICAL), without_cause=rig_candidates(PHENOMENOLOGICAL, recorded)[0],
+            terms=(*rig_terms(), *PHENOMENOLOGICAL),
+            without_cause=rig_candidates(PHENOMENOLOGICAL, recorded)[0],
             notes=(*notes, *self._assumed(blocks, readings, curves, off=recorded.other_loads)),
-        )  # fmt: skip
+        )
 
     def _curve_with(self, needed: str, recording: SweepBlocks | PullReadings) -> Curve:
         """The reference for a recording, with the stiffness that it needs."""
@@ -176,8 +190,9 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def _bend_beyond(self, condition: Condition, curve: Curve) -> float:
         """ln(1 + R/Rd) of a condition beyond that of the reference."""
-        here, there = (log_curvature(wheel_radius=self.wheel_radius, drum_radius=x.drum_radius)
-                       for x in (condition, curve))  # fmt: skip
+        here, there = (
+            log_curvature(wheel_radius=self.wheel_radius, drum_radius=x.drum_radius) for x in (condition, curve)
+        )
         return here - there
 
     def _assumed(
@@ -233,11 +248,20 @@ class RigRecordings(TyreKind, kind="rig"):
             lag = (length + true * t.compliance) / sweep.speed
         side = -1.0 if turned else 1.0
         each = (
-            true * force / slip, peak * force, curve.shape + v["shape"], curve.curvature + v["curvature"],
-            t.slip_offset * slip + v["slip zero"], lag, t.half_gap * slip,
+            true * force / slip,
+            peak * force,
+            curve.shape + v["shape"],
+            curve.curvature + v["curvature"],
+            t.slip_offset * slip + v["slip zero"],
+            lag,
+            t.half_gap * slip,
             side * t.side_force * force + v[f"zero, {sweep.name}"],
-            v[f"drift, {sweep.name}"], t.delay, t.warming, t.asymmetry, t.gain_by_sign,
-        )  # fmt: skip
+            v[f"drift, {sweep.name}"],
+            t.delay,
+            t.warming,
+            t.asymmetry,
+            t.gain_by_sign,
+        )
         return np.stack([np.broadcast_to(np.asarray(x, float), count) for x in each], axis=1)
 
     def pulled(self, pull: PullReadings, values: Values) -> Array:
@@ -419,9 +443,14 @@ def _alike(values: Sequence[float]) -> bool:
 
 
 def _path(
-    like: SweepBlocks, repeatability: float, *, rate: float | None = None, speed: float | None = None,
-    branches: tuple[float, ...] = (1.0, -1.0), condition: Condition | None = None,
-) -> SweepBlocks:  # fmt: skip
+    like: SweepBlocks,
+    repeatability: float,
+    *,
+    rate: float | None = None,
+    speed: float | None = None,
+    branches: tuple[float, ...] = (1.0, -1.0),
+    condition: Condition | None = None,
+) -> SweepBlocks:
     """A sweep like another, in blocks of 0.2 deg, with settled blocks only and the noise of the other one."""
     rate, speed = rate or like.rate, speed or like.speed
     reach = float(np.abs(like.slip).max())
@@ -432,11 +461,20 @@ def _path(
     time = step * np.arange(len(slip))
     used = np.tile(step * np.arange(count), len(branches)) * (speed or 2.5) > 0.5  # m, until it has settled
     sweep = replace(
-        like, name="", condition=condition or like.condition, time=time[used], slip=slip[used],
-        force=np.zeros(used.sum()), direction=np.repeat(branches, count)[used],
-        branch=np.repeat(np.arange(len(branches)), count)[used], slip_time=time, slip_history=slip, speed=speed,
-        rate=rate, noise=AR1Noise(like.noise.white * rate / like.rate / 2, like.noise.correlated, like.noise.memory),
-    )  # fmt: skip
+        like,
+        name="",
+        condition=condition or like.condition,
+        time=time[used],
+        slip=slip[used],
+        force=np.zeros(used.sum()),
+        direction=np.repeat(branches, count)[used],
+        branch=np.repeat(np.arange(len(branches)), count)[used],
+        slip_time=time,
+        slip_history=slip,
+        speed=speed,
+        rate=rate,
+        noise=AR1Noise(like.noise.white * rate / like.rate / 2, like.noise.correlated, like.noise.memory),
+    )
     order = np.argsort(like.slip)
     force = np.interp(sweep.slip, like.slip[order], like.force[order])
     return replace(sweep, common=np.stack([repeatability * force, DRIFT * sweep.clock, np.full_like(force, ZERO)], 1))
@@ -527,9 +565,11 @@ def _line(axis: Any, x: Array, gap: Array, here: NDArray[np.bool_], k: int, titl
     place = np.digitize(x[here], edges)
     bins = np.unique(place)
     axis.plot(
-        [x[here][place == b].mean() for b in bins], [gap[here][place == b].mean() for b in bins],
-        **{**look(k).plot, "marker": ""}, label=title,
-    )  # fmt: skip
+        [x[here][place == b].mean() for b in bins],
+        [gap[here][place == b].mean() for b in bins],
+        **{**look(k).plot, "marker": ""},
+        label=title,
+    )
 
 
 FORCES: Figure = (

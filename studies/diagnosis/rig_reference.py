@@ -86,10 +86,13 @@ class Reference:
 
         peak = None if low.peak is None or high.peak is None else (1 - share) * low.peak + share * high.peak
         return replace(
-            low, load=load, peak=peak, cornering_stiffness=between(low.cornering_stiffness, high.cornering_stiffness),
+            low,
+            load=load,
+            peak=peak,
+            cornering_stiffness=between(low.cornering_stiffness, high.cornering_stiffness),
             lateral_stiffness=between(low.lateral_stiffness, high.lateral_stiffness),
             relaxation_length=between(low.relaxation_length, high.relaxation_length),
-        )  # fmt: skip
+        )
 
     def load_exponent(self, pressure: float) -> float | None:
         """d(ln C)/d(ln load) at a ``pressure`` (Pa); None with fewer than two loads."""
@@ -109,15 +112,21 @@ DRUM_RADIUS = number(least=0.2, says="must be a number >= 0.2")
 SURFACE = 'write "flat", or "drum" together with drum_radius_m'
 CONDITION = table(
     {
-        needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE,
-        maybe("surface", "flat"): text(f"; {SURFACE}", allowed=("flat", "drum")), maybe("drum_radius_m"): DRUM_RADIUS,
-        maybe("cornering_stiffness_N_per_rad"): POSITIVE, maybe("cornering_stiffness_sd_N_per_rad"): NOT_NEGATIVE,
-        maybe("lateral_stiffness_N_per_m"): POSITIVE, maybe("lateral_stiffness_sd_N_per_m"): NOT_NEGATIVE,
-        maybe("relaxation_length_m"): POSITIVE, maybe("relaxation_length_sd_m"): NOT_NEGATIVE,
-        maybe("peak_N"): POSITIVE, maybe("shape"): POSITIVE,
+        needed("load_N"): POSITIVE,
+        needed("pressure_bar"): POSITIVE,
+        maybe("surface", "flat"): text(f"; {SURFACE}", allowed=("flat", "drum")),
+        maybe("drum_radius_m"): DRUM_RADIUS,
+        maybe("cornering_stiffness_N_per_rad"): POSITIVE,
+        maybe("cornering_stiffness_sd_N_per_rad"): NOT_NEGATIVE,
+        maybe("lateral_stiffness_N_per_m"): POSITIVE,
+        maybe("lateral_stiffness_sd_N_per_m"): NOT_NEGATIVE,
+        maybe("relaxation_length_m"): POSITIVE,
+        maybe("relaxation_length_sd_m"): NOT_NEGATIVE,
+        maybe("peak_N"): POSITIVE,
+        maybe("shape"): POSITIVE,
         maybe("curvature"): number(least=-10, says="must be a number >= -10"),
     }
-)  # fmt: skip
+)
 HOW = "must be tables: write conditions as [[rig.reference.conditions]] and keys below it"
 REFERENCE = table(
     {maybe(key): text("must be a path in quotes") for key in SOURCES[:3]}
@@ -138,18 +147,23 @@ CAMPAIGN = table(
         needed("conditions"): list_of(
             table(
                 {
-                    needed("tyre"): text(), needed("surface"): text(),
-                    needed("load_N"): POSITIVE, needed("pressure_bar"): POSITIVE, maybe("camber_deg", 0.0): number(),
+                    needed("tyre"): text(),
+                    needed("surface"): text(),
+                    needed("load_N"): POSITIVE,
+                    needed("pressure_bar"): POSITIVE,
+                    maybe("camber_deg", 0.0): number(),
                     needed("cornering_stiffness_N_per_rad"): _value_and_sd,
-                    needed("lateral_stiffness_N_per_m"): _value_and_sd, needed("relaxation_length_m"): _value_and_sd,
+                    needed("lateral_stiffness_N_per_m"): _value_and_sd,
+                    needed("relaxation_length_m"): _value_and_sd,
                 },
                 others=True,
             ),
-            "must be a list of conditions", strict=False,
+            "must be a list of conditions",
+            strict=False,
         )
     },
     others=True,
-)  # fmt: skip
+)
 LEAST = (  # of a tyre, in its load; below it is surely in another unit
     ("cornering_stiffness_N_per_rad", 1.0, "N/deg"), ("lateral_stiffness_N_per_m", 10.0, "N/mm"),
 )  # fmt: skip
@@ -214,11 +228,16 @@ def _fitted(condition: Any) -> Row:
     c, k, length = condition.cornering_stiffness, condition.lateral_stiffness, condition.relaxation_length
     shape = condition.sweeps[0].details if condition.sweeps else {}
     curve = Curve(
-        condition.load, condition.pressure,
-        None if c is None else (c.value, c.sd), None if k is None else (k.value, k.sd),
+        condition.load,
+        condition.pressure,
+        None if c is None else (c.value, c.sd),
+        None if k is None else (k.value, k.sd),
         None if length is None else (length.value, math.hypot(length.sd, LENGTH_SD * length.value)),
-        shape.get("peak_N"), shape.get("shape", SHAPE), shape.get("curvature", CURVATURE), condition.drum_radius,
-    )  # fmt: skip
+        shape.get("peak_N"),
+        shape.get("shape", SHAPE),
+        shape.get("curvature", CURVATURE),
+        condition.drum_radius,
+    )
     return condition.tyre, condition.surface, curve
 
 
@@ -275,7 +294,13 @@ def _condition(content: Any, where: str) -> Curve:
         return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
 
     return Curve(
-        row["load_N"], PASCAL_PER_BAR * row["pressure_bar"], pair("cornering_stiffness", "N_per_rad", UNSTATED),
-        pair("lateral_stiffness", "N_per_m", UNSTATED), pair("relaxation_length", "m", LENGTH_SD), row.get("peak_N"),
-        row.get("shape", SHAPE), row.get("curvature", CURVATURE), row.get("drum_radius_m"),
-    )  # fmt: skip
+        row["load_N"],
+        PASCAL_PER_BAR * row["pressure_bar"],
+        pair("cornering_stiffness", "N_per_rad", UNSTATED),
+        pair("lateral_stiffness", "N_per_m", UNSTATED),
+        pair("relaxation_length", "m", LENGTH_SD),
+        row.get("peak_N"),
+        row.get("shape", SHAPE),
+        row.get("curvature", CURVATURE),
+        row.get("drum_radius_m"),
+    )

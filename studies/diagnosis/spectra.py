@@ -28,9 +28,15 @@ class RunResponse:
 
 
 def responses_of_runs(
-    given: Sequence[str], source: str, outputs: Sequence[str], channel_map: ChannelMap | None, *, reference: str = "",
-    segment_s: float, highest_hz: float,
-) -> tuple[list[RunResponse], list[str]]:  # fmt: skip
+    given: Sequence[str],
+    source: str,
+    outputs: Sequence[str],
+    channel_map: ChannelMap | None,
+    *,
+    reference: str = "",
+    segment_s: float,
+    highest_hz: float,
+) -> tuple[list[RunResponse], list[str]]:
     """Responses from recordings; those of one speed are averaged."""
     if source not in FORCED_INPUTS:
         raise InputError(f"--input: {unknown('input', source, FORCED_INPUTS)}")
@@ -119,12 +125,18 @@ def rows_of(response: RunResponse) -> list[dict[str, Any]]:
     found = response.found
     return [
         {
-            "input": response.input, "output": response.output, "frequency_Hz": float(f"{f:.6g}"),
-            "speed_m_s": response.speed, "re": float(f"{gain.real:.6g}"), "im": float(f"{gain.imag:.6g}"),
-            "sd": float(f"{sd:.4g}"), "coherence": float(f"{coherence:.4g}"), "averages": round(found.averages, 2),
+            "input": response.input,
+            "output": response.output,
+            "frequency_Hz": float(f"{f:.6g}"),
+            "speed_m_s": response.speed,
+            "re": float(f"{gain.real:.6g}"),
+            "im": float(f"{gain.imag:.6g}"),
+            "sd": float(f"{sd:.4g}"),
+            "coherence": float(f"{coherence:.4g}"),
+            "averages": round(found.averages, 2),
         }
         for f, gain, sd, coherence in zip(found.frequency_hz, found.gain, found.sd, found.coherence, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def shown_of(response: RunResponse) -> list[list[Any]]:

@@ -227,7 +227,7 @@ class SteerSpline:
     @lru_cache(maxsize=64)  # other readings of the other channels leave the angle as it is
     def _smoothed(
         cls, times: bytes, angle: bytes, step: float, jumps: tuple[float, ...], noise: float | None
-    ) -> "SteerSpline":  # fmt: skip
+    ) -> "SteerSpline":
         time, recorded = np.frombuffer(times), np.frombuffer(angle)
         white = third_difference_noise(recorded)
         allowed = 1.05 * (white if noise is None else min(white, noise))
@@ -257,9 +257,12 @@ class SteerSpline:
         inside = np.clip(time + later, time[0], time[-1])
         dt = (time + later - inside)[:, None]
         angle, rate, acceleration, jerk = (self.functions.at(inside, k) for k in range(ORDERS + 1))
-        shapes = np.stack([
-            angle + dt * (rate + dt / 2 * (acceleration + dt / 3 * jerk)),
-            rate + dt * (acceleration + dt / 2 * jerk),
-            acceleration + dt * jerk,
-        ], 1)  # fmt: skip
+        shapes = np.stack(
+            [
+                angle + dt * (rate + dt / 2 * (acceleration + dt / 3 * jerk)),
+                rate + dt * (acceleration + dt / 2 * jerk),
+                acceleration + dt * jerk,
+            ],
+            1,
+        )
         return shapes @ self.coefficients, shapes @ self.spread

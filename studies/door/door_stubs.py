@@ -22,10 +22,14 @@ def stubs() -> dict[str, str]:
     places = {module: sorted(PLACES[module], key=_order) for module in sorted(PLACES)}
     names = sorted([*classes, *(name for names in places.values() for name in names), "effects"], key=_order)
     door = [
-        HEAD, *(_import(module, mine) for module, mine in places.items()), "\nfrom . import effects\n",
-        _import(".effects", classes), "\nPLACES: dict[str, tuple[str, ...]]\n\n__all__ = [\n",
-        *(f'    "{name}",\n' for name in names), "]\n",
-    ]  # fmt: skip
+        HEAD,
+        *(_import(module, mine) for module, mine in places.items()),
+        "\nfrom . import effects\n",
+        _import(".effects", classes),
+        "\nPLACES: dict[str, tuple[str, ...]]\n\n__all__ = [\n",
+        *(f'    "{name}",\n' for name in names),
+        "]\n",
+    ]
     head = [HEAD, _import("bicycle.effects.effect", ["Effect", "PerWheel", "PerWheelValue"])]
     return {"__init__.pyi": "".join(door), "effects.pyi": "".join([*head, *(f"\n{_stub(one)}" for one in effects)])}
 

@@ -83,10 +83,17 @@ def _linear(model: Any) -> LinearModel:
 
 
 def sweep(
-    model: AnyModel, outputs: str | Iterable[str], numbers: Mapping[str, ArrayLike] | None = None, *,
-    speeds: ArrayLike | None = None, samples: int = 1, seed: int = 0, sampled: Mapping[str, Any] | None = None,
-    max_speed: float = 60.0, **more: ArrayLike,
-) -> Any:  # fmt: skip
+    model: AnyModel,
+    outputs: str | Iterable[str],
+    numbers: Mapping[str, ArrayLike] | None = None,
+    *,
+    speeds: ArrayLike | None = None,
+    samples: int = 1,
+    seed: int = 0,
+    sampled: Mapping[str, Any] | None = None,
+    max_speed: float = 60.0,
+    **more: ArrayLike,
+) -> Any:
     """Compute outputs of all combinations of some numbers of a model, in memory.
 
     >>> found = sweep("benchmark", "largest_growth_rate", speeds=[3, 5], trail=[0.06, 0.08])
@@ -133,10 +140,14 @@ def sweep(
     xarray = optional_module("xarray", extra="sweeps")
     given = by_key({**(numbers or {}), **more})
     content: dict[str, Any] = {
-        "model": content_of(model), "outputs": [outputs] if isinstance(outputs, str) else list(outputs),
+        "model": content_of(model),
+        "outputs": [outputs] if isinstance(outputs, str) else list(outputs),
         "grid": {k: v if isinstance(v, str) else np.atleast_1d(v).tolist() for k, v in given.items()},
-        "samples": samples, "seed": seed, "sampled": dict(sampled or {}), "max_speed_m_s": max_speed,
-    }  # fmt: skip
+        "samples": samples,
+        "seed": seed,
+        "sampled": dict(sampled or {}),
+        "max_speed_m_s": max_speed,
+    }
     if speeds is not None:
         content["grid"]["speed_m_s"] = np.atleast_1d(_numbers("speeds", speeds)).tolist()
     asked = build_sweep(content)
@@ -162,9 +173,11 @@ def _numbers(name: str, given: ArrayLike) -> Any:
 
 
 def modes(
-    model: AnyModel | LinearModel, speeds: ArrayLike, numbers: Mapping[str, ArrayLike] | None = None,
+    model: AnyModel | LinearModel,
+    speeds: ArrayLike,
+    numbers: Mapping[str, ArrayLike] | None = None,
     **more: ArrayLike,
-) -> Modes | Any:  # fmt: skip
+) -> Modes | Any:
     """Eigenvalues, frequencies and damping ratios of the named modes; with arrays for parameters of many bicycles.
 
     >>> modes("benchmark", [4.0, 5.0]).frequency("weave").round(3)
@@ -200,9 +213,11 @@ def modes(
 
 
 def critical_speeds(
-    model: AnyModel | LinearModel, max_speed: float = 60.0, numbers: Mapping[str, ArrayLike] | None = None,
+    model: AnyModel | LinearModel,
+    max_speed: float = 60.0,
+    numbers: Mapping[str, ArrayLike] | None = None,
     **more: ArrayLike,
-) -> tuple[CriticalSpeed, ...] | Any:  # fmt: skip
+) -> tuple[CriticalSpeed, ...] | Any:
     """Speeds at which a mode becomes stable or unstable; with arrays for parameters those of many bicycles.
 
     >>> critical_speeds("benchmark")[0]
@@ -233,9 +248,13 @@ def critical_speeds(
 
 
 def limit_cycles(
-    model: AnyModel, *, rear: MagicTyre | CurveTyre | None = None, front: MagicTyre | CurveTyre | None = None,
-    max_speed: float = 60.0, dry_friction: float = 0.0,
-) -> LimitCycles:  # fmt: skip
+    model: AnyModel,
+    *,
+    rear: MagicTyre | CurveTyre | None = None,
+    front: MagicTyre | CurveTyre | None = None,
+    max_speed: float = 60.0,
+    dry_friction: float = 0.0,
+) -> LimitCycles:
     """Find the periodic motions of a bicycle on tyres that saturate, from its critical speeds on.
 
     >>> front = {"stiffness": 4000, "damping": 12, "joint_x": 0.86, "joint_z": -0.65}
@@ -341,9 +360,15 @@ def sensitivity(
 
 
 def uncertainty(
-    model: AnyModel, speeds: ArrayLike = (), *, sd: Mapping[str, float] | None = None, assume: bool = True,
-    samples: int = 2000, seed: int = 0, max_speed: float = 60.0,
-) -> pd.DataFrame:  # fmt: skip
+    model: AnyModel,
+    speeds: ArrayLike = (),
+    *,
+    sd: Mapping[str, float] | None = None,
+    assume: bool = True,
+    samples: int = 2000,
+    seed: int = 0,
+    max_speed: float = 60.0,
+) -> pd.DataFrame:
     """Carry the uncertainty of a model to frequency and damping ratio of its modes and to critical speeds.
 
     >>> uncertainty("benchmark", sd={"trail": 0.002}, assume=False, samples=200).round(3).linear_sd.tolist()
@@ -379,18 +404,32 @@ def uncertainty(
     for q in of.quantities(_numbers("speeds", speeds), max_speed=max_speed, samples=samples, seed=seed):
         low, high = q.band()
         cause = max(q.shares, key=lambda name: q.shares[name])
-        rows.append({
-            "quantity": q.name, "unit": q.unit, "value": q.value, "linear_sd": q.linear_sd,
-            "monte_carlo_sd": q.sampled_sd, "low": low, "high": high, "lost": q.lost, "main_cause": cause,
-            "its_share": q.shares[cause],
-        })  # fmt: skip
+        rows.append(
+            {
+                "quantity": q.name,
+                "unit": q.unit,
+                "value": q.value,
+                "linear_sd": q.linear_sd,
+                "monte_carlo_sd": q.sampled_sd,
+                "low": low,
+                "high": high,
+                "lost": q.lost,
+                "main_cause": cause,
+                "its_share": q.shares[cause],
+            }
+        )
     return pd.DataFrame(rows)
 
 
 def chart(
-    model: AnyModel, x: str, y: str, *, speed: float | None = None, sd: Mapping[str, float] | None = None,
+    model: AnyModel,
+    x: str,
+    y: str,
+    *,
+    speed: float | None = None,
+    sd: Mapping[str, float] | None = None,
     assume: bool = False,
-) -> StabilityChart:  # fmt: skip
+) -> StabilityChart:
     """Find the exact boundaries between stable and unstable over two numbers of a model.
 
     >>> sorted(set(chart("benchmark", "speed=3:8", "c=0.07:0.09").frame()["mode"]))
@@ -420,10 +459,17 @@ def chart(
 
 
 def design(
-    model: AnyModel, keep: Mapping[str, str | float], vary: Sequence[str], *, speeds: tuple[float, float],
-    limits: Mapping[str, tuple[float, float]] | None = None, sd: Mapping[str, float] | None = None,
-    probability: float | None = None, samples: int = 1000, seed: int = 0,
-) -> Design:  # fmt: skip
+    model: AnyModel,
+    keep: Mapping[str, str | float],
+    vary: Sequence[str],
+    *,
+    speeds: tuple[float, float],
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    sd: Mapping[str, float] | None = None,
+    probability: float | None = None,
+    samples: int = 1000,
+    seed: int = 0,
+) -> Design:
     """Find the smallest change of some numbers of a model that keeps modes stable over a range of speed.
 
     >>> found = design("benchmark", {"weave": "stable"}, ["trail"], speeds=(4.2, 5.5))
@@ -460,15 +506,26 @@ def design(
 
     keys = [canonical(key) for key in vary]
     content, _ = with_effects(content_of(model), keys)
-    wanted = Wanted({}, by_key(sd or {}), {canonical(key): ends for key, ends in (limits or {}).items()},
-                    probability=probability, samples=samples, seed=seed)  # fmt: skip
+    wanted = Wanted(
+        {},
+        by_key(sd or {}),
+        {canonical(key): ends for key, ends in (limits or {}).items()},
+        probability=probability,
+        samples=samples,
+        seed=seed,
+    )
     return designed(content, keys, demands([(mode, str(what)) for mode, what in keep.items()]), speeds, wanted)
 
 
 def simulate(
-    model: AnyModel | LinearModel, speed: float, *, duration: float = 5.0, step: float = 0.005,
-    initial: Mapping[str, float] | None = None, inputs: Mapping[str, InputHistory] | None = None,
-) -> Response:  # fmt: skip
+    model: AnyModel | LinearModel,
+    speed: float,
+    *,
+    duration: float = 5.0,
+    step: float = 0.005,
+    initial: Mapping[str, float] | None = None,
+    inputs: Mapping[str, InputHistory] | None = None,
+) -> Response:
     """Compute the motion from initial states and inputs at one speed.
 
     >>> simulate("benchmark", 5.0, duration=1.0, initial={"lean": 0.02}).outputs["lean"][-1].round(5)

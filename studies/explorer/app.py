@@ -43,13 +43,14 @@ def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     state = parse_state(asked)
     now, palette, pinned = computed(state), _palette(theme), exports.pinned(state)
     shown = {
-        "asked": asked, "address": state.address,
+        "asked": asked,
+        "address": state.address,
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
         "critical": [figures.critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
         "sides": side_views(state, now, pinned),
         "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events, *kept_here(state))],
-    }  # fmt: skip
+    }
     locus = figures.root_locus(now, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
     modes, critical = figures.modes_figure(now, pinned, palette), figures.critical_strip(now, palette)
@@ -118,22 +119,39 @@ def build_app(initial: str = "") -> Dash:
     """Build the page with its callbacks, beginning with the state of the address ``initial``."""
     places = ("metas", "title", "favicon", "css", "app_entry", "config", "scripts", "renderer")
     page = exports.template("explorer").render(
-        initial=initial, style=Markup(exports.packaged("assets/explorer.css")), program=Markup(program()),
-        along=ALONG, at=AT, chart=CHART, heights=figures.HEIGHTS, largest=LARGEST, largest_body=LARGEST_BODY,
+        initial=initial,
+        style=Markup(exports.packaged("assets/explorer.css")),
+        program=Markup(program()),
+        along=ALONG,
+        at=AT,
+        chart=CHART,
+        heights=figures.HEIGHTS,
+        largest=LARGEST,
+        largest_body=LARGEST_BODY,
         dash=SimpleNamespace(**{name: Markup(f"{{%{name}%}}") for name in places}),
-    )  # fmt: skip
+    )
     app = Dash(
-        "velotyre_explorer", assets_folder=str(Path(__file__).parent / "assets"), index_string=str(page),
-        title="velotyre explorer", update_title="", serve_locally=True, assets_ignore=r"\.(js|css)$",
+        "velotyre_explorer",
+        assets_folder=str(Path(__file__).parent / "assets"),
+        index_string=str(page),
+        title="velotyre explorer",
+        update_title="",
+        serve_locally=True,
+        assets_ignore=r"\.(js|css)$",
         suppress_callback_exceptions=False,
-    )  # fmt: skip
+    )
     questions = dict.fromkeys(question for question, _ in ANSWERS.values())
     stores = ("state", *questions, *ANSWERS, "save", "dropped", *DIRECT)
     words = "Load a bicycle, model or tyre, or drop it here (a model together with its tyre files)"
     drop = dcc.Upload(
-        html.Div(words, className="drop"), id="upload", accept=",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS))),
-        max_size=LARGEST, multiple=True, className="upload", className_active="over",
-    )  # fmt: skip
+        html.Div(words, className="drop"),
+        id="upload",
+        accept=",".join(dict.fromkeys((*ENDINGS, *FILE_ENDINGS))),
+        max_size=LARGEST,
+        multiple=True,
+        className="upload",
+        className_active="over",
+    )
     app.layout = html.Div([*(dcc.Store(id=name) for name in stores), dcc.Download(id="file"), drop])
     for name, (question, answer) in ANSWERS.items():
         _answer(app, name, question, answer)
@@ -170,9 +188,12 @@ def _form_and_files(app: Dash) -> None:
             return {"html": controls_html(Shown())}
 
     @app.callback(
-        Output("dropped", "data"), Input("upload", "contents"), State("upload", "filename"), State("state", "data"),
+        Output("dropped", "data"),
+        Input("upload", "contents"),
+        State("upload", "filename"),
+        State("state", "data"),
         prevent_initial_call=True,
-    )  # fmt: skip
+    )
     def dropped(contents: Any, name: Any, asked: Any) -> Any:
         given, names = _listed(contents), _listed(name)
         if not given or len(given) != len(names):

@@ -26,8 +26,11 @@ def axis_options(state: State) -> list[dict[str, Any]]:
     model = model_of(state)
     found = [{"key": SPEED, "words": "speed, m/s", "low": f"{state.slow:g}", "high": f"{state.fast:g}"}]
     tyres = any("tyre" in table for table in state.content.get("effects", {}).values())
-    found += [{"key": key, "words": f"{key.split('_')[0]} of the tyres, {unit}", "low": "", "high": ""}
-              for key, unit in OF_THE_TYRE.items() if tyres]  # fmt: skip
+    found += [
+        {"key": key, "words": f"{key.split('_')[0]} of the tyres, {unit}", "low": "", "high": ""}
+        for key, unit in OF_THE_TYRE.items()
+        if tyres
+    ]
     for key in axis_keys(model):
         try:
             axis = axis_of(model, key)
@@ -52,10 +55,17 @@ def chart_axes(state: State) -> list[dict[str, Any]]:
         chosen = next((one for one in options if one["key"] == key), options[usual])
         taken = ends if equals and chosen["key"] == key else ""
         low, _, high = taken.removesuffix(":log").partition(":")
-        found.append({
-            "name": name, "words": words, "options": options, "chosen": chosen["key"], "low": low or chosen["low"],
-            "high": high or chosen["high"], "log": taken.endswith(":log"),
-        })  # fmt: skip
+        found.append(
+            {
+                "name": name,
+                "words": words,
+                "options": options,
+                "chosen": chosen["key"],
+                "low": low or chosen["low"],
+                "high": high or chosen["high"],
+                "log": taken.endswith(":log"),
+            }
+        )
     return found
 
 
@@ -75,11 +85,21 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
         x, y = ([None if at is None else float(f"{at:.6g}") for at in along] for along in zip(*rims, strict=True))
         colour = colour_on(mode_look(one.names[0] or "other").colour, palette)
         red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-        found.append({
-            "type": "scatter", "mode": "lines", "name": BAND_NAME, "legendgroup": "band", "showlegend": not found,
-            "x": x, "y": y, "fill": "toself", "fillcolor": f"rgba({red},{green},{blue},{FAINT})", "hoverinfo": "skip",
-            "line": {"color": colour, "dash": "dot", "width": 1},
-        })  # fmt: skip
+        found.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "name": BAND_NAME,
+                "legendgroup": "band",
+                "showlegend": not found,
+                "x": x,
+                "y": y,
+                "fill": "toself",
+                "fillcolor": f"rgba({red},{green},{blue},{FAINT})",
+                "hoverinfo": "skip",
+                "line": {"color": colour, "dash": "dot", "width": 1},
+            }
+        )
     return found
 
 
@@ -126,21 +146,36 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
     for number, one in enumerate(chart.boundaries, 1):
         for name, limit, points, hertz in one.pieces(chart.plane):
             words = mode_words(name) if name else "mode unknown"
-            data.append({
-                "type": "scatter", "mode": "lines", "name": escape(words), "legendgroup": words,
-                "showlegend": words not in named, "x": points[:, 0].tolist(), "y": points[:, 1].tolist(),
-                "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz.tolist()],
-                "line": series(name or "other", palette)["line"] | {"width": 2.4 if limit else 1.0},
-                "hovertemplate": f"<b>{escape(words)}</b>, boundary {number}<br>{escape(first.axis.key)} %{{x:.4g}}, "
-                                 f"{escape(second.axis.key)} %{{y:.4g}}<br>frequency %{{customdata[0]:.4g}} Hz "
-                                 "(%{customdata[1]})<extra></extra>",
-            })  # fmt: skip
+            data.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": escape(words),
+                    "legendgroup": words,
+                    "showlegend": words not in named,
+                    "x": points[:, 0].tolist(),
+                    "y": points[:, 1].tolist(),
+                    "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz.tolist()],
+                    "line": series(name or "other", palette)["line"] | {"width": 2.4 if limit else 1.0},
+                    "hovertemplate": (
+                        f"<b>{escape(words)}</b>, boundary {number}<br>"
+                        f"{escape(first.axis.key)} %{{x:.4g}}, {escape(second.axis.key)} %{{y:.4g}}<br>"
+                        "frequency %{customdata[0]:.4g} Hz (%{customdata[1]})<extra></extra>"
+                    ),
+                }
+            )
             named.add(words)
     return figure(
-        "chart", [*bands(chart, palette), *data, *_marks(chart, palette)], palette, title=escape(title(chart)),
-        hovermode="closest", xaxis=_axis(first), yaxis=_axis(second), images=[_shading(chart, palette)],
+        "chart",
+        [*bands(chart, palette), *data, *_marks(chart, palette)],
+        palette,
+        title=escape(title(chart)),
+        hovermode="closest",
+        xaxis=_axis(first),
+        yaxis=_axis(second),
+        images=[_shading(chart, palette)],
         meta=chart_table(chart),
-    )  # fmt: skip
+    )
 
 
 def chart_table(chart: StabilityChart) -> dict[str, Any]:
@@ -180,13 +215,20 @@ def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
         lines = bool(np.isnan(mark.x) or np.isnan(mark.y))
         x = [first.low, first.high] if np.isnan(mark.x) else [mark.x] * (1 + lines)
         y = [second.low, second.high] if np.isnan(mark.y) else [mark.y] * (1 + lines)
-        found.append({
-            "type": "scatter", "mode": "lines" if lines else "markers", "x": x, "y": y, "name": escape(mark.kind),
-            "legendgroup": mark.kind, "showlegend": mark.kind not in named,
-            "line": {"color": palette.line, "dash": "dot"},
-            "marker": {"color": palette.text, "symbol": "cross" if mark.kind == "model" else "circle", "size": 10},
-            "hovertemplate": f"{escape(mark.label)}<extra></extra>",
-        })  # fmt: skip
+        found.append(
+            {
+                "type": "scatter",
+                "mode": "lines" if lines else "markers",
+                "x": x,
+                "y": y,
+                "name": escape(mark.kind),
+                "legendgroup": mark.kind,
+                "showlegend": mark.kind not in named,
+                "line": {"color": palette.line, "dash": "dot"},
+                "marker": {"color": palette.text, "symbol": "cross" if mark.kind == "model" else "circle", "size": 10},
+                "hovertemplate": f"{escape(mark.label)}<extra></extra>",
+            }
+        )
         named.add(mark.kind)
     return found
 
@@ -196,9 +238,11 @@ def _axis(span: Span) -> dict[str, Any]:
     ends = [span.low, span.high]
     return {
         "title": {"text": escape(f"{span.axis.said}{unit}")},
-        "type": "log" if span.log else "linear", "showgrid": False, "zeroline": False,
+        "type": "log" if span.log else "linear",
+        "showgrid": False,
+        "zeroline": False,
         "range": np.log10(ends).tolist() if span.log else ends,
-    }  # fmt: skip
+    }
 
 
 def _shading(chart: StabilityChart, palette: Palette) -> dict[str, Any]:

@@ -121,13 +121,18 @@ def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> 
     content = {"figures": figures, "motion": mode_motion(state, at), "files": inside, "notes": notes}
     return str(
         template("saved_page").render(
-            name=bicycle_name(state), dark=palette.dark, made=datetime.now(UTC).strftime("%Y-%m-%d"),
-            effects=", ".join(e.identifier.replace("_", " ") for e in now.model.effects), at=state.at,
-            address=state.address, plotly=_plotly(),
-            content=_packed(json.dumps(content, allow_nan=False).encode()), common=packaged("assets/common.js"),
+            name=bicycle_name(state),
+            dark=palette.dark,
+            made=datetime.now(UTC).strftime("%Y-%m-%d"),
+            effects=", ".join(e.identifier.replace("_", " ") for e in now.model.effects),
+            at=state.at,
+            address=state.address,
+            plotly=_plotly(),
+            content=_packed(json.dumps(content, allow_nan=False).encode()),
+            common=packaged("assets/common.js"),
             style=packaged("assets/explorer.css"),
         )
-    )  # fmt: skip
+    )
 
 
 @cache

@@ -78,17 +78,26 @@ def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: s
     """Make the figure ``name`` in the layout that all share, a line ``below`` the title, and further keys of plotly."""
     axis = {"gridcolor": palette.grid, "zerolinecolor": palette.line, "linecolor": palette.grid, "automargin": True}
     found: dict[str, Any] = {
-        "height": HEIGHTS[name], "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
+        "height": HEIGHTS[name],
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
         "title": {
-            "text": title, "font": {"size": 14}, "x": 0, "xref": "container", "y": 0.985, "yref": "container",
-            "yanchor": "top", "pad": {"l": 8, "t": 6},
+            "text": title,
+            "font": {"size": 14},
+            "x": 0,
+            "xref": "container",
+            "y": 0.985,
+            "yref": "container",
+            "yanchor": "top",
+            "pad": {"l": 8, "t": 6},
             **({"subtitle": {"text": below, "font": {"size": 12}}} if below else {}),
         },
-        "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48}, "uirevision": "same",
+        "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48},
+        "uirevision": "same",
         "hoverlabel": {"font": {"size": 13}},
         "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
-    } | more  # fmt: skip
+    } | more
     found |= {key: axis | own for key, own in found.items() if key.startswith(("xaxis", "yaxis"))}
     return {"data": data, "layout": found}
 
@@ -116,13 +125,23 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
     shapes = [shade, *(line | {"x0": c.speed, "x1": c.speed} for c in inside)]
     beyond = "; tyre values extrapolated" if extrapolated(now.notes) else ""
     return figure(
-        "modes", data, palette, title="Modes along speed (shaded: unstable)", shapes=shapes, hovermode="closest",
-        margin=FIXED, meta=modes_table(now.named),
+        "modes",
+        data,
+        palette,
+        title="Modes along speed (shaded: unstable)",
+        shapes=shapes,
+        hovermode="closest",
+        margin=FIXED,
+        meta=modes_table(now.named),
         xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
         yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
-        yaxis2={"title": {"text": "Frequency, Hz"}, "domain": [0.0, 0.47],
-                "range": [0, slow_hertz([now, *pinned.values()])]} | ONCE,
-    )  # fmt: skip
+        yaxis2={
+            "title": {"text": "Frequency, Hz"},
+            "domain": [0.0, 0.47],
+            "range": [0, slow_hertz([now, *pinned.values()])],
+        }
+        | ONCE,
+    )
 
 
 SLOW_HZ = 15.0  # what oscillates faster, such as a wheel on its tyre, is left out of an axis at first
@@ -131,9 +150,11 @@ SLOW_HZ = 15.0  # what oscillates faster, such as a wheel on its tyre, is left o
 def slow_hertz(every: Sequence[Computed]) -> float:
     """End of an axis of frequencies (Hz) that holds the slow oscillations."""
     highest = [
-        np.nanmax(hertz) for one in every for name in one.named.names
+        np.nanmax(hertz)
+        for one in every
+        for name in one.named.names
         if np.isfinite(hertz := one.named.frequency(name)).any()
-    ]  # fmt: skip
+    ]
     return 1.1 * float(max([hertz for hertz in highest if hertz <= SLOW_HZ], default=max(highest, default=1.0)) or 1.0)
 
 
@@ -147,26 +168,43 @@ def root_locus(now: Computed, palette: Palette) -> Figure:
             continue
         look = series(name, palette)
         bar = {"title": {"text": "Speed, m/s", "side": "right"}, "thickness": 12} if not data else None
-        data.append({
-            "type": "scatter", "mode": "markers", "name": mode_words(name), "x": values.real.tolist(),
-            "y": values.imag.tolist(), "customdata": named.speeds[at].tolist(),
-            "marker": {
-                "symbol": look["marker"]["symbol"], "size": 7, "color": named.speeds[at].tolist(),
-                "showscale": not data, "colorscale": "Viridis", "colorbar": bar,
-                "cmin": float(named.speeds.min()), "cmax": float(named.speeds.max()),
-                "line": {"width": 0.6, "color": palette.line},
-            },
-            "hovertemplate": f"<b>{escape(mode_words(name))}</b><br>%{{customdata:.3g}} m/s: %{{x:.4g}} + "
-                             "%{y:.4g}i 1/s<extra></extra>",
-        })  # fmt: skip
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": mode_words(name),
+                "x": values.real.tolist(),
+                "y": values.imag.tolist(),
+                "customdata": named.speeds[at].tolist(),
+                "marker": {
+                    "symbol": look["marker"]["symbol"],
+                    "size": 7,
+                    "color": named.speeds[at].tolist(),
+                    "showscale": not data,
+                    "colorscale": "Viridis",
+                    "colorbar": bar,
+                    "cmin": float(named.speeds.min()),
+                    "cmax": float(named.speeds.max()),
+                    "line": {"width": 0.6, "color": palette.line},
+                },
+                "hovertemplate": f"<b>{escape(mode_words(name))}</b><br>%{{customdata:.3g}} m/s: %{{x:.4g}} + "
+                "%{y:.4g}i 1/s<extra></extra>",
+            }
+        )
     low, high = _real_range([now])
     shade = _shade(palette) | {"xref": "x", "x0": 0, "x1": high, "yref": "paper", "y0": 0, "y1": 1}
     return figure(
-        "locus", data, palette, title="Root locus in speed (shaded: unstable)", shapes=[shade], margin=FIXED,
-        xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE, meta=modes_table(named),
-        yaxis={"title": {"text": "Imaginary part, rad/s"},
-               "range": [0, float(angular_frequency(slow_hertz([now])))]} | ONCE,
-    )  # fmt: skip
+        "locus",
+        data,
+        palette,
+        title="Root locus in speed (shaded: unstable)",
+        shapes=[shade],
+        margin=FIXED,
+        xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
+        meta=modes_table(named),
+        yaxis={"title": {"text": "Imaginary part, rad/s"}, "range": [0, float(angular_frequency(slow_hertz([now])))]}
+        | ONCE,
+    )
 
 
 def critical_strip(now: Computed, palette: Palette) -> Figure:
@@ -174,23 +212,36 @@ def critical_strip(now: Computed, palette: Palette) -> Figure:
     slow, fast, inside = _range(now)
     data = [
         {
-            "type": "scatter", "mode": "markers+text", "x": [c.speed], "y": [mode_words(c.mode)], "showlegend": False,
-            "text": [f"{c.speed:.2f}"], "textposition": "top center", "name": mode_words(c.mode), "cliponaxis": False,
-            "marker": series(c.mode, palette)["marker"] | {
-                "size": 13, "symbol": "triangle-right" if c.destabilising else "triangle-left-open",
+            "type": "scatter",
+            "mode": "markers+text",
+            "x": [c.speed],
+            "y": [mode_words(c.mode)],
+            "showlegend": False,
+            "text": [f"{c.speed:.2f}"],
+            "textposition": "top center",
+            "name": mode_words(c.mode),
+            "cliponaxis": False,
+            "marker": series(c.mode, palette)["marker"]
+            | {
+                "size": 13,
+                "symbol": "triangle-right" if c.destabilising else "triangle-left-open",
             },
             "hovertemplate": f"{escape(critical_words(c))}<extra></extra>",
         }
         for c in inside
-    ]  # fmt: skip
+    ]
     rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in now.critical]
     none = "no critical speed within the range" if not inside else "filled: unstable above; open: stable above"
     return figure(
-        "critical", data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}], palette,
-        title="Critical speeds", below=none, xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]},
+        "critical",
+        data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
+        palette,
+        title="Critical speeds",
+        below=none,
+        xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]},
         yaxis={"type": "category"},
         meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
-    )  # fmt: skip
+    )
 
 
 CRITICAL = "{speed:.4f} m/s: {mode} becomes {change} ({how})"
@@ -232,10 +283,17 @@ def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, An
             hertz = np.abs(frequency_hz(oscillating(values)))
             hover = [_hover(called, *row) for row in zip(speeds, values, hertz, ratio, strict=True)]
             shared = {
-                "type": "scatter", "mode": "lines" if label else "lines+markers", "x": speeds, "name": escape(called),
-                "text": hover, "hovertemplate": "%{text}<extra></extra>", "legendgroup": called, "line": style["line"],
-                "opacity": style["opacity"], "marker": style["marker"] | {"maxdisplayed": marks},
-            }  # fmt: skip
+                "type": "scatter",
+                "mode": "lines" if label else "lines+markers",
+                "x": speeds,
+                "name": escape(called),
+                "text": hover,
+                "hovertemplate": "%{text}<extra></extra>",
+                "legendgroup": called,
+                "line": style["line"],
+                "opacity": style["opacity"],
+                "marker": style["marker"] | {"maxdisplayed": marks},
+            }
             meta = {"mode": name, "pin": label}
             yield shared | {"y": plain(values.real.tolist()), "showlegend": column == 0, "meta": meta}
             if not np.isnan(hertz).all():
@@ -287,25 +345,42 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     speed, rows, data = float(at.named.speeds[0]), list[list[Any]](), list[dict[str, Any]]()
     for name, values in at.named.branches.items():
         ratio, hertz, sd = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0]), at.sd[name]
-        rows += [[*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
-                 for root in values[0][~np.isnan(values[0])].tolist()]  # fmt: skip
+        rows += [
+            [*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
+            for root in values[0][~np.isnan(values[0])].tolist()
+        ]
         if values[0, 0].imag > 0:
             words, banded = mode_words(name), not math.isnan(sd)
             band = {"type": "data", "array": plain([sd]), "color": palette.text, "thickness": 2, "visible": banded}
-            data.append({
-                "type": "bar", "x": [words], "y": [ratio], "showlegend": False, "name": escape(words), "width": [0.5],
-                "marker": {"color": series(name, palette)["line"]["color"]}, "error_y": band,
-                "text": [f"{ratio:.3g}" + f" ± {sd:.1g}" * banded], "textposition": "inside",
-                "insidetextanchor": "middle", "textangle": 0,
-                "hovertemplate": f"{escape(words)}: damping ratio %{{y:.5g}}<extra></extra>",
-            })  # fmt: skip
+            data.append(
+                {
+                    "type": "bar",
+                    "x": [words],
+                    "y": [ratio],
+                    "showlegend": False,
+                    "name": escape(words),
+                    "width": [0.5],
+                    "marker": {"color": series(name, palette)["line"]["color"]},
+                    "error_y": band,
+                    "text": [f"{ratio:.3g}" + f" ± {sd:.1g}" * banded],
+                    "textposition": "inside",
+                    "insidetextanchor": "middle",
+                    "textangle": 0,
+                    "hovertemplate": f"{escape(words)}: damping ratio %{{y:.5g}}<extra></extra>",
+                }
+            )
     columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
     said = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
     return figure(
-        "damping", data, palette, title=f"Damping of the oscillations at {speed:.4g} m/s", below=said,
-        yaxis={"title": {"text": "Damping ratio (below 0: grows)"}}, xaxis={"type": "category"},
+        "damping",
+        data,
+        palette,
+        title=f"Damping of the oscillations at {speed:.4g} m/s",
+        below=said,
+        yaxis={"title": {"text": "Damping ratio (below 0: grows)"}},
+        xaxis={"type": "category"},
         meta={"columns": columns, "rows": rows},
-    )  # fmt: skip
+    )
 
 
 def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
@@ -319,17 +394,27 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
     columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
     words, names = escape(mode_words(found.mode)), [_short(c.parameter) for c in top]
     bars = {
-        "type": "bar", "orientation": "h", "x": [c.growth for c in top], "showlegend": False,
-        "y": [_in_two_lines(name) for name in names], "customdata": names,
+        "type": "bar",
+        "orientation": "h",
+        "x": [c.growth for c in top],
+        "showlegend": False,
+        "y": [_in_two_lines(name) for name in names],
+        "customdata": names,
         "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
         "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
-        "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>", "textposition": "none",
-    }  # fmt: skip
+        "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>",
+        "textposition": "none",
+    }
     return figure(
-        "sensitivity", [bars], palette, title=f"What moves {words} at {found.speed:.4g} m/s",
-        below="change for +1 sd of each; hatched: towards unstable", xaxis={"title": {"text": "Real part, 1/s"}},
-        yaxis={"type": "category"}, meta={"columns": columns, "rows": rows},
-    )  # fmt: skip
+        "sensitivity",
+        [bars],
+        palette,
+        title=f"What moves {words} at {found.speed:.4g} m/s",
+        below="change for +1 sd of each; hatched: towards unstable",
+        xaxis={"title": {"text": "Real part, 1/s"}},
+        yaxis={"type": "category"},
+        meta={"columns": columns, "rows": rows},
+    )
 
 
 def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> Figure:
@@ -341,18 +426,28 @@ def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> F
         rows += map(list, zip([one.mode] * len(one.stable), *one[1:4], one.stable, strict=True))
         for y, dash, shown in ((one.amplitude, "dot", False), (lasting, "solid", True)):
             look = series(one.mode, palette)["line"] | {"dash": dash} | ({} if shown else {"width": 1})
-            data.append({
-                "type": "scatter", "mode": "lines", "x": one.speed.tolist(), "line": look, "showlegend": shown,
-                "y": [None if np.isnan(at) else at for at in y.tolist()], "name": mode_words(one.mode),
-                "hovertemplate": "%{y:.3g}° at %{x:.3g} m/s",
-            })  # fmt: skip
+            data.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "x": one.speed.tolist(),
+                    "line": look,
+                    "showlegend": shown,
+                    "y": [None if np.isnan(at) else at for at in y.tolist()],
+                    "name": mode_words(one.mode),
+                    "hovertemplate": "%{y:.3g}° at %{x:.3g} m/s",
+                }
+            )
     return figure(
-        "amplitude", data, palette,
+        "amplitude",
+        data,
+        palette,
         title="Amplitude at the bar" if found else f"No motion begins up to {fast:g} m/s",
         below="D = 0.8, or the curves of the tyre's file; dotted: does not last",
         xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
-        yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"}, meta={"columns": columns, "rows": rows},
-    )  # fmt: skip
+        yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"},
+        meta={"columns": columns, "rows": rows},
+    )
 
 
 def _in_two_lines(name: str) -> str:

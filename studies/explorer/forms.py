@@ -40,16 +40,21 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
         except InputError:
             source = None  # said by the model itself
         bars = None if source is None else [end / PASCAL_PER_BAR for end in source.pressure_range]
-        rows.append({
-            "wheel": wheel, "address": keys,
-            "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
-            "surfaces": [{"value": one, "words": one or "as measured", "chosen": one == surface}
-                         for one in ("", "flat", "drum")],
-            "pressure": written(pressure) if isinstance(pressure, float) else "",
-            "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
-            "load": None if loads is None else f"{loads[number]:.1f}",
-            "load_bar": None if source is None or loads is None else _bar(loads[number], source.load_range),
-        })  # fmt: skip
+        rows.append(
+            {
+                "wheel": wheel,
+                "address": keys,
+                "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
+                "surfaces": [
+                    {"value": one, "words": one or "as measured", "chosen": one == surface}
+                    for one in ("", "flat", "drum")
+                ],
+                "pressure": written(pressure) if isinstance(pressure, float) else "",
+                "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
+                "load": None if loads is None else f"{loads[number]:.1f}",
+                "load_bar": None if source is None or loads is None else _bar(loads[number], source.load_range),
+            }
+        )
     return rows
 
 
@@ -73,10 +78,15 @@ def _bar(value: Any, measured: Sequence[float], *, most: float = float("inf")) -
     bottom, top = (min(bottom, value), max(top, value)) if given else (bottom, top)
     begin, end, at = (round(100 * (x - bottom) / (top - bottom), 2) for x in (low, high, value if given else low))
     return {
-        "from": begin, "to": end, "at": at if given else None, "low": bottom, "high": top,
-        "words": f"{low:g} .. {high:g}", "outside": given and not low <= value <= high,
+        "from": begin,
+        "to": end,
+        "at": at if given else None,
+        "low": bottom,
+        "high": top,
+        "words": f"{low:g} .. {high:g}",
+        "outside": given and not low <= value <= high,
         "step": float(f"{(top - bottom) / 200:.1g}"),
-    }  # fmt: skip
+    }
 
 
 CONTACT = "contact law"
@@ -100,9 +110,13 @@ def controls_html(state: State) -> dict[str, str]:
         for key, words in (("slow", "From"), ("fast", "To"))
     ]
     at = {
-        "key": "at", "words": "Chosen speed", "value": written(state.at), "low": state.slow, "high": state.fast,
+        "key": "at",
+        "words": "Chosen speed",
+        "value": written(state.at),
+        "low": state.slow,
+        "high": state.fast,
         "step": 0.05,
-    }  # fmt: skip
+    }
     return {
         "model": template("controls").render(**controls(state)),
         "speeds": template("speeds").render(fields=ends, most=FASTEST),
@@ -125,8 +139,12 @@ def controls(state: State) -> dict[str, Any]:
         "bicycles": [
             *([{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] * own),
             *(
-                {"value": name, "words": name, "chosen": model.get("bicycle") == name,
-                 "edit": Edit(("bicycle", "name", "covariance", GEOMETRY), {"bicycle": name})}
+                {
+                    "value": name,
+                    "words": name,
+                    "chosen": model.get("bicycle") == name,
+                    "edit": Edit(("bicycle", "name", "covariance", GEOMETRY), {"bicycle": name}),
+                }
                 for name in available_bicycles()
             ),
         ],
@@ -141,7 +159,7 @@ def controls(state: State) -> dict[str, Any]:
         "rider_effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if e.needs_rider],
         "effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if not e.needs_rider],
         "unusual": _switch("allow_unusual", {"allow_unusual": "true"}, {}, on=model.get("allow_unusual") is True),
-    }  # fmt: skip
+    }
 
 
 def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list[dict[str, Any]]:
@@ -154,12 +172,19 @@ def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list
         if name in LAWS:
             start = {f"effects.{name}.tyre.{wheel}": "Tyre1" for wheel in WHEELS}
             start |= {f"effects.{name}.pressure_bar.{wheel}": "5.5" for wheel in WHEELS}
-            found.append({"words": f"{words}, measured tyre", "chosen": name == chosen and measured,
-                          "edit": Edit(gone, start), "value": f"{name}-tyre"})  # fmt: skip
+            found.append(
+                {
+                    "words": f"{words}, measured tyre",
+                    "chosen": name == chosen and measured,
+                    "edit": Edit(gone, start),
+                    "value": f"{name}-tyre",
+                }
+            )
         start = starts(registry()[name], bicycle)
         words += ", own numbers" if name in LAWS else " (wheels roll without slip)"
-        found.append({"words": words, "chosen": name == chosen and not measured, "edit": Edit(gone, start),
-                      "value": name})  # fmt: skip
+        found.append(
+            {"words": words, "chosen": name == chosen and not measured, "edit": Edit(gone, start), "value": name}
+        )
     return found
 
 
@@ -185,10 +210,13 @@ def effect_panel(
     words = effect.identifier.replace("_", " ")
     hands = effect.acts_through == "steer_torque" and effect.needs_rider
     return _switch(prefix, starts(effect, bicycle), {}, on=on) | {
-        "id": effect.identifier, "words": f"hands on the bar ({words})" if hands else words,
-        "about": _first(effect.description), "needs": ", ".join(effect.requires), "source": effect.source,
+        "id": effect.identifier,
+        "words": f"hands on the bar ({words})" if hands else words,
+        "about": _first(effect.description),
+        "needs": ", ".join(effect.requires),
+        "source": effect.source,
         "fields": _fields(effect, model, mounted=mounted) if on else [],
-    }  # fmt: skip
+    }
 
 
 def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict[str, Any]:
@@ -198,11 +226,17 @@ def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict
     given = [value] if isinstance(value, float) else []
     bottom, top = min(low, usual, *given), max(high, usual, *given)
     return {
-        "key": key, "words": words, "unit": "" if parameter.unit == "1" else parameter.unit, "low": bottom, "high": top,
+        "key": key,
+        "words": words,
+        "unit": "" if parameter.unit == "1" else parameter.unit,
+        "low": bottom,
+        "high": top,
         "step": float(f"{(top - bottom) / 200:.1g}"),
-        "value": written(value) if isinstance(value, float) else "", "about": parameter.description,
-        "typical": f"{low:g} .. {high:g}", "tied": parameter.default if isinstance(parameter.default, str) else "",
-    }  # fmt: skip
+        "value": written(value) if isinstance(value, float) else "",
+        "about": parameter.description,
+        "typical": f"{low:g} .. {high:g}",
+        "tied": parameter.default if isinstance(parameter.default, str) else "",
+    }
 
 
 def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) -> list[dict[str, Any]]:

@@ -22,7 +22,8 @@ class Slider(NamedTuple):
 
 
 SLIDERS = {
-    "trail": Slider("c", "trail", "m", -0.02, 0.15), "head_angle": Slider("lam", "head angle", "deg", 60.0, 80.0),
+    "trail": Slider("c", "trail", "m", -0.02, 0.15),
+    "head_angle": Slider("lam", "head angle", "deg", 60.0, 80.0),
     "wheelbase": Slider("w", "wheelbase", "m", 0.85, 1.3),
     "rear_wheel_radius": Slider("rR", "radius of the rear wheel", "m", 0.2, 0.4),
     "front_wheel_radius": Slider("rF", "radius of the front wheel", "m", 0.2, 0.4),
@@ -34,7 +35,7 @@ SLIDERS = {
     "rear_height": Slider("zB", "its height", "m", 0.3, 1.4),
     "front_x": Slider("xH", "centre of fork and bar, forward", "m", 0.6, 1.2),
     "front_height": Slider("zH", "its height", "m", 0.4, 1.2),
-}  # fmt: skip
+}
 
 
 class Misfit(InputError):
@@ -78,12 +79,14 @@ def _refuse(key: str, p: Mapping[str, float]) -> None:
     rules = {
         "must be above 0": value <= 0 and key != "trail",
         "must be between 45 and 90 deg": key == "head_angle" and not 45 < value < 90,
-        f"the wheels overlap by {-1e3 * gap:.0f} mm": gap < 0 and key in ("wheelbase", "rear_wheel_radius",
-                                                                          "front_wheel_radius"),
-        f"the fork would need an offset of {1e3 * offset:.0f} mm; -50 to 150 mm can be built":
-            not -0.05 <= offset <= 0.15 and key in ("trail", "head_angle", "front_wheel_radius"),
+        f"the wheels overlap by {-1e3 * gap:.0f} mm": gap < 0
+        and key in ("wheelbase", "rear_wheel_radius", "front_wheel_radius"),
+        f"the fork would need an offset of {1e3 * offset:.0f} mm; -50 to 150 mm can be built": not -0.05
+        <= offset
+        <= 0.15
+        and key in ("trail", "head_angle", "front_wheel_radius"),
         f"the front wheel carries {front:.0%} of the weight; the bicycle tips over": not 0 < front < 1,
-    }  # fmt: skip
+    }
     for words, broken in rules.items():
         if broken:
             raise Misfit(key, words)
@@ -95,10 +98,17 @@ def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
     for key, slider in SLIDERS.items():
         value = shown(key, bicycle.values)
         low, high = min(slider.low, value), max(slider.high, value)
-        found.append({
-            "key": f"{GEOMETRY}.{key}", "words": slider.words, "unit": slider.unit, "low": low, "high": high,
-            "step": float(f"{(high - low) / 200:.1g}"), "value": f"{value:.4g}",
-        })  # fmt: skip
+        found.append(
+            {
+                "key": f"{GEOMETRY}.{key}",
+                "words": slider.words,
+                "unit": slider.unit,
+                "low": low,
+                "high": high,
+                "step": float(f"{(high - low) / 200:.1g}"),
+                "value": f"{value:.4g}",
+            }
+        )
     return found
 
 
@@ -143,10 +153,15 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         x, z = float(hinge["joint_x"]), float(hinge["joint_z"])
         lines["hinge"] = [[(x - 0.05, z - 0.05), (x + 0.05, z + 0.05)], [(x - 0.05, z + 0.05), (x + 0.05, z - 0.05)]]
     return {
-        "lines": [(kind, ["L".join(f"{1e3 * x:.1f} {1e3 * z:.1f}" for x, z in line) for line in every])
-                  for kind, every in lines.items()],
+        "lines": [
+            (kind, ["L".join(f"{1e3 * x:.1f} {1e3 * z:.1f}" for x, z in line) for line in every])
+            for kind, every in lines.items()
+        ],
         "circles": [(kind, *(round(1e3 * number, 1) for number in circle)) for *circle, kind in circles],
-        "trail": 1e3 * p["c"], "at": 1e3 * (p["w"] + p["c"] / 2), "head_angle": shown("head_angle", p),
-        "wheelbase": p["w"], "mass": sum(p[key] for key in ("mR", "mB", "mH", "mF")),
+        "trail": 1e3 * p["c"],
+        "at": 1e3 * (p["w"] + p["c"] / 2),
+        "head_angle": shown("head_angle", p),
+        "wheelbase": p["w"],
+        "mass": sum(p[key] for key in ("mR", "mB", "mH", "mF")),
         "box": (-0.55e3, -4.9e3 * r, 1e3 * (p["w"] + 1.2), 4.9e3 * r + 130),
-    }  # fmt: skip
+    }

@@ -30,10 +30,12 @@ def mode_motion(state: State, at: AtSpeed) -> dict[str, Any]:
         [part, float(shape.magnitude[part][0]), float(np.degrees(shape.phase[part][0]))] for part in shape.components
     ]
     return {
-        "mode": name, "oscillates": bool(root.imag), "period": float(motion.time[1] * FRAMES),
+        "mode": name,
+        "oscillates": bool(root.imag),
+        "period": float(motion.time[1] * FRAMES),
         "views": [_view(drawn, poses, *view) for view in VIEWS],
         "table": {"columns": ["coordinate", "size (largest angle 1)", "phase before lean, deg"], "rows": rows},
-    }  # fmt: skip
+    }
 
 
 def _view(drawn: BicycleDrawing, poses: list[list[Array]], words: str, across: int, up: int) -> dict[str, Any]:
@@ -49,6 +51,8 @@ def _view(drawn: BicycleDrawing, poses: list[list[Array]], words: str, across: i
         for body in sorted(set(bodies))
     }
     return {
-        "name": words, "box": " ".join(f"{value:.0f}" for value in (*(low - 40), *size)), "paths": paths,
+        "name": words,
+        "box": " ".join(f"{value:.0f}" for value in (*(low - 40), *size)),
+        "paths": paths,
         "frames": len(poses),
-    }  # fmt: skip
+    }

@@ -69,10 +69,14 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
 
     @server.after_request
     def harden(answer: Response) -> Response:
-        answer.headers.update({
-            "Content-Security-Policy": policy, "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer", "Cross-Origin-Resource-Policy": "same-origin",
-        })  # fmt: skip
+        answer.headers.update(
+            {
+                "Content-Security-Policy": policy,
+                "X-Content-Type-Options": "nosniff",
+                "Referrer-Policy": "no-referrer",
+                "Cross-Origin-Resource-Policy": "same-origin",
+            }
+        )
         if request.path == ICON:  # browsers ask for it anew whenever the address changes, with every move of a slider
             answer.headers["Cache-Control"] = "max-age=3600"
         return answer

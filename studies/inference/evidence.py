@@ -55,9 +55,12 @@ def held_out(kind: Kind, hypothesis: Fit) -> HeldOut:
     for number in numbers:
         out = kind.rows.fold == number
         rest = fit(
-            kind, hypothesis.candidates, starts=[hypothesis.theta], rows=~out,
+            kind,
+            hypothesis.candidates,
+            starts=[hypothesis.theta],
+            rows=~out,
             nuisance_scale=hypothesis.nuisance_scale,
-        )  # fmt: skip
+        )
         r, j = rest.residual[out], rest.jacobian[out]
         score += log_normal(r, j, rest.covariance)
         residual[out] = r

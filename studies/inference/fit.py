@@ -52,9 +52,16 @@ def small(objective: float) -> float:
 
 @np.errstate(invalid="ignore", over="ignore")  # what is not finite is judged below, and never a minimum
 def minimise(
-    evaluate: Evaluate, z: Array, lower: Array, upper: Array, used: NDArray[np.bool_], *,
-    turns: tuple[int, int] = THOROUGH, eager: bool = False, reached: float = np.inf,
-) -> End:  # fmt: skip
+    evaluate: Evaluate,
+    z: Array,
+    lower: Array,
+    upper: Array,
+    used: NDArray[np.bool_],
+    *,
+    turns: tuple[int, int] = THOROUGH,
+    eager: bool = False,
+    reached: float = np.inf,
+) -> End:
     """Levenberg-Marquardt on |residual[used]|^2 + |z|^2 within bounds.
 
     A coordinate at a bound that the gradient pushes outward is held there (projected Newton). Steps are least-squares
@@ -344,10 +351,15 @@ def prior(
 
 
 def fit(
-    kind: Kind, candidates: tuple[Candidate, ...] = (), *, starts: Sequence[Array] | None = None,
-    rows: NDArray[np.bool_] | None = None, nuisance_scale: float = 1.0, turns: tuple[int, int] = THOROUGH,
+    kind: Kind,
+    candidates: tuple[Candidate, ...] = (),
+    *,
+    starts: Sequence[Array] | None = None,
+    rows: NDArray[np.bool_] | None = None,
+    nuisance_scale: float = 1.0,
+    turns: tuple[int, int] = THOROUGH,
     patient: bool = False,
-) -> Fit:  # fmt: skip
+) -> Fit:
     """Fit nuisances and candidates."""
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.where), bool) if rows is None else rows
@@ -416,10 +428,17 @@ class _Problem:
                     log_evidence += _half_normal(z[i] - self.bounds[0][i], gradient[i], inverse[i, i])
         finite = math.isfinite(log_evidence)
         return Fit(
-            self.candidates, self.unknowns, theta, inverse * np.outer(sd, sd), end.residual, end.jacobian / sd,
-            end.objective if finite else math.inf, log_evidence if finite else -math.inf, self.nuisance_scale,
+            self.candidates,
+            self.unknowns,
+            theta,
+            inverse * np.outer(sd, sd),
+            end.residual,
+            end.jacobian / sd,
+            end.objective if finite else math.inf,
+            log_evidence if finite else -math.inf,
+            self.nuisance_scale,
             finite and end.converged,
-        )  # fmt: skip
+        )
 
 
 def default_starts(kind: Kind, candidates: tuple[Candidate, ...]) -> list[Array]:

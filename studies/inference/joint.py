@@ -225,8 +225,10 @@ class Joint(Kind):
             np.concatenate([rows.abscissa for rows in every]),
             tuple(f"{name}: {series}" for name, rows in named for series in rows.series),
             np.concatenate([rows.fold + k for rows, k in zip(every, shift, strict=True)]),
-            inputs if inputs.shape[1] else None, shown=shown, axis=axes.pop() if len(axes) == 1 else "",
-        )  # fmt: skip
+            inputs if inputs.shape[1] else None,
+            shown=shown,
+            axis=axes.pop() if len(axes) == 1 else "",
+        )
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         values, columns = [], []
@@ -305,9 +307,14 @@ class Joint(Kind):
         return tuple(found.values())
 
     def _of_part(
-        self, number: int, ask: Callable[[Candidates, Array], Prediction], candidates: Candidates, theta: Array, *,
+        self,
+        number: int,
+        ask: Callable[[Candidates, Array], Prediction],
+        candidates: Candidates,
+        theta: Array,
+        *,
         slope: int,
-    ) -> Prediction:  # fmt: skip
+    ) -> Prediction:
         """The two arrays that a part answers, that with the number ``slope`` widened to all coordinates."""
         kept, places = self.of_part(number, candidates)
         found = list(ask(kept, theta[places]))
@@ -360,18 +367,30 @@ class Joint(Kind):
         def restricted(f: Fit) -> Fit:
             kept, places = whole.of_part(number, f.candidates)
             return _FitOfPart(
-                kept, tuple(f.unknowns[k] for k in places), f.theta[places], f.covariance[places][:, places],
-                f.residual[rows], f.jacobian[rows][:, places], f.objective, f.log_evidence, f.nuisance_scale,
-                f.converged, whole=f.name,
-            )  # fmt: skip
+                kept,
+                tuple(f.unknowns[k] for k in places),
+                f.theta[places],
+                f.covariance[places][:, places],
+                f.residual[rows],
+                f.jacobian[rows][:, places],
+                f.objective,
+                f.log_evidence,
+                f.nuisance_scale,
+                f.converged,
+                whole=f.name,
+            )
 
         known = judgement.hypotheses
         null = restricted(known.null)
         final = null if judgement.final is known.null else restricted(judgement.final)
         return replace(
-            judgement, kind=whole.parts[number].kind, hypotheses=replace(known, null=null), final=final,
-            alone=judgement.alone and restricted(judgement.alone), nominal=judgement.nominal[rows],
-        )  # fmt: skip
+            judgement,
+            kind=whole.parts[number].kind,
+            hypotheses=replace(known, null=null),
+            final=final,
+            alone=judgement.alone and restricted(judgement.alone),
+            nominal=judgement.nominal[rows],
+        )
 
 
 @dataclass(frozen=True)

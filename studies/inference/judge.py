@@ -250,9 +250,13 @@ def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     kind = known.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
-        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known,
-        final=acceptance.final, nominal=nominal, held_out=dict(acceptance.held_out),
-    )  # fmt: skip
+        kind=kind,
+        verdict=verdict_of(known, acceptance, nominal),
+        hypotheses=known,
+        final=acceptance.final,
+        nominal=nominal,
+        held_out=dict(acceptance.held_out),
+    )
 
 
 def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Acceptance]:
@@ -339,22 +343,33 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
         equivalent=tuple(f.name for f in members),
         posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
         chi2={
-            "n": len(nominal), "nominal": float(nominal @ nominal), "nuisance_only": known.null.chi2,
-            "final": final.chi2, "penalty": final.penalty,
+            "n": len(nominal),
+            "nominal": float(nominal @ nominal),
+            "nuisance_only": known.null.chi2,
+            "final": final.chi2,
+            "penalty": final.penalty,
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
         separating_measurements=tuple(separating(known.kind, members)) if len(members) > 1 else (),
-        goodness_of_fit_p=final.goodness, alone_p=known.null.goodness,
-        checks=acceptance.checks, mimics=_mimics(known.kind, final) if open_ else (), refused=known.kind.refused,
+        goodness_of_fit_p=final.goodness,
+        alone_p=known.null.goodness,
+        checks=acceptance.checks,
+        mimics=_mimics(known.kind, final) if open_ else (),
+        refused=known.kind.refused,
         warnings=(*known.kind.notes, *_warnings(known, acceptance, gap=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
         refused_leaders=tuple((f.name, p, rule_against(known, acceptance, f)) for f, p in ahead),
-        judged=judged[0], nearest=judged[1],
-        titles={c.identifier: c.title for f in (*members, *filter(None, (acceptance.leader, *converged[:1])))
-                for c in f.candidates if c.title},
+        judged=judged[0],
+        nearest=judged[1],
+        titles={
+            c.identifier: c.title
+            for f in (*members, *filter(None, (acceptance.leader, *converged[:1])))
+            for c in f.candidates
+            if c.title
+        },
         members="effects" if all(real) else "both" if any(real) else "mistakes",
         absorbed=_absorbed(known.null, nominal) if acceptance.verdict == "none" else (),
-    )  # fmt: skip
+    )
 
 
 def _absorbed(null: Fit, nominal: Array) -> tuple[Moved, ...]:

@@ -74,9 +74,12 @@ def _beside(kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float)
 
 
 def _step(
-    unknowns: tuple[UncertainParameter, ...], candidates: tuple[Candidate, ...], theta: Array,
-    found: tuple[Array, Array], noise: float,
-) -> tuple[Array, Array]:  # fmt: skip
+    unknowns: tuple[UncertainParameter, ...],
+    candidates: tuple[Candidate, ...],
+    theta: Array,
+    found: tuple[Array, Array],
+    noise: float,
+) -> tuple[Array, Array]:
     """Mean (p,) and covariance (p, p) of the coordinates, the optimum of a bound fit where its slope points."""
     centre, sd = prior(unknowns, candidates)
     r, scaled, z = found[0] / noise, found[1] * sd / noise, (theta - centre) / sd
@@ -93,9 +96,15 @@ def _limit(candidate: Candidate, u: UncertainParameter, mean: float, sd: float) 
     by_prior = float(ndtri((1 + RULES.level) / 2)) * u.scale  # of a size by its prior alone, one-sided or not
     share = farthest / by_prior
     return UpperLimit(
-        candidate.identifier, u.name, u.unit, {name: factor * value for name, factor in u.factors.items()},
-        least=u.power == -1, two_sided=not u.one_sided, limited=share < RULES.same_as_prior, share=share,
-    )  # fmt: skip
+        candidate.identifier,
+        u.name,
+        u.unit,
+        {name: factor * value for name, factor in u.factors.items()},
+        least=u.power == -1,
+        two_sided=not u.one_sided,
+        limited=share < RULES.same_as_prior,
+        share=share,
+    )
 
 
 def tail_limit(mean: float) -> float:

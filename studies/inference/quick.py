@@ -52,9 +52,14 @@ def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     acceptance, kind = _accepted(known), known.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
-        kind=kind, verdict=verdict_of(known, acceptance, nominal), hypotheses=known, final=acceptance.final,
-        nominal=nominal, held_out={}, quick=True,
-    )  # fmt: skip
+        kind=kind,
+        verdict=verdict_of(known, acceptance, nominal),
+        hypotheses=known,
+        final=acceptance.final,
+        nominal=nominal,
+        held_out={},
+        quick=True,
+    )
 
 
 def _fitted(kind: Kind, known: Singles | None, advance: Progress) -> Singles:

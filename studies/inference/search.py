@@ -137,9 +137,12 @@ class Hypotheses:
 
 
 def fitted(
-    kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], *,
+    kind: Kind,
+    candidates: tuple[Candidate, ...],
+    starts: Sequence[Array],
+    *,
     turns: tuple[int, int] = THOROUGH,
-) -> Fit:  # fmt: skip
+) -> Fit:
     """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur."""
     found = fit(kind, candidates, starts=starts, turns=turns)
     beyond = {name.split(".")[0] for name in found.implausible()}
@@ -543,12 +546,16 @@ def held_back(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
     """Why a hypothesis more probable than the ``leader`` is not in its place: its own fault, or the search's rule."""
     sizes, misfit = ", ".join(f.implausible()), not f.fits_data
     faults = {
-        "not converged": not f.converged, "at bound": bool(f.at_bound()), "too small": bool(f.negligible()),
-        "two unusual": f.unusual > 1, "unusual misfit": bool(sizes) and misfit,
-        "unusual not white": bool(sizes) and whiteness(known.kind, f) <= RULES.poor_fit, "nothing": not f.candidates,
+        "not converged": not f.converged,
+        "at bound": bool(f.at_bound()),
+        "too small": bool(f.negligible()),
+        "two unusual": f.unusual > 1,
+        "unusual misfit": bool(sizes) and misfit,
+        "unusual not white": bool(sizes) and whiteness(known.kind, f) <= RULES.poor_fit,
+        "nothing": not f.candidates,
         "misfit": misfit and not (leader and leader.candidates),
         "not clear": leader is not None and 1 < known.odds(f, leader) <= RULES.clear_odds,
-    }  # fmt: skip
+    }
     key = next((key for key, found in faults.items() if found), "elsewhere")
     bounds, small = ", ".join(f.at_bound()), ", ".join(f.negligible())
     return Reason(key, sizes=bounds if key == "at bound" else sizes, names=small, limit=RULES.clear_odds)

@@ -49,10 +49,13 @@ class Variant(Kind):
         """Rows that are kept."""
         rows, kept = self.inner.rows, np.flatnonzero(self.kept)
         return replace(
-            rows, where=tuple(rows.where[k] for k in kept), series=tuple(rows.series[k] for k in kept),
-            abscissa=rows.abscissa[kept], fold=rows.fold[kept],
+            rows,
+            where=tuple(rows.where[k] for k in kept),
+            series=tuple(rows.series[k] for k in kept),
+            abscissa=rows.abscissa[kept],
+            fold=rows.fold[kept],
             inputs=None if rows.inputs is None else rows.inputs[kept],
-        )  # fmt: skip
+        )
 
     @property
     def varied(self) -> bool:

@@ -76,9 +76,10 @@ def write_drafts(made: Iterable[Draft], folder: Path, *, force: bool) -> list[Pa
     """Write drafts ``made`` into a ``folder``; one that is there and was changed is refused unless ``force``."""
     paths = {folder / draft.name: draft.text for draft in made}
     there = [
-        path for path, text in paths.items()
+        path
+        for path, text in paths.items()
         if path.exists() and not (path.is_file() and path.read_bytes() == text.encode("utf-8"))
-    ]  # fmt: skip
+    ]
     if there and not force:
         names = ", ".join(str(path) for path in there)
         raise InputError(f"{names}: there already and not overwritten; take another --out, or --force if it may go")
@@ -111,15 +112,22 @@ def _sidecar(roles: Roles, given: Supposed, folder: Path) -> str:
     conditions = conditions or ([given.condition] if given.condition else [])
     levels = {
         name: sorted({round(getattr(c, name) / TOLERANCES[name].size, 6) for c in conditions})
-        for name in TOLERANCES if conditions and not given.pull and (name == "load" or name in given.recorded)
-    }  # fmt: skip
+        for name in TOLERANCES
+        if conditions and not given.pull and (name == "load" or name in given.recorded)
+    }
     one_load = len(levels.get("load", ())) == 1
     return _filled(
-        "sidecar", recording=_relative(roles.opened.path, folder), given=given, levels=levels, one_load=one_load,
-        known=given.known.condition if given.known else None, tolerances=TOLERANCES,
+        "sidecar",
+        recording=_relative(roles.opened.path, folder),
+        given=given,
+        levels=levels,
+        one_load=one_load,
+        known=given.known.condition if given.known else None,
+        tolerances=TOLERANCES,
         told={name: values for name, values in levels.items() if not (name == "load" and one_load)},
-        lines=_channels(roles, ALL_PULL if given.pull else ALL_ROLLING), reading=_reading(roles.opened.reading, folder),
-    )  # fmt: skip
+        lines=_channels(roles, ALL_PULL if given.pull else ALL_ROLLING),
+        reading=_reading(roles.opened.reading, folder),
+    )
 
 
 def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:

@@ -148,10 +148,13 @@ def guess_clock(signals: Signals) -> Guess | None:
         rank = 0
         if guess.unit == UNKNOWN and usual > 0:
             rank, unit = next(
-                ((rank, unit) for rank, (unit, factor, least) in enumerate(CLOCK_UNITS, 1)
-                 if least <= usual and usual * factor < LONGEST_STEP and not (unit == "ms" and usual == 1.0)),
+                (
+                    (rank, unit)
+                    for rank, (unit, factor, least) in enumerate(CLOCK_UNITS, 1)
+                    if least <= usual and usual * factor < LONGEST_STEP and not (unit == "ms" and usual == 1.0)
+                ),
                 (9, UNKNOWN),
-            )  # fmt: skip
+            )
             guess = _by_header(replace(guess, unit=unit), x, signals)
         name = guess.column.name
         uneven = bool(steps.size) and bool(np.ptp(np.quantile(steps, [0.05, 0.95])) > 0.1 * abs(usual))
@@ -313,10 +316,12 @@ class Roles:
         taken = set(self.names([*QUANTITIES]).values())
         taken |= {self.opened.clock.column.name} if self.opened.clock else set()
         return [
-            column.name for column in self.opened.signals.columns
-            if column.name not in taken and quantity_of(column.unit) == quantity
+            column.name
+            for column in self.opened.signals.columns
+            if column.name not in taken
+            and quantity_of(column.unit) == quantity
             and not self.opened.quality[column.name].dead
-        ]  # fmt: skip
+        ]
 
 
 def roles(opened: Opened, given: ChannelMap | None) -> Roles:

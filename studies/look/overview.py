@@ -52,10 +52,14 @@ class Look:
             named = {"name": column.name, "unit": column.unit, "taken_as": taken.get(column.name, "")}
             channels.append(named | numbers | {"remarks": remarks})
         return {
-            "file": str(self.opened.path), "notes": list(self.opened.signals.notes),
-            "channels_from": self.roles.origin, "time": list(self.opened.clock_notes), "channels": channels,
-            "not_read": self.opened.unread, "uses": [asdict(use) | {"usable": use.usable} for use in self.uses],
-        }  # fmt: skip
+            "file": str(self.opened.path),
+            "notes": list(self.opened.signals.notes),
+            "channels_from": self.roles.origin,
+            "time": list(self.opened.clock_notes),
+            "channels": channels,
+            "not_read": self.opened.unread,
+            "uses": [asdict(use) | {"usable": use.usable} for use in self.uses],
+        }
 
     def is_timed(self, name: str) -> bool:
         """Tell if the times of the channel ``name`` are known."""
@@ -98,9 +102,10 @@ def tell(found: Look, steps: Mapping[str, str]) -> None:
         hz = usual_rate(time) if time.size > 1 else np.nan
         kinds[(size, hz, float(np.nanmax(time) - np.nanmin(time))) if np.isfinite(hz) else (size, 0.0, 0.0)] += 1
     remarks = [
-        (column.name, remark) for column in opened.signals.columns
+        (column.name, remark)
+        for column in opened.signals.columns
         for remark in (*opened.quality[column.name].remarks, *oddities(found.roles, column.name))
-    ]  # fmt: skip
+    ]
     told: list[tuple[str, Use]] = []
     for use in found.uses:  # uses of which the same is to be said stand together
         same = next((k for k, (_, other) in enumerate(told) if replace(other, name=use.name) == use), None)
@@ -109,10 +114,15 @@ def tell(found: Look, steps: Mapping[str, str]) -> None:
         else:
             told[same] = (f"{told[same][0]}, {use.name}", told[same][1])
     content = {
-        "opened": opened, "kinds": kinds.most_common(), "remarks": remarks, "uses": told,
-        "table": tabulate(list(_rows(found)), headers=HEADS, missingval="-", disable_numparse=True), "steps": steps,
-        "origin": found.roles.origin, "most": MOST_EVENTS,
-    }  # fmt: skip
+        "opened": opened,
+        "kinds": kinds.most_common(),
+        "remarks": remarks,
+        "uses": told,
+        "table": tabulate(list(_rows(found)), headers=HEADS, missingval="-", disable_numparse=True),
+        "steps": steps,
+        "origin": found.roles.origin,
+        "most": MOST_EVENTS,
+    }
     click.echo(render_file("studies.look", "look.txt.j2", content, escaped=False), nl=False)
 
 
@@ -127,17 +137,25 @@ def _rows(found: Look) -> Iterator[Sequence[object]]:
         numbers = [f"{x:.5g}" if np.isfinite(x) else "-" for x in (seen.lowest, seen.median, seen.highest)]
         missing = f" ({seen.missing} missing)" if seen.missing else ""
         yield (
-            name, column.unit or "-", f"{seen.samples}{missing}", *numbers, f"{seen.step:.2g}" if seen.step else "-",
-            "-" if untold else noise, taken.get(column.name, ""),
-        )  # fmt: skip
+            name,
+            column.unit or "-",
+            f"{seen.samples}{missing}",
+            *numbers,
+            f"{seen.step:.2g}" if seen.step else "-",
+            "-" if untold else noise,
+            taken.get(column.name, ""),
+        )
 
 
 MOST = 60
 LABEL = 40
 COLOURS = {
-    "slip sweep": "#5f9ed1", "step (relaxation)": "#3b7d4f", "pull test": "#5f9ed1", "free decay (modal)": "#e5a823",
+    "slip sweep": "#5f9ed1",
+    "step (relaxation)": "#3b7d4f",
+    "pull test": "#5f9ed1",
+    "free decay (modal)": "#e5a823",
     "replay (histories)": "#8f6bb0",
-}  # fmt: skip
+}
 
 
 def draw(found: Look, target: Path) -> Path:
@@ -153,9 +171,11 @@ def draw(found: Look, target: Path) -> Path:
     columns = 1 if len(names) <= 8 else 2 if len(names) <= 20 else 3
     rows = -(-len(names) // columns)
     marked = [  # only uses that take less than the whole recording
-        (use.name, event.start_s, event.end_s, event.name) for use in found.uses for event in use.events
+        (use.name, event.start_s, event.end_s, event.name)
+        for use in found.uses
+        for event in use.events
         if use.name in COLOURS and event.end_s > event.start_s and (use.windows or event.name)
-    ]  # fmt: skip
+    ]
     width, height = (9.0, 13.0, 16.0)[columns - 1], 1.2 + rows * (1.5 if rows <= 8 else 1.15)
     with drawing(target, width=width, height=height) as figure:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True).T.ravel()
@@ -166,9 +186,14 @@ def draw(found: Look, target: Path) -> Path:
                 panel.axvspan(start, end, color=COLOURS[use], alpha=0.18, linewidth=0)
         for _, start, _, event in marked:
             panels[0].annotate(
-                event, (start, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), fontsize=7, va="top",
+                event,
+                (start, 1),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -2),
+                fontsize=7,
+                va="top",
                 textcoords="offset points",
-            )  # fmt: skip
+            )
         for empty in panels[len(names) :]:
             empty.set_axis_off()
         for lowest in {min(last, len(names)) - 1 for last in range(rows, rows * columns + 1, rows)}:

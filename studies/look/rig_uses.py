@@ -138,9 +138,13 @@ def oriented(whole: Record, given: Supposed, path: Path, load: float | None) -> 
 
 def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | PullTest:
     """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``given``) is filled in."""
-    assumed = Condition("?", load=400.0, pressure=5e5, surface="flat") if given.pull else Condition(
-        "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
-    )  # fmt: skip
+    assumed = (
+        Condition("?", load=400.0, pressure=5e5, surface="flat")
+        if given.pull
+        else Condition(
+            "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
+        )
+    )
     sidecar = given.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
     sidecar = replace(sidecar, axes=axes, rigid_rim=given.rigid_rim)
     if given.steady:
@@ -313,8 +317,9 @@ def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
     size = recording.time.size
     events = tuple(
         replace(event, first=1, last=size, left_out=_of_others(size - event.used), start_s=0.0, end_s=0.0)
-        for _, event, problem in judged if not problem
-    )  # fmt: skip
+        for _, event, problem in judged
+        if not problem
+    )
     reasons = tuple(f"{event.name or 'all points'}: {problem}" for _, event, problem in judged if problem)
     given = replace(given, axes=axes, levels=tuple(conditions.values()))
     provided = f"{', '.join(given.unsaid)}, which no recording says" if given.unsaid else ""
@@ -341,8 +346,10 @@ def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequen
         given = replace(given, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step")
     given = replace(given, axes=axes)
     if own:
-        spans = [(record.event, record) for record in records(
-            roles.opened.signals, replace(plain, windows=own), QUANTITIES, timed=not given.pull)]  # fmt: skip
+        spans = [
+            (record.event, record)
+            for record in records(roles.opened.signals, replace(plain, windows=own), QUANTITIES, timed=not given.pull)
+        ]
         tried = [judge(name, as_rig(record, given, axes, path), roles, path) for name, record in spans]
     elif isinstance(recording, RigRun):
         tried, windows = _found(whole, recording, given, roles)

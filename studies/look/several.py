@@ -48,9 +48,13 @@ def tell_several(looks: Sequence[Look], steps: Sequence[Mapping[str, str]], writ
         alike.setdefault((columns, tuple((use.name, use.usable) for use in found.uses)), []).append(place)
     groups = [_group([looks[k] for k in places], [steps[k] for k in places]) for places in alike.values()]
     content = {
-        "groups": groups, "count": len(looks), "written": written, "most_files": MOST_FILES,
-        "most_remarks": MOST_REMARKS, "most_commands": MOST_COMMANDS,
-    }  # fmt: skip
+        "groups": groups,
+        "count": len(looks),
+        "written": written,
+        "most_files": MOST_FILES,
+        "most_remarks": MOST_REMARKS,
+        "most_commands": MOST_COMMANDS,
+    }
     filters = {"listed": lambda names: listed(list(names), most=8)}
     click.echo(render_file("studies.look", "several.txt.j2", content, escaped=False, filters=filters), nl=False)
 

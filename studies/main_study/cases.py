@@ -64,8 +64,11 @@ class TyreCase:
     def on(self, setup: Setup) -> Setup:
         """World ``setup`` with trail, twisting torque and camber thrust of the tyre in place of what is assumed."""
         own: dict[str, Any] = {}
-        for name, measured in (("trail", "pneumatic_trail"), ("twisting", "twisting_stiffness"),
-                               ("camber_share", "camber_stiffness")):  # fmt: skip
+        for name, measured in (
+            ("trail", "pneumatic_trail"),
+            ("twisting", "twisting_stiffness"),
+            ("camber_share", "camber_stiffness"),
+        ):
             values = [getattr(p, measured) for p in self.properties]
             if values and None not in values:
                 loads = [p.load if name == "camber_share" else 1.0 for p in self.properties]
@@ -97,8 +100,12 @@ def tyre_cases(settings: Settings) -> Cases:
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give some")
         for pressure in settings.pressures or [one / PASCAL_PER_BAR for one in measured.pressures]:
-            table = {"tyre": source, "surface": measured.surface, "pressure_bar": round(float(pressure), 9),
-                     EXTRAPOLATE: True}  # fmt: skip
+            table = {
+                "tyre": source,
+                "surface": measured.surface,
+                "pressure_bar": round(float(pressure), 9),
+                EXTRAPOLATE: True,
+            }
             try:
                 packaged = not is_file_name(source)
                 found.append(_measured_case(table, (measured, measured), settings.bicycle, packaged=packaged))
@@ -123,8 +130,10 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
     sources = wheel_sources(tyre, surface)
     return _measured_case(
         {key: table[key] for key in TYRE_KEYS if key in table} | {EXTRAPOLATE: True},  # random wheel loads lie around
-        (sources[WHEELS[0]], sources[WHEELS[1]]), bicycle, packaged=not any(map(is_file_name, tyre.values())),
-    )  # fmt: skip
+        (sources[WHEELS[0]], sources[WHEELS[1]]),
+        bicycle,
+        packaged=not any(map(is_file_name, tyre.values())),
+    )
 
 
 def _measured_tyres(settings: Settings) -> Iterator[tuple[str, TyreSource]]:
@@ -168,9 +177,19 @@ def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: 
     contact = [value for p in joint.properties for value in (p.cornering_stiffness, p.relaxation_length)]
     far = any(out_of_reach(one, load=load, pressure=p) for one, (load, p) in zip(tyres, at, strict=True))
     return TyreCase(
-        f"{name} {rear.surface}", np.array(contact), joint.covariance[np.ix_(used, used)], table, (bars[0], bars[1]),
-        joint.properties, name, rear.surface, packaged, any(one.synthetic for one in tyres), rear.width, far,
-    )  # fmt: skip
+        f"{name} {rear.surface}",
+        np.array(contact),
+        joint.covariance[np.ix_(used, used)],
+        table,
+        (bars[0], bars[1]),
+        joint.properties,
+        name,
+        rear.surface,
+        packaged,
+        any(one.synthetic for one in tyres),
+        rear.width,
+        far,
+    )
 
 
 def _per_wheel(value: Any) -> tuple[Any, Any]:

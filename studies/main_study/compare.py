@@ -176,11 +176,21 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
             for v, own in zip(values, worlds, strict=True)
         }
 
-    yield "hands", {"off the bar": (settings, base, focus.contact),
-                    "on the bar": (settings, replace(base, arms=settings.arms), focus.contact)}  # fmt: skip
+    yield (
+        "hands",
+        {
+            "off the bar": (settings, base, focus.contact),
+            "on the bar": (settings, replace(base, arms=settings.arms), focus.contact),
+        },
+    )
     if front := base.front:
-        yield "front", {"flexible": (settings, base, focus.contact),
-                        "rigid": (settings, replace(base, front=None), focus.contact)}  # fmt: skip
+        yield (
+            "front",
+            {
+                "flexible": (settings, base, focus.contact),
+                "rigid": (settings, replace(base, front=None), focus.contact),
+            },
+        )
         yield ends("stiffness", ranges.stiffness, "N m/rad", front)
         yield ends("damping", ranges.damping, "N m s/rad", front)
         yield ends("joint_height", [round(front.joint_height + shift, 3) for shift in ranges.hinge], "m", front)
@@ -192,13 +202,16 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
             yield ends(what, getattr(ranges, what), unit)
     measured = sorted((one for one in cases if one.pressures_bar), key=lambda one: one.pressure_bar)
     if len(measured) > 1:
-        yield "pressure", {one.condition: (settings, one.on(settings.reference), one.contact)
-                           for one in (measured[0], measured[-1])}  # fmt: skip
+        yield (
+            "pressure",
+            {one.condition: (settings, one.on(settings.reference), one.contact) for one in (measured[0], measured[-1])},
+        )
     seated: Ends = {
         own.bicycle.name.rpartition("_")[2]: (own, case.on(own.reference), case.contact)
         for own in (replace(settings, bicycle=bicycle) for bicycle in settings.postures)
-        for case in tyre_cases(own).found if (case.name, case.condition) == (focus.name, focus.condition)
-    }  # fmt: skip
+        for case in tyre_cases(own).found
+        if (case.name, case.condition) == (focus.name, focus.condition)
+    }
     if len(seated) > 1:
         yield "posture of the rider", {name: seated[name] for name in (next(iter(seated)), next(reversed(seated)))}
 
@@ -250,9 +263,10 @@ def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[Conta
             base = case.on(settings.reference)
             rear, front = half.tolist()
             worlds = (
-                replace(base, trail=0.0), replace(base, trail=tuple(trail.tolist())),
+                replace(base, trail=0.0),
+                replace(base, trail=tuple(trail.tolist())),
                 replace(base, contact_half_length=(rear, front)),
-            )  # fmt: skip
+            )
             ends = [wobble(settings, one, case.contact) for one in worlds]
             found.append(ContactModels(case, (rear, front), tuple(trail.tolist()), estimated, *ends))
     return tuple(found)
@@ -279,9 +293,11 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     try:
         found = find_limit_cycles(
-            world.model(settings, case.on(setup), case.contact), rear=curves.get("rear"), front=curves.get("front"),
+            world.model(settings, case.on(setup), case.contact),
+            rear=curves.get("rear"),
+            front=curves.get("front"),
             max_speed=settings.max_speed,
-        )  # fmt: skip
+        )
     except InputError as error:
         return Amplitude(case, refused=str(error))
     traces = tuple(traces_of(found))
@@ -323,10 +339,19 @@ class Check:
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
     try:
-        return Check(result, tuple(world.uncertainty(settings, result.case, result.setup).quantities(
-            np.array([settings.report_speed]), max_speed=settings.max_speed,
-            samples=settings.samples, seed=settings.seed, only=[WOBBLE], matched=True,
-        )))  # fmt: skip
+        return Check(
+            result,
+            tuple(
+                world.uncertainty(settings, result.case, result.setup).quantities(
+                    np.array([settings.report_speed]),
+                    max_speed=settings.max_speed,
+                    samples=settings.samples,
+                    seed=settings.seed,
+                    only=[WOBBLE],
+                    matched=True,
+                )
+            ),
+        )
     except InputError as error:
         return Check(result, (), str(error))
 
@@ -437,14 +462,19 @@ def front_values(
             found |= {key: values[key] * new[name] / nominal for key in keys}
     if setup.front:
         front = replace(
-            setup.front, stiffness=new["stiffness"], damping=new["damping"],
-            joint_height=setup.front.joint_height + new["hinge"], friction=setup.front.friction + new["friction"],
-        )  # fmt: skip
+            setup.front,
+            stiffness=new["stiffness"],
+            damping=new["damping"],
+            joint_height=setup.front.joint_height + new["hinge"],
+            friction=setup.front.friction + new["friction"],
+        )
         found |= {
-            "front_compliance.stiffness": front.stiffness, "front_compliance.damping": front.damping,
-            "front_compliance.joint_z": -front.joint_height, "front_compliance.joint_x": float(front.hinge_x(values)),
+            "front_compliance.stiffness": front.stiffness,
+            "front_compliance.damping": front.damping,
+            "front_compliance.joint_z": -front.joint_height,
+            "front_compliance.joint_x": float(front.hinge_x(values)),
             f"{FRICTION}.damping": float(world.beside(settings, replace(setup, front=front))[FRICTION]["damping"]),
-        }  # fmt: skip
+        }
     if setup.arms:
         found |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
     return found

@@ -54,8 +54,15 @@ def _draw_growth(axes: Any, study: Study) -> None:
     outer = study.outer(study.result(reference, study.subject[0]))
     if outer and outer.count:
         low, high = np.nanquantile(outer.growth[outer.computed], LIMITS.likely, axis=0)
-        axes.fill_between(growth_speeds(study.settings), low, high, color=look(0).colour, alpha=0.15, linewidth=0,
-                          label=f"wobble of nine of ten plausible bicycles, {outer.case.condition}")  # fmt: skip
+        axes.fill_between(
+            growth_speeds(study.settings),
+            low,
+            high,
+            color=look(0).colour,
+            alpha=0.15,
+            linewidth=0,
+            label=f"wobble of nine of ten plausible bicycles, {outer.case.condition}",
+        )
         highest = max(highest, float(np.nanmax(high)))
     ends: list[tuple[float, str, str]] = []
     for number, result in enumerate(study.of(reference, study.names[0])):
@@ -156,8 +163,16 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
                 reached += _stack(axes, change, height, look(number).colour)
                 pressures.add(f"{found.higher.condition} to {found.lower.condition}")
             else:
-                axes.text(0.5, height, "not at both pressures", ha="center", color="0.35", style="italic",
-                          transform=axes.get_yaxis_transform(), **SMALL)  # fmt: skip
+                axes.text(
+                    0.5,
+                    height,
+                    "not at both pressures",
+                    ha="center",
+                    color="0.35",
+                    style="italic",
+                    transform=axes.get_yaxis_transform(),
+                    **SMALL,
+                )
             height += 1
         height += 1.4
     axes.axvline(0, color="0.2", linewidth=1)
@@ -182,8 +197,14 @@ def _stack(axes: Any, change: Change, height: float, colour: str) -> list[float]
         axes.barh(height, value, left=ends[value > 0], height=0.62, **style)
         ends[value > 0] += value
     side = change.total > 0
-    axes.annotate(f"{change.total:+.1f}", (ends[side], height), (4 if side else -4, 0), textcoords="offset points",
-                  ha="left" if side else "right", **SMALL)  # fmt: skip
+    axes.annotate(
+        f"{change.total:+.1f}",
+        (ends[side], height),
+        (4 if side else -4, 0),
+        textcoords="offset points",
+        ha="left" if side else "right",
+        **SMALL,
+    )
     return list(ends.values())
 
 

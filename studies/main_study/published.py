@@ -71,10 +71,13 @@ def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
         "cornering_stiffness_over_load_per_deg": [x for case in cases for x in np.radians(case.contact[::2] / loads)],
         "camber_stiffness_over_load_per_deg": [x for share in own for x in np.radians(np.ravel(share))],
         "relaxation_length_mm": [x for case in cases for x in 1e3 * case.contact[1::2]],
-        "onset_m_s": [span.low for span in spans], "end_m_s": [span.high for span in spans],
+        "onset_m_s": [span.low for span in spans],
+        "end_m_s": [span.high for span in spans],
         "weave_shift_m_s": [abs(change.total) for change in changes if change],
-        "steer_over_roll": [], "wobble_frequency_Hz": [], "frequency_change": [],
-    }  # fmt: skip
+        "steer_over_roll": [],
+        "wobble_frequency_Hz": [],
+        "frequency_change": [],
+    }
     for modes in (one.modes for one in results if WOBBLE in one.modes.branches):
         hertz, magnitude = modes.frequency(WOBBLE), modes.shape(WOBBLE).magnitude
         there = (modes.speeds >= LIMITS.ridden[0]) & (modes.speeds <= LIMITS.ridden[1]) & (hertz > 0)

@@ -75,26 +75,47 @@ def facts(study: Study) -> dict[str, Any]:
     quantities = [(one.result, q) for one in study.checks for q in one.quantities]
     a, shares = answer(study), study.sources.shares
     return {
-        "study": study, "settings": settings, "limits": LIMITS, "a": a,
-        "checked": partial(checked, study), "doubted": partial(doubted, study),
-        "assumed_of_tyre": {name for name in ("trail", "twisting", "camber_share")
-                            if getattr(study.focus.on(reference), name) == getattr(settings, name)
-                            and EFFECTS[name] not in settings.further
-                            and not (name == "trail" and has_moment(settings))},
-        "comparisons": compared(study), "critical_parts": list(parts(study, CRITICAL, 3)),
-        "damping_parts": list(parts(study, DAMPING, 5)), "other_crossings": list(_other_crossings(study)),
-        "shares": shares, "assumed_sds": study.sources.assumed, "exact_reasons": exact, "quantities": quantities,
-        "groups": [group for group in dict.fromkeys(g for one in shares.values() for g in one)
-                   if max(one.get(group, 0.0) for one in shares.values()) >= 0.005],
+        "study": study,
+        "settings": settings,
+        "limits": LIMITS,
+        "a": a,
+        "checked": partial(checked, study),
+        "doubted": partial(doubted, study),
+        "assumed_of_tyre": {
+            name
+            for name in ("trail", "twisting", "camber_share")
+            if getattr(study.focus.on(reference), name) == getattr(settings, name)
+            and EFFECTS[name] not in settings.further
+            and not (name == "trail" and has_moment(settings))
+        },
+        "comparisons": compared(study),
+        "critical_parts": list(parts(study, CRITICAL, 3)),
+        "damping_parts": list(parts(study, DAMPING, 5)),
+        "other_crossings": list(_other_crossings(study)),
+        "shares": shares,
+        "assumed_sds": study.sources.assumed,
+        "exact_reasons": exact,
+        "quantities": quantities,
+        "groups": [
+            group
+            for group in dict.fromkeys(g for one in shares.values() for g in one)
+            if max(one.get(group, 0.0) for one in shares.values()) >= 0.005
+        ],
         "different": [(r, q) for r, q in quantities if not is_linear(q)],
-        "ranges": vars(settings.ranges), "assumed_stiffness_sd": CORNERING_STIFFNESS,
+        "ranges": vars(settings.ranges),
+        "assumed_stiffness_sd": CORNERING_STIFFNESS,
         "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
-        "extrapolated": [(case, wheel, p) for case in study.cases
-                         for wheel, p in zip(("rear", "front"), case.properties, strict=False) if not p.inside],
+        "extrapolated": [
+            (case, wheel, p)
+            for case in study.cases
+            for wheel, p in zip(("rear", "front"), case.properties, strict=False)
+            if not p.inside
+        ],
         "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
-        "notes": list(dict.fromkeys((case.name, note) for case in study.cases for p in case.properties
-                                    for note in p.notes)),
-    }  # fmt: skip
+        "notes": list(
+            dict.fromkeys((case.name, note) for case in study.cases for p in case.properties for note in p.notes)
+        ),
+    }
 
 
 def checked(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
@@ -200,5 +221,12 @@ def two_digits(sd: float) -> str:
     return np.format_float_positional(sd, precision=2, fractional=False, trim="-")
 
 
-FILTERS = {"plain": plain_name, "like": like, "signed": signed, "span_of": span_of, "excess": excess,
-           "linear": is_linear, "digits": two_digits}  # fmt: skip
+FILTERS = {
+    "plain": plain_name,
+    "like": like,
+    "signed": signed,
+    "span_of": span_of,
+    "excess": excess,
+    "linear": is_linear,
+    "digits": two_digits,
+}

@@ -59,9 +59,11 @@ def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
     tables |= {"rider_arms": held} if arms else {}
     if front:
         tables["front_compliance"] = {
-            "stiffness": front.stiffness, "damping": front.damping,
-            "joint_x": float(front.hinge_x(p)), "joint_z": -front.joint_height,
-        } | ({} if front.axis_tilt is None else {"axis_tilt": front.axis_tilt})  # fmt: skip
+            "stiffness": front.stiffness,
+            "damping": front.damping,
+            "joint_x": float(front.hinge_x(p)),
+            "joint_z": -front.joint_height,
+        } | ({} if front.axis_tilt is None else {"axis_tilt": front.axis_tilt})
         own = settings.further.get(FRICTION, {})
         default = next(one.default for one in effect_class(FRICTION).parameters if one.name == "damping")
         given = float(own.get("damping", default)) if FRICTION in settings.further else 0.0
@@ -103,9 +105,13 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
         "effects": {LAW: dict(case.table), **beside(settings, setup)},
     }
     return Uncertainty(
-        content, sd=exact, defaults=True, bicycle_sd=settings.bicycle.sd, follow=lambda p: follow(settings, setup, p),
+        content,
+        sd=exact,
+        defaults=True,
+        bicycle_sd=settings.bicycle.sd,
+        follow=lambda p: follow(settings, setup, p),
         bicycle_covariance=settings.bicycle.covariance,
-    )  # fmt: skip
+    )
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
@@ -264,10 +270,11 @@ def least_damped(found: Modes) -> LeastDamped | None:
     ridden = (found.speeds >= LIMITS.ridden[0]) & (found.speeds <= LIMITS.ridden[1])
     every = [
         LeastDamped(complex(root), float(speed))
-        for name, values in found.branches.items() if WOBBLE in name.split("+")
+        for name, values in found.branches.items()
+        if WOBBLE in name.split("+")
         for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True)
         if root.imag > (0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz))
-    ]  # fmt: skip
+    ]
     return min(every, key=lambda one: one.damping_ratio, default=None)
 
 

@@ -93,9 +93,12 @@ def answer(study: Study) -> Answer:
     longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
     return Answer(
         word_of([(one.moves, one.assumed) for one in worlds], longer, shorter, len(change), two=bool(ends)),
-        tuple(worlds), longer, shorter, len(change),
+        tuple(worlds),
+        longer,
+        shorter,
+        len(change),
         tuple(one for one in study.hinges if np.isfinite(one.size)),
-    )  # fmt: skip
+    )
 
 
 def unstable_length(span: Span | None, limit: float) -> float:
@@ -127,21 +130,38 @@ def record(study: Study, found: Answer) -> dict[str, Any]:
             return None
         span = result.span(limit)
         return {
-            "pressure_bar": list(result.case.pressures_bar), "relaxation_length_m": result.case.contact[1::2].tolist(),
-            "unstable": span is not None, "from_m_s": span.low if span else None,
+            "pressure_bar": list(result.case.pressures_bar),
+            "relaxation_length_m": result.case.contact[1::2].tolist(),
+            "unstable": span is not None,
+            "from_m_s": span.low if span else None,
             "to_m_s": span.high if span and span.high <= limit else None,
             "least_damping_ratio": result.least.damping_ratio if result.least else None,
-        }  # fmt: skip
+        }
 
     return {
-        "bicycle": study.settings.bicycle.name, "tyre": study.focus.tyre, "surface": study.focus.surface,
-        "word": found.word, "searched_m_s": [0.0, limit],
+        "bicycle": study.settings.bicycle.name,
+        "tyre": study.focus.tyre,
+        "surface": study.focus.surface,
+        "word": found.word,
+        "searched_m_s": [0.0, limit],
         "worlds": [
-            {"hands": one.setup.hands, "front": one.setup.front_name, "front_assumed": one.assumed,
-             "low": end(one.low), "high": end(one.high), "longer_m_s": one.longer, "moves": one.moves}
+            {
+                "hands": one.setup.hands,
+                "front": one.setup.front_name,
+                "front_assumed": one.assumed,
+                "low": end(one.low),
+                "high": end(one.high),
+                "longer_m_s": one.longer,
+                "moves": one.moves,
+            }
             for one in found.worlds
         ],
-        "rule": {"least_change_m_s": LIMITS.practical, "share_that_must_agree": LIMITS.agree,
-                 "plausible_bicycles": found.count, "longer": found.longer, "shorter": found.shorter},
+        "rule": {
+            "least_change_m_s": LIMITS.practical,
+            "share_that_must_agree": LIMITS.agree,
+            "plausible_bicycles": found.count,
+            "longer": found.longer,
+            "shorter": found.shorter,
+        },
         "hinges": [{"what": one.what, "change_of_least_damping_ratio": one.size} for one in found.hinges],
-    }  # fmt: skip
+    }

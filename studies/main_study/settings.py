@@ -187,8 +187,11 @@ class Settings:
     @property
     def setups(self) -> tuple[Setup, ...]:
         """Four worlds, the reference first; two without a flexible front."""
-        return tuple(Setup(front, arms, self.camber_share, self.trail, self.twisting)
-                     for front in dict.fromkeys((self.front, None)) for arms in (None, self.arms))  # fmt: skip
+        return tuple(
+            Setup(front, arms, self.camber_share, self.trail, self.twisting)
+            for front in dict.fromkeys((self.front, None))
+            for arms in (None, self.arms)
+        )
 
     @property
     def ranges(self) -> Ranges:
@@ -212,9 +215,15 @@ def assumed_front(bicycle: Bicycle) -> Front | None:
 
 
 def settings_of(
-    model: str | None = None, *, bicycle: str | None = None, tyre: str | None = None, surface: str | None = None,
-    pressures: str | None = None, rider: str | None = None, posture: str | None = None,
-) -> Settings:  # fmt: skip
+    model: str | None = None,
+    *,
+    bicycle: str | None = None,
+    tyre: str | None = None,
+    surface: str | None = None,
+    pressures: str | None = None,
+    rider: str | None = None,
+    posture: str | None = None,
+) -> Settings:
     """Read the study of a model file, or of a bicycle with everything beside it assumed."""
     asked: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
     if surface is not None and tyre is None:
@@ -279,9 +288,13 @@ def _of_model_file(model: str) -> dict[str, Any]:
         values = effect_class("front_compliance")(**front).values(whole.bicycle.values)
         number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
         found["front"] = Front(
-            number["stiffness"], number["damping"], -number["joint_z"], number["joint_x"], number["axis_tilt"],
+            number["stiffness"],
+            number["damping"],
+            -number["joint_z"],
+            number["joint_x"],
+            number["axis_tilt"],
             given=True,
-        )  # fmt: skip
+        )
     if arms is not None:
         effect = effect_class("rider_arms")(**arms)
         numbers = {one.name: float(getattr(effect, one.name)) for one in fields(Arms) if one.name != "given"}

@@ -82,15 +82,22 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
             return run_study(settings, each=here, cases=cases)
     cases = cases or tyre_cases(settings)
     first = cases.found[0].name
-    pairs = [(settings, case, setup) for setup in settings.setups for case in cases.found
-             if case.name == first or setup == settings.reference]  # fmt: skip
+    pairs = [
+        (settings, case, setup)
+        for setup in settings.setups
+        for case in cases.found
+        if case.name == first or setup == settings.reference
+    ]
     solved = each(_solve_or_reason, pairs, "modes and critical speeds")
     results = [one for one in solved if isinstance(one, Result)]
     left_out = [
         *cases.left_out,
-        *(f"{case.name}, {case.condition}, {setup.label}: {one}"
-          for (_, case, setup), one in zip(pairs, solved, strict=True) if isinstance(one, str)),
-    ]  # fmt: skip
+        *(
+            f"{case.name}, {case.condition}, {setup.label}: {one}"
+            for (_, case, setup), one in zip(pairs, solved, strict=True)
+            if isinstance(one, str)
+        ),
+    ]
     subject = [r.case for r in results if r.setup == settings.reference and r.case.name == first]
     if not subject:
         raise InputError("no case can be computed: " + "; ".join(left_out))
@@ -109,11 +116,19 @@ def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | No
     done = list({(r.case.name, r.case.condition): r.case for r in results}.values())
     order = list(dict.fromkeys(case.name for case in done))
     return Study(
-        settings, tuple(sorted(done, key=lambda case: (order.index(case.name), case.order))), focus, tuple(left_out),
-        tuple(results), tuple(decompositions), tuple(outer), compare.hinges(settings, subject, focus),
+        settings,
+        tuple(sorted(done, key=lambda case: (order.index(case.name), case.order))),
+        focus,
+        tuple(left_out),
+        tuple(results),
+        tuple(decompositions),
+        tuple(outer),
+        compare.hinges(settings, subject, focus),
         compare.contact_models(settings, dict.fromkeys((subject[0], subject[-1]))),
-        compare.sources(settings, focus), tuple(checks), tuple(sizes),
-    )  # fmt: skip
+        compare.sources(settings, focus),
+        tuple(checks),
+        tuple(sizes),
+    )
 
 
 def pressure_ends(cases: Sequence[TyreCase]) -> list[tuple[TyreCase, TyreCase]]:

@@ -30,22 +30,33 @@ def write_tables(study: Study, folder: Path) -> dict[str, Path]:
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Make every table by name."""
     rows = {
-        "tyre_properties": _tyres(study), "eigenvalues": _eigenvalues(study), "damping_ratios": _compared(study),
-        "critical_speeds": _critical(study), "decomposition_damping_ratio": _changes(study, DAMPING, ""),
-        "decomposition_critical_speed": _changes(study, CRITICAL, "_m_s"), "wobble": _wobble(study),
-        "hinges": _hinges(study), "plausible_fronts": _plausible(study), "published": _published(study),
+        "tyre_properties": _tyres(study),
+        "eigenvalues": _eigenvalues(study),
+        "damping_ratios": _compared(study),
+        "critical_speeds": _critical(study),
+        "decomposition_damping_ratio": _changes(study, DAMPING, ""),
+        "decomposition_critical_speed": _changes(study, CRITICAL, "_m_s"),
+        "wobble": _wobble(study),
+        "hinges": _hinges(study),
+        "plausible_fronts": _plausible(study),
+        "published": _published(study),
         "monte_carlo": _monte_carlo(study),
-    }  # fmt: skip
+    }
     return {name: pd.DataFrame(list(found)) for name, found in rows.items()}
 
 
 def _condition(study: Study, case: TyreCase, setup: Setup) -> Row:
     rear, front = case.pressures_bar or (None, None)
     return {
-        "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
-        "pressure_rear_bar": rear, "pressure_front_bar": front, "hands": setup.hands, "front": setup.front_name,
+        "bicycle": study.settings.bicycle.name,
+        "tyre": case.tyre,
+        "surface": case.surface,
+        "pressure_rear_bar": rear,
+        "pressure_front_bar": front,
+        "hands": setup.hands,
+        "front": setup.front_name,
         "extrapolated": case.extrapolated,
-    }  # fmt: skip
+    }
 
 
 def _tyres(study: Study) -> Iterator[Row]:
@@ -55,16 +66,21 @@ def _tyres(study: Study) -> Iterator[Row]:
             stiffness, length = (float(value) for value in case.contact[2 * k : 2 * k + 2])
             p = case.properties[k] if case.properties else None
             yield {
-                "bicycle": study.settings.bicycle.name, "tyre": case.tyre, "surface": case.surface,
-                "pressure_bar": case.pressures_bar[k] if case.pressures_bar else None, "wheel": wheel,
+                "bicycle": study.settings.bicycle.name,
+                "tyre": case.tyre,
+                "surface": case.surface,
+                "pressure_bar": case.pressures_bar[k] if case.pressures_bar else None,
+                "wheel": wheel,
                 "load_N": study.settings.bicycle.static_loads[k],
                 "cornering_stiffness_N_per_deg": np.radians(stiffness),
                 "cornering_stiffness_sd_N_per_deg": np.radians(sds[2 * k]),
                 "lateral_stiffness_N_per_mm": stiffness / length / 1e3,
                 "lateral_stiffness_sd_N_per_mm": p.lateral_stiffness_sd / 1e3 if p else None,
-                "relaxation_length_mm": length * 1e3, "relaxation_length_sd_mm": sds[2 * k + 1] * 1e3,
-                "origin": p.origin if p else "given", "notes": "; ".join(p.notes) if p else "",
-            }  # fmt: skip
+                "relaxation_length_mm": length * 1e3,
+                "relaxation_length_sd_mm": sds[2 * k + 1] * 1e3,
+                "origin": p.origin if p else "given",
+                "notes": "; ".join(p.notes) if p else "",
+            }
 
 
 def _eigenvalues(study: Study) -> Iterator[Row]:
@@ -78,9 +94,14 @@ def _eigenvalues(study: Study) -> Iterator[Row]:
                 numbers = (speeds[there], kept.real, kept.imag, frequency_hz(kept), damping_ratio(oscillating(kept)))
                 for speed, real, imaginary, hertz, ratio in zip(*numbers, strict=True):
                     yield condition | {
-                        "speed_m_s": speed, "mode": mode, "branch": branch, "real_1_s": real,
-                        "imaginary_rad_s": imaginary, "frequency_Hz": hertz, "damping_ratio": ratio,
-                    }  # fmt: skip
+                        "speed_m_s": speed,
+                        "mode": mode,
+                        "branch": branch,
+                        "real_1_s": real,
+                        "imaginary_rad_s": imaginary,
+                        "frequency_Hz": hertz,
+                        "damping_ratio": ratio,
+                    }
 
 
 def _compared(study: Study) -> Iterator[Row]:
@@ -88,19 +109,29 @@ def _compared(study: Study) -> Iterator[Row]:
         for mode, ratio in result.damping.items():
             hertz = result.frequency[mode]
             yield _condition(study, result.case, result.setup) | {
-                "speed_m_s": study.settings.report_speed, "mode": mode,
-                "frequency_Hz": hertz.value, "frequency_sd_Hz": hertz.sd, "frequency_sd_of_tyre_Hz": hertz.tyre_sd,
-                "damping_ratio": ratio.value, "damping_ratio_sd": ratio.sd, "damping_ratio_sd_of_tyre": ratio.tyre_sd,
-            }  # fmt: skip
+                "speed_m_s": study.settings.report_speed,
+                "mode": mode,
+                "frequency_Hz": hertz.value,
+                "frequency_sd_Hz": hertz.sd,
+                "frequency_sd_of_tyre_Hz": hertz.tyre_sd,
+                "damping_ratio": ratio.value,
+                "damping_ratio_sd": ratio.sd,
+                "damping_ratio_sd_of_tyre": ratio.tyre_sd,
+            }
 
 
 def _critical(study: Study) -> Iterator[Row]:
     for result in study.results:
         for c in result.crossings:
             yield _condition(study, result.case, result.setup) | {
-                "mode": c.mode, "kind": c.kind, "direction": c.direction, "speed_m_s": c.speed, "speed_sd_m_s": c.sd,
-                "speed_sd_of_tyre_m_s": c.tyre_sd, "frequency_Hz": c.frequency_hz,
-            }  # fmt: skip
+                "mode": c.mode,
+                "kind": c.kind,
+                "direction": c.direction,
+                "speed_m_s": c.speed,
+                "speed_sd_m_s": c.sd,
+                "speed_sd_of_tyre_m_s": c.tyre_sd,
+                "frequency_Hz": c.frequency_hz,
+            }
 
 
 def _changes(study: Study, quantity: str, unit: str) -> Iterator[Row]:
@@ -109,15 +140,20 @@ def _changes(study: Study, quantity: str, unit: str) -> Iterator[Row]:
         del row["pressure_rear_bar"], row["pressure_front_bar"]
         row |= {
             "extrapolated": d.higher.extrapolated or d.lower.extrapolated,
-            "pressure_before_bar": d.higher.pressure_bar, "pressure_after_bar": d.lower.pressure_bar,
-        }  # fmt: skip
+            "pressure_before_bar": d.higher.pressure_bar,
+            "pressure_after_bar": d.lower.pressure_bar,
+        }
         for change in d.changes:
             if change.quantity == quantity:
                 yield row | {
-                    "what": str(change.of), f"before{unit}": change.before, f"after{unit}": change.after,
-                    f"total_change{unit}": change.total, f"cornering_stiffness_part{unit}": change.stiffness_part,
-                    f"relaxation_length_part{unit}": change.length_part, f"interaction{unit}": change.interaction,
-                }  # fmt: skip
+                    "what": str(change.of),
+                    f"before{unit}": change.before,
+                    f"after{unit}": change.after,
+                    f"total_change{unit}": change.total,
+                    f"cornering_stiffness_part{unit}": change.stiffness_part,
+                    f"relaxation_length_part{unit}": change.length_part,
+                    f"interaction{unit}": change.interaction,
+                }
 
 
 def _wobble(study: Study) -> Iterator[Row]:
@@ -125,11 +161,13 @@ def _wobble(study: Study) -> Iterator[Row]:
     for r in study.results:
         span, outer = r.span(limit), study.outer(r)
         row = _condition(study, r.case, r.setup) | {
-            "looked_at_up_to_m_s": limit, "unstable": span is not None,
-            "from_m_s": span.low if span else None, "to_m_s": span.high if span else None,
+            "looked_at_up_to_m_s": limit,
+            "unstable": span is not None,
+            "from_m_s": span.low if span else None,
+            "to_m_s": span.high if span else None,
             "least_damping_ratio": r.least.damping_ratio if r.least else None,
             "at_m_s": r.least.speed if r.least else None,
-        }  # fmt: skip
+        }
         for edge in ("onset", "end"):
             low, high = (outer.likely(edge) if outer else None) or (None, None)
             row |= {f"plausible_{edge}_5_%_m_s": low, f"plausible_{edge}_95_%_m_s": high}
@@ -141,28 +179,42 @@ def _hinges(study: Study) -> Iterator[Row]:
     for hinge in study.hinges:
         for name, end in (("first", hinge.low), ("second", hinge.high)):
             yield {
-                "varied": hinge.what, "end": name, "value": end.what, "unstable": end.span is not None,
-                "from_m_s": end.span.low if end.span else None, "to_m_s": end.span.high if end.span else None,
+                "varied": hinge.what,
+                "end": name,
+                "value": end.what,
+                "unstable": end.span is not None,
+                "from_m_s": end.span.low if end.span else None,
+                "to_m_s": end.span.high if end.span else None,
                 "least_damping_ratio": end.least.damping_ratio if end.least else None,
-            }  # fmt: skip
+            }
 
 
 def _plausible(study: Study) -> Iterator[Row]:
     for one in study.plausible:
         for k, (onset, end, computed) in enumerate(zip(one.onset, one.end, one.computed, strict=True)):
             yield _condition(study, one.case, one.setup) | {
-                "number": k, "computed": bool(computed), "onset_m_s": onset, "end_m_s": end
-            }  # fmt: skip
+                "number": k,
+                "computed": bool(computed),
+                "onset_m_s": onset,
+                "end_m_s": end,
+            }
 
 
 def _published(study: Study) -> Iterator[Row]:
     for one in compared(study):
         low, high = one.ours or (None, None)
         yield {
-            "who": one.finding.who, "quantity": one.finding.quantity, "hands": one.finding.hands,
-            "published_low": one.finding.low, "published_high": one.finding.high, "here_low": low, "here_high": high,
-            "verdict": one.verdict, "read": one.finding.read, "source": one.finding.source,
-        }  # fmt: skip
+            "who": one.finding.who,
+            "quantity": one.finding.quantity,
+            "hands": one.finding.hands,
+            "published_low": one.finding.low,
+            "published_high": one.finding.high,
+            "here_low": low,
+            "here_high": high,
+            "verdict": one.verdict,
+            "read": one.finding.read,
+            "source": one.finding.source,
+        }
 
 
 def _monte_carlo(study: Study) -> Iterator[Row]:
@@ -171,8 +223,15 @@ def _monte_carlo(study: Study) -> Iterator[Row]:
         for q in one.quantities:
             low, high = q.band()
             yield _condition(study, one.result.case, one.result.setup) | {
-                "what": q.name, "unit": q.unit, "value": q.value,
-                "sd_linear": q.linear_sd, "sd_monte_carlo": q.sampled_sd, "mean_monte_carlo": q.sampled_mean,
-                "quantile_2.5_%": low, "quantile_97.5_%": high, "draws": settings.samples, "lost": q.lost,
+                "what": q.name,
+                "unit": q.unit,
+                "value": q.value,
+                "sd_linear": q.linear_sd,
+                "sd_monte_carlo": q.sampled_sd,
+                "mean_monte_carlo": q.sampled_mean,
+                "quantile_2.5_%": low,
+                "quantile_97.5_%": high,
+                "draws": settings.samples,
+                "lost": q.lost,
                 "seed": settings.seed,
-            }  # fmt: skip
+            }

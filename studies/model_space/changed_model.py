@@ -258,9 +258,10 @@ class ModelSpace:
         """The model at one point, checked like any other."""
         values = self.numbers_at(x)
         if not allows_unusual(self.content):
-            refuse_absurd_values(self.model, {
-                axis.key: [float(value)] for axis, value in zip(self.axes, np.asarray(x, float), strict=True)
-            })  # fmt: skip
+            refuse_absurd_values(
+                self.model,
+                {axis.key: [float(value)] for axis, value in zip(self.axes, np.asarray(x, float), strict=True)},
+            )
         return self.family.with_values({k: v for k, v in values.items() if v != self.family.base[k]})
 
     def linear_at(self, x: ArrayLike, changed: Mapping[str, float] | None = None) -> LinearModel:

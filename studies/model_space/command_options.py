@@ -23,9 +23,15 @@ class Number(click.ParamType):
     name = "number"
 
     def __init__(
-        self, least: float, most: float, *, above: bool = False, below: bool = False, whole: bool = False,
+        self,
+        least: float,
+        most: float,
+        *,
+        above: bool = False,
+        below: bool = False,
+        whole: bool = False,
         unit: str = "",
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.least, self.most, self.above, self.below, self.whole = least, most, above, below, whole
         self.unit = unit
 

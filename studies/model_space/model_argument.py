@@ -120,9 +120,14 @@ def _takes_model(command: Callable[..., Any], *, matrices: bool) -> Callable[...
 
 
 def choose(
-    text: str, *, tyre: str | None = None, pressure: str | None = None, surface: str | None = None,
-    extrapolate: bool = False, matrices: bool = False,
-) -> ChosenModel:  # fmt: skip
+    text: str,
+    *,
+    tyre: str | None = None,
+    pressure: str | None = None,
+    surface: str | None = None,
+    extrapolate: bool = False,
+    matrices: bool = False,
+) -> ChosenModel:
     """Choose the model that MODEL and its options mean; a file of ``matrices`` is refused unless they will do."""
     from bicycle.files.matrix_file import REFUSAL
 

@@ -19,15 +19,22 @@ def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str) -> str:
     effects = registry()
     law = effects["relaxation_length"]
     content = {
-        "file": file, "bicycle": bicycle, "tyre": tyre, "pressure": middle, "law": law, "tyre_keys": TYRE_KEYS,
+        "file": file,
+        "bicycle": bicycle,
+        "tyre": tyre,
+        "pressure": middle,
+        "law": law,
+        "tyre_keys": TYRE_KEYS,
         "far": any(out_of_reach(tyre, load=load, pressure=middle) for load in bicycle.static_loads),
         "laws": [e for e in effects.values() if e.slot == law.slot and e is not law and e.parameters],
         "others": [e for e in effects.values() if e.slot != law.slot],
-    }  # fmt: skip
+    }
     filters: dict[str, Any] = {
-        "about": lambda effect: wrap(effect.description.split("\n\n")[0], 116), "sentence": sentence,
-        "values": lambda effect: typical_values(effect, bicycle), "first": lambda p: _value(p, 0.5),
-    }  # fmt: skip
+        "about": lambda effect: wrap(effect.description.split("\n\n")[0], 116),
+        "sentence": sentence,
+        "values": lambda effect: typical_values(effect, bicycle),
+        "first": lambda p: _value(p, 0.5),
+    }
     return render_file("studies.reporting", "model.toml.j2", content, escaped=False, filters=filters)
 
 

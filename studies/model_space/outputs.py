@@ -109,8 +109,9 @@ def scalar_output(name: str) -> Output:
     return found
 
 
-@output("eigenvalues", unit="1/s", label="Eigenvalues", source=ROOTS, dims=("root",), complex_valued=True,
-        reducible=False)  # fmt: skip
+@output(
+    "eigenvalues", unit="1/s", label="Eigenvalues", source=ROOTS, dims=("root",), complex_valued=True, reducible=False
+)
 def _eigenvalues(roots: Complex) -> Complex:
     return roots
 
@@ -130,18 +131,25 @@ def _first_root(first: Complex, second: Complex) -> Complex:
     return first
 
 
-@output("frequencies", unit="Hz", label="frequency", source=MODE,
-        gradient=lambda root, slope: frequency_hz(slope))  # fmt: skip
+@output("frequencies", unit="Hz", label="frequency", source=MODE, gradient=lambda root, slope: frequency_hz(slope))
 def _frequency(first: Complex, second: Complex) -> Array:
     return frequency_hz(first)
 
 
-output("damping_ratios", unit="1", label="damping ratio", source=MODE, unstable=-1,
-       gradient=damping_ratio_gradient)(pair_damping_ratio)  # fmt: skip
+output("damping_ratios", unit="1", label="damping ratio", source=MODE, unstable=-1, gradient=damping_ratio_gradient)(
+    pair_damping_ratio
+)
 
 
-@output("sensitivities", unit="1/s per SI unit of the parameter", label="Sensitivity", source=MODEL,
-        dims=("root", "free_parameter"), complex_valued=True, reducible=False)  # fmt: skip
+@output(
+    "sensitivities",
+    unit="1/s per SI unit of the parameter",
+    label="Sensitivity",
+    source=MODEL,
+    dims=("root", "free_parameter"),
+    complex_valued=True,
+    reducible=False,
+)
 def _sensitivities(model: Model, speeds: Array, max_speed: float) -> Complex:
     slopes = sensitivities(model, speeds)
     return np.stack([slopes.of(key) for key in slopes.parameters], -1)
@@ -163,8 +171,15 @@ def _placed(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed:
     return result
 
 
-@output("critical_speeds", unit="m/s", label="Critical speed", source=MODEL, by_speed=False,
-        dims=("crossing_mode", "as_speed_grows", "occurrence"), at_once=True)  # fmt: skip
+@output(
+    "critical_speeds",
+    unit="m/s",
+    label="Critical speed",
+    source=MODEL,
+    by_speed=False,
+    dims=("crossing_mode", "as_speed_grows", "occurrence"),
+    at_once=True,
+)
 def _critical_speeds(
     family: ModelFamily, values: Mapping[str, Any], count: int, max_speed: float
 ) -> tuple[Array, dict[int, str]]:
@@ -185,14 +200,22 @@ def _wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> Array:
     return np.array([motion_at(found, speed) for speed in np.asarray(speeds).tolist()])
 
 
-@output("largest_wobble_amplitude", unit="deg", label="Largest amplitude of wobble at the bar", source=MODEL,
-        by_speed=False)  # fmt: skip
+@output(
+    "largest_wobble_amplitude", unit="deg", label="Largest amplitude of wobble at the bar", source=MODEL, by_speed=False
+)
 def _largest_wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> float:
     return largest_wobble(find_limit_cycles(model, max_speed=max_speed))
 
 
-@output("parameters", unit="SI unit of the parameter", label="Parameter", source=PARAMETERS, by_speed=False,
-        dims=("parameter",), reducible=False)  # fmt: skip
+@output(
+    "parameters",
+    unit="SI unit of the parameter",
+    label="Parameter",
+    source=PARAMETERS,
+    by_speed=False,
+    dims=("parameter",),
+    reducible=False,
+)
 def _parameters(values: Mapping[str, Any]) -> Mapping[str, Any]:
     return values
 
@@ -203,13 +226,15 @@ def mode_names(linear: LinearModel) -> tuple[str, ...]:
     return (*packaged, *(mode.name for mode in every_mode(linear) if mode.name not in packaged))
 
 
-DIMENSIONS: Mapping[str, Callable[[Model], Sequence[Any]]] = MappingProxyType({
-    "root": lambda model: range(model.linear_model().order),
-    "free_parameter": lambda model: sensitivities(model, [1.0]).parameters,
-    "parameter": lambda model: tuple(model.parameters),
-    "mode": lambda model: mode_names(model.linear_model()),
-    "crossing_mode": lambda model: (*mode_names(model.linear_model()), OTHER),
-    "as_speed_grows": lambda model: CHANGES,
-    "occurrence": lambda model: range(1, OCCURRENCES + 1),
-})  # fmt: skip
+DIMENSIONS: Mapping[str, Callable[[Model], Sequence[Any]]] = MappingProxyType(
+    {
+        "root": lambda model: range(model.linear_model().order),
+        "free_parameter": lambda model: sensitivities(model, [1.0]).parameters,
+        "parameter": lambda model: tuple(model.parameters),
+        "mode": lambda model: mode_names(model.linear_model()),
+        "crossing_mode": lambda model: (*mode_names(model.linear_model()), OTHER),
+        "as_speed_grows": lambda model: CHANGES,
+        "occurrence": lambda model: range(1, OCCURRENCES + 1),
+    }
+)
 """Labels along each further dimension of outputs, of a model."""

@@ -71,12 +71,17 @@ def rank(
             raise InputError(f"standard deviation: {unknown('parameter', key, found.parameters)}")
     changes = [
         Change(
-            key, unit_of(key), model.parameters[key], deviations[key].sd, deviations[key].origin,
-            float(slope.real * deviations[key].sd), float(frequency_hz(slope * deviations[key].sd)),
+            key,
+            unit_of(key),
+            model.parameters[key],
+            deviations[key].sd,
+            deviations[key].origin,
+            float(slope.real * deviations[key].sd),
+            float(frequency_hz(slope * deviations[key].sd)),
             tuple(float(d * deviations[key].sd) for d in moves[key]),
         )
         for key, slope in zip(found.parameters, slopes, strict=True)
-    ]  # fmt: skip
+    ]
     ranked = sorted(changes, key=lambda change: (change.origin == EXACT, -abs(change.growth)))
     names, covariance = model_covariance(model, given_sd, assume=True)
     gradient = dict(zip(found.parameters, slopes.real.tolist(), strict=True))
@@ -90,21 +95,28 @@ def rank(
 def record(ranking: Ranking) -> dict[str, Any]:
     """The ranking as JSON-ready data."""
     return {
-        "mode": ranking.mode, "speed_m_s": ranking.speed,
+        "mode": ranking.mode,
+        "speed_m_s": ranking.speed,
         "eigenvalue_1_s": [ranking.eigenvalue.real, ranking.eigenvalue.imag],
-        "mean_of_meeting_roots": ranking.meeting, "other_real_roots_1_s": list(ranking.others),
-        "critical_speeds_m_s": list(ranking.critical_speeds), "total_growth_rate_change_1_s": ranking.total,
+        "mean_of_meeting_roots": ranking.meeting,
+        "other_real_roots_1_s": list(ranking.others),
+        "critical_speeds_m_s": list(ranking.critical_speeds),
+        "total_growth_rate_change_1_s": ranking.total,
         "correlated": ranking.correlated,
         "parameters": [
             {
-                "parameter": c.parameter, "unit": c.unit, "value": c.value, "sd": c.sd, "sd_origin": c.origin,
+                "parameter": c.parameter,
+                "unit": c.unit,
+                "value": c.value,
+                "sd": c.sd,
+                "sd_origin": c.origin,
                 "growth_rate_change_1_s": c.growth,
                 "frequency_change_Hz": c.frequency if ranking.eigenvalue.imag else None,
                 "critical_speed_changes_m_s": list(c.critical),
             }
             for c in ranking.changes
         ],
-    }  # fmt: skip
+    }
 
 
 def _values(branches: Mapping[str, Any], mode: str, speed: float) -> list[complex]:
@@ -138,8 +150,9 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         figure.suptitle(
             f"What moves {ranking.mode.replace('_', ' ')} at {ranking.speed:g} m/s\n"
             f"growth rate {z.real:.3g} 1/s, {abs(frequency_hz(z)):.2f} Hz{note}",
-            fontsize=10, weight="bold",
-        )  # fmt: skip
+            fontsize=10,
+            weight="bold",
+        )
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         label = "change of the growth rate, 1/s (> 0: less stable)"
         if any(change.origin == ASSUMED for change in shown):

@@ -30,16 +30,27 @@ LINES: dict[str, Any] = {"yes": "-", "falls slowly": (0, (5, 2)), "no": (0, (1, 
 
 
 def lines(
-    found: LimitCycles, frame: pd.DataFrame, *, peak_factor: float | None, without_kick: bool = False,
-    sides: Sequence[Side] = (), max_speed: float = 60.0,
-) -> list[str]:  # fmt: skip
+    found: LimitCycles,
+    frame: pd.DataFrame,
+    *,
+    peak_factor: float | None,
+    without_kick: bool = False,
+    sides: Sequence[Side] = (),
+    max_speed: float = 60.0,
+) -> list[str]:
     """Lines on how motions begin, where they fold and end, what a damper does, and what limits the numbers."""
     content = {
-        "found": found, "frame": frame, "friction": peak_factor, "without_kick": without_kick, "slowest": SLOWEST,
-        "sides": sides, "max_speed": max_speed,
+        "found": found,
+        "frame": frame,
+        "friction": peak_factor,
+        "without_kick": without_kick,
+        "slowest": SLOWEST,
+        "sides": sides,
+        "max_speed": max_speed,
         "outside": frame[~frame["within_geometry"].astype(bool)],
-        "peaks": PEAKS, "limits": {name: np.degrees(limit) for name, limit in LIMITS.items()},
-    }  # fmt: skip
+        "peaks": PEAKS,
+        "limits": {name: np.degrees(limit) for name, limit in LIMITS.items()},
+    }
     filters = {"degrees": np.degrees, "words": mode_words}
     return render_file("studies.reporting", "amplitude.txt.j2", content, escaped=False, filters=filters).splitlines()
 
@@ -51,14 +62,20 @@ def record(
     the ``sides`` of a damper."""
     onsets = [
         {
-            "speed_m_s": one.critical.speed, "mode": one.critical.mode, "as_speed_grows": one.critical.direction,
-            "begins": one.kind, "lyapunov_1_s_rad2": one.bend, "lyapunov_band_1_s_rad2": list(one.band),
+            "speed_m_s": one.critical.speed,
+            "mode": one.critical.mode,
+            "as_speed_grows": one.critical.direction,
+            "begins": one.kind,
+            "lyapunov_1_s_rad2": one.bend,
+            "lyapunov_band_1_s_rad2": list(one.band),
         }
         for one in found.onsets
-    ]  # fmt: skip
+    ]
     branches = [
         {
-            "mode": one.mode, "from_m_s": one.begin.speed, "to_m_s": one.end.speed if one.end else None,
+            "mode": one.mode,
+            "from_m_s": one.begin.speed,
+            "to_m_s": one.end.speed if one.end else None,
             "ends": one.reason,
             "folds": [
                 {"speed_m_s": fold.speed, "steer_amplitude_deg": float(np.degrees(found.amplitude(fold)))}
@@ -66,7 +83,7 @@ def record(
             ],
         }
         for one in found.branches
-    ]  # fmt: skip
+    ]
     cycles = frame.to_dict("records")
     return {
         "critical": onsets,
@@ -75,15 +92,17 @@ def record(
         "kicks": [one._asdict() | {"unit": unit} for one in kicks],
         "damper": [
             {
-                "added_N_m_s_rad": one.damping, "wobble_m_s": [speed.speed for speed in one.wobble],
+                "added_N_m_s_rad": one.damping,
+                "wobble_m_s": [speed.speed for speed in one.wobble],
                 "largest_wobble_deg": one.extent.largest if one.extent else None,
                 "largest_wobble_at_m_s": one.extent.at if one.extent else None,
                 "weave_unstable_from_m_s": one.weave.critical.speed if one.weave else None,
-                "weave_begins": one.weave.kind if one.weave else None, "weave_caught_deg": one.caught,
+                "weave_begins": one.weave.kind if one.weave else None,
+                "weave_caught_deg": one.caught,
             }
             for one in sides
         ],
-    }  # fmt: skip
+    }
 
 
 def draw_amplitude(found: LimitCycles, target: str, *, title: str, peak_factor: float | None = None) -> None:

@@ -49,8 +49,9 @@ def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
             axes.plot([], [], **line)
             continue
         open_end = {"markerfacecolor": "white", "markeredgewidth": 1.5} if long else {}
-        axes.plot([phase, phase], [0, end], **line, linewidth=max(2.6 - 0.4 * k, 1.0), zorder=3, markevery=[1],
-                  **open_end)  # fmt: skip
+        axes.plot(
+            [phase, phase], [0, end], **line, linewidth=max(2.6 - 0.4 * k, 1.0), zorder=3, markevery=[1], **open_end
+        )
     axes.set(rlim=(0, 1.08), rticks=(0.5, 1.0), yticklabels=[])
     axes.set_thetagrids(range(0, 360, 45))
     axes.tick_params(labelsize=8, pad=0)
@@ -125,9 +126,11 @@ def bicycle_drawing(model: Model) -> BicycleDrawing:
     bottom, saddle = (0.42 * p["w"], -0.85 * p["rR"]), (0.22 * p["w"], top - 0.30)
     seat, stem = (0.25 * p["w"], saddle[1] + 0.22), (head[0] + 0.08, head[1])
     frame = [
-        [rear_hub, bottom, seat, rear_hub], [seat, crown, bottom], [seat, saddle],
+        [rear_hub, bottom, seat, rear_hub],
+        [seat, crown, bottom],
+        [seat, saddle],
         [(saddle[0] - 0.12, saddle[1]), (saddle[0] + 0.14, saddle[1])],
-    ]  # fmt: skip
+    ]
     parts = [Part("rear frame", _flat(line)) for line in frame]
     parts += [Part("front frame", _flat(line)) for line in ([front_hub, crown, head], [head, stem, head])]
     parts.append(Part("front frame", np.array([[stem[0], y, stem[1]] for y in (-0.22, 0.0, 0.22)])))
@@ -212,9 +215,17 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
     with matplotlib.rc_context(quiet):
         canvas = Figure(figsize=(8.8, 6.4), dpi=80)
         layout = canvas.add_gridspec(
-            2, 2, width_ratios=(1.75, 1), height_ratios=(1.3, 1), left=0.085, right=0.98, top=0.87, bottom=0.08,
-            wspace=0.14, hspace=0.26,
-        )  # fmt: skip
+            2,
+            2,
+            width_ratios=(1.75, 1),
+            height_ratios=(1.3, 1),
+            left=0.085,
+            right=0.98,
+            top=0.87,
+            bottom=0.08,
+            wspace=0.14,
+            hspace=0.26,
+        )
         side, rear = canvas.add_subplot(layout[0, 0]), canvas.add_subplot(layout[0, 1])
         top = canvas.add_subplot(layout[1, :])
         _frame_views(model, motion, drawn, side, rear, top)
@@ -269,8 +280,13 @@ def _frame_views(model: Model, motion: Response, drawn: BicycleDrawing, side: An
     road = max(float(motion.speed * (motion.time[-1] - motion.time[0])), 0.0)
     side.set(xlim=(behind, ahead), ylim=(0.08, highest), ylabel="z, m", title="Side")
     rear.set(xlim=(-reach, reach), ylim=(0.08, highest), xlabel="y, m", title="Rear")
-    top.set(xlim=(behind - min(road, 1.5), ahead), ylim=(reach, -reach), xlabel="x forward, m", ylabel="y right, m",
-            title="Top")  # fmt: skip
+    top.set(
+        xlim=(behind - min(road, 1.5), ahead),
+        ylim=(reach, -reach),
+        xlabel="x forward, m",
+        ylabel="y right, m",
+        title="Top",
+    )
     for axes in (side, rear, top):
         _widen_to_one_scale(axes)
     for axes in (side, rear):

@@ -108,11 +108,17 @@ class RootLocus:
         upper = (self.eigenvalues.imag >= 0) & self.asked[:, None]
         root, (row, branch) = self.eigenvalues[upper], np.nonzero(upper)
         named = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
-        return pd.DataFrame({
-            named.replace("/", "_").replace(" ", "_"): self.values[row], "mode": np.array(self.names)[branch],
-            "real_1_s": root.real, "imaginary_rad_s": root.imag, "frequency_Hz": frequency_hz(root),
-            "damping_ratio": damping_ratio(oscillating(root)), "tyre_inside_measured_range": self.inside[row],
-        })  # fmt: skip
+        return pd.DataFrame(
+            {
+                named.replace("/", "_").replace(" ", "_"): self.values[row],
+                "mode": np.array(self.names)[branch],
+                "real_1_s": root.real,
+                "imaginary_rad_s": root.imag,
+                "frequency_Hz": frequency_hz(root),
+                "damping_ratio": damping_ratio(oscillating(root)),
+                "tyre_inside_measured_range": self.inside[row],
+            }
+        )
 
 
 def parse_range(text: str, unit: str = "") -> Array:
@@ -200,9 +206,18 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
         if not locus.inside.all():
             for axes in (real, frequency):
                 axes.fill_between(
-                    locus.values, 0, 1, where=~locus.inside, transform=axes.get_xaxis_transform(), facecolor="none",
-                    hatch="//", edgecolor="0.8", linewidth=0, zorder=0.5, label="tyre values extrapolated",
-                )  # fmt: skip
+                    locus.values,
+                    0,
+                    1,
+                    where=~locus.inside,
+                    transform=axes.get_xaxis_transform(),
+                    facecolor="none",
+                    hatch="//",
+                    edgecolor="0.8",
+                    linewidth=0,
+                    zorder=0.5,
+                    label="tyre values extrapolated",
+                )
             frequency.legend(loc="center right", fontsize=7.5, frameon=True, edgecolor="none")
         hatch_extrapolated(plane, extrapolated=not locus.inside.any())
         handles, labels = _legend(plane, locus)
@@ -293,9 +308,12 @@ def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[
     for share in ARROWS if length[-1] > 4 * SHORTEST else (0.5,):
         k = int(np.clip(np.searchsorted(length, share * length[-1]), 1, len(root) - 1))
         axes.annotate(
-            "", (root.real[k], root.imag[k]), (root.real[k - 1], root.imag[k - 1]), zorder=4,
+            "",
+            (root.real[k], root.imag[k]),
+            (root.real[k - 1], root.imag[k - 1]),
+            zorder=4,
             arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13, "shrinkA": 0, "shrinkB": 0},
-        )  # fmt: skip
+        )
 
 
 def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> None:
@@ -306,10 +324,15 @@ def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> 
         height = max(omega + 0.3 * gap, lowest + gap)
         lowest = height
         axes.annotate(
-            f"{crossing.value:.4g} {locus.unit}", (0, omega), (-0.025 * (limits[1] - limits[0]), height),
-            ha="right", va="center", fontsize=8.5, zorder=7,
+            f"{crossing.value:.4g} {locus.unit}",
+            (0, omega),
+            (-0.025 * (limits[1] - limits[0]), height),
+            ha="right",
+            va="center",
+            fontsize=8.5,
+            zorder=7,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
-        )  # fmt: skip
+        )
 
 
 def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:

@@ -39,17 +39,23 @@ COLUMNS = {"run": "", "speed": "m/s"} | {key: si for gains in EFFECTS.values() f
 FREQUENCIES = np.geomspace(1e-3, 1e3, 2000)  # rad/s, at which margins are looked for
 FACTORS = np.geomspace(1 / 16, 16, 33)  # of the cornering stiffness, among which the softest tyre is looked for
 SPEEDS = 61  # of the curve over speed
-CONTROL = schema.table({
-    needed("description", "the key 'description' is missing: say whose gains these are"): text(blank=False),
-    maybe("kind", "assumed"): schema.known("kind", ("identified", "designed", "assumed")),
-    maybe("source", "not stated"): text(), maybe("licence", "not stated"): text(),
-    maybe("bicycle", ""): text(), maybe("assumes", ""): text(),
-    maybe("filter_frequency"): number(above=0), maybe("filter_damping"): number(above=0),
-    maybe("delay", 0.0): number(least=0), maybe("repeats_within", 0.0): number(least=0),
-    needed("columns"): schema.list_of(schema.known("column", COLUMNS), "must be a list of columns", strict=False),
-    maybe("units", []): schema.list_of(text(), "must be a list of units, one for each column"),
-    needed("rows"): schema.list_of(schema.list_of(schema.anything, "must be lists"), "must be lists", least=1),
-})  # fmt: skip
+CONTROL = schema.table(
+    {
+        needed("description", "the key 'description' is missing: say whose gains these are"): text(blank=False),
+        maybe("kind", "assumed"): schema.known("kind", ("identified", "designed", "assumed")),
+        maybe("source", "not stated"): text(),
+        maybe("licence", "not stated"): text(),
+        maybe("bicycle", ""): text(),
+        maybe("assumes", ""): text(),
+        maybe("filter_frequency"): number(above=0),
+        maybe("filter_damping"): number(above=0),
+        maybe("delay", 0.0): number(least=0),
+        maybe("repeats_within", 0.0): number(least=0),
+        needed("columns"): schema.list_of(schema.known("column", COLUMNS), "must be a list of columns", strict=False),
+        maybe("units", []): schema.list_of(text(), "must be a list of units, one for each column"),
+        needed("rows"): schema.list_of(schema.list_of(schema.anything, "must be lists"), "must be lists", least=1),
+    }
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,10 +224,14 @@ class Ride:
             gains = {name: float(values[k]) for name, values in self.rider.gains.items()}
             root, shares = self.root(gains, speed)
             row = {
-                "case": self.label, "run": run, "speed_m_s": float(speed), "growth_1_s": root.real,
-                "frequency_Hz": float(frequency_hz(root)), "motion": next(iter(shares)),
+                "case": self.label,
+                "run": run,
+                "speed_m_s": float(speed),
+                "growth_1_s": root.real,
+                "frequency_Hz": float(frequency_hz(root)),
+                "motion": next(iter(shares)),
                 "softest_front_N_rad": self.softest(gains, speed),
-            }  # fmt: skip
+            }
             rows.append(row | (margins(self.rider, self.model, gains, speed) if root.real < 0 else {}))
         return pd.DataFrame(rows, columns=[*row, "gain_up", "gain_down", "phase_deg", "delay_s"])
 
@@ -255,12 +265,17 @@ def table(found: Sequence[Ride]) -> list[dict[str, str]]:
     rows = []
     for ride in found:
         middle, held = ride.runs.median(numeric_only=True), int((ride.runs.growth_1_s < 0).sum())
-        rows.append({
-            "case": ride.label, "holds m/s": ", ".join(f"{a:.2f} to {b:.2f}" for a, b in ride.held) or "none",
-            "runs held": f"{held} of {len(ride.runs)}", "gain up": _number(middle.gain_up, ".2f"),
-            "gain down": _number(middle.gain_down, ".2f"), "phase °": _number(middle.phase_deg, ".0f"),
-            "delay ms": _number(1e3 * middle.delay_s, ".0f"),
-        })  # fmt: skip
+        rows.append(
+            {
+                "case": ride.label,
+                "holds m/s": ", ".join(f"{a:.2f} to {b:.2f}" for a, b in ride.held) or "none",
+                "runs held": f"{held} of {len(ride.runs)}",
+                "gain up": _number(middle.gain_up, ".2f"),
+                "gain down": _number(middle.gain_down, ".2f"),
+                "phase °": _number(middle.phase_deg, ".0f"),
+                "delay ms": _number(1e3 * middle.delay_s, ".0f"),
+            }
+        )
     return rows
 
 
@@ -273,12 +288,15 @@ def told(found: Sequence[Ride], template: str) -> str:
     rider = found[0].rider
     tyred = [ride for ride in found if all(effect.identifier != "no_slip" for effect in ride.model.effects)]
     content = {
-        "rider": rider, "rides": found, "range": (rider.speeds.min(), rider.speeds.max()), "table": table(found),
+        "rider": rider,
+        "rides": found,
+        "range": (rider.speeds.min(), rider.speeds.max()),
+        "table": table(found),
         "tyred": tyred,
         "softest": [ride.runs.softest_front_N_rad.max(skipna=False) for ride in found],
         "others": [ride.label for ride in found if rider.about["bicycle"] not in ("", ride.model.bicycle.name)],
         "upright": [r.label for r in tyred if all(effect.identifier != "camber_thrust" for effect in r.model.effects)],
-    }  # fmt: skip
+    }
     filters = {"number": _number, "hertz": lambda root: float(frequency_hz(root))}
     return render_file("studies.reporting", template, content, escaped="md" in template, filters=filters)
 

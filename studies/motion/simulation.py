@@ -153,10 +153,12 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
                         axes.plot(response.time, factor * response.inputs[name], drawstyle="steps-post", **style)
                         break
                     axes.plot(
-                        response.time[upright], factor * response.outputs[name][upright], **style,
+                        response.time[upright],
+                        factor * response.outputs[name][upright],
+                        **style,
                         linestyle=("-", (0, (4, 2)))[order % 2],
                         label=_plain(name) + (f", {label}" if len(responses) > 1 else ""),
-                    )  # fmt: skip
+                    )
             axes.set_ylabel(f"{TITLES.get(names[0], _plain(names[0]).capitalize())}, {unit}")
             if len(axes.lines) > 1:
                 axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0)

@@ -69,13 +69,17 @@ LIMITS = {
     "delay_s": number(least=0, most=1, says="must be a time from 0 to 1 s; no sensor is early"),
     "low_pass_hz": number(above=0, says="must be a frequency above 0 in Hz; leave it out for no filter"),
     "resolution": number(above=0, says="must be a step above 0, in the unit of the channel; leave it out for none"),
-}  # fmt: skip
-FILE = table({
-    needed("rate_hz", "rate_hz is missing; give the samples per second, rate_hz = 100"):
-        number(least=SLOWEST, most=FASTEST, says=f"must be the samples per second, {SLOWEST:g} to {FASTEST:g} Hz"),
-    needed("channels", "no channels; write [channels.roll_rate_rad_s] and the keys below it"):
-        by_name(table({maybe(key): check for key, check in LIMITS.items()}), RECORDED, kind="channel"),
-})  # fmt: skip
+}
+FILE = table(
+    {
+        needed("rate_hz", "rate_hz is missing; give the samples per second, rate_hz = 100"): number(
+            least=SLOWEST, most=FASTEST, says=f"must be the samples per second, {SLOWEST:g} to {FASTEST:g} Hz"
+        ),
+        needed("channels", "no channels; write [channels.roll_rate_rad_s] and the keys below it"): by_name(
+            table({maybe(key): check for key, check in LIMITS.items()}), RECORDED, kind="channel"
+        ),
+    }
+)
 
 
 @dataclass(frozen=True)

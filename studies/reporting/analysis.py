@@ -43,14 +43,19 @@ def record(
         "modes": {} if found is None else found.to_dict(),
         "critical_speeds": [
             {
-                "speed_m_s": c.speed, "mode": c.mode, "kind": c.kind, "frequency_Hz": c.frequency_hz,
-                "frequency_rad_s": c.angular_frequency, "direction": c.direction,
-            } | ({"begins": c.begins} if c.begins else {})
+                "speed_m_s": c.speed,
+                "mode": c.mode,
+                "kind": c.kind,
+                "frequency_Hz": c.frequency_hz,
+                "frequency_rad_s": c.angular_frequency,
+                "direction": c.direction,
+            }
+            | ({"begins": c.begins} if c.begins else {})
             for c in critical
         ],
         "critical_speeds_searched_m_s": [0.0, max_speed],
         "warnings": list(model.warnings),
-    }  # fmt: skip
+    }
 
 
 def records(found: Mapping[str, dict[str, Any]]) -> dict[str, Any]:

@@ -59,10 +59,11 @@ def _recorded(
             if left_by_a_killed_run(file.name):
                 file.unlink()
     content: dict[str, Any] = {
-        "command": shlex.join(["velotyre", *arguments]), "finished": False,
+        "command": shlex.join(["velotyre", *arguments]),
+        "finished": False,
         "versions": {"python": platform.python_version()} | {name: version_of(name) for name in VERSIONS},
         "inputs": named,
-    }  # fmt: skip
+    }
     write_text(manifest, json.dumps(content, indent=1) + "\n")
     before = _stamps(folder)
     try:

@@ -47,9 +47,13 @@ def one_line(text: str) -> str:
 
 
 def render_file(
-    package: str, name: str, content: Mapping[str, Any], *, escaped: bool = True,
+    package: str,
+    name: str,
+    content: Mapping[str, Any],
+    *,
+    escaped: bool = True,
     filters: Mapping[str, Any] | None = None,
-) -> str:  # fmt: skip
+) -> str:
     """Fill the template ``name`` in the folder ``templates`` of a ``package``; ``escaped`` is False for a terminal."""
     environment = make_environment(package, escaped=escaped, trim_blocks=True, lstrip_blocks=True)
     if filters:  # of this template alone: the environment is that of all

@@ -39,8 +39,17 @@ def save_figure(found: RiderOnBicycle, target: Path) -> None:
         whole, at = found.values, found.contacts
         centres = [found.body.centre[[0, 2]], (found.frame["xB"], found.frame["zB"]), (whole["xB"], whole["zB"])]
         for (x, z), marker, label in zip(np.array(centres), "o^*", ("rider", "rear frame", "both"), strict=True):
-            side.plot(x, -z, marker, color=CENTRE, markeredgecolor="white", markersize=13 if marker == "*" else 8,
-                      label=label, linestyle="none", zorder=20)  # fmt: skip
+            side.plot(
+                x,
+                -z,
+                marker,
+                color=CENTRE,
+                markeredgecolor="white",
+                markersize=13 if marker == "*" else 8,
+                label=label,
+                linestyle="none",
+                zorder=20,
+            )
         points = np.array([at.hip, at.pedals, at.hands])
         side.plot(*_up(points).T, "o", color="black", markersize=4, zorder=21)
         knees, elbows = math.degrees(found.seated.knee_flexion), math.degrees(found.seated.elbow_flexion)
@@ -48,8 +57,15 @@ def save_figure(found: RiderOnBicycle, target: Path) -> None:
         side.set(xlabel="x forward of the rear contact, m", ylabel="height, m")
         assumed = [key for key in found.geometry.assumed if key.endswith(("_m", "_deg"))]
         if assumed:
-            side.text(0.99, 0.99, "seat and bar: assumed" if len(assumed) > 4 else "seat and bar: partly assumed",
-                      transform=side.transAxes, ha="right", va="top", color=GREY)  # fmt: skip
+            side.text(
+                0.99,
+                0.99,
+                "seat and bar: assumed" if len(assumed) > 4 else "seat and bar: partly assumed",
+                transform=side.transAxes,
+                ha="right",
+                va="top",
+                color=GREY,
+            )
         side.legend(loc="upper left", title="mass centre", alignment="left")
         front.set_title("from the front")
         front.set_xlabel("y to the rider's right, m")
@@ -106,8 +122,12 @@ def _bicycle(side: Any, ahead: Any, found: RiderOnBicycle) -> None:
     seat = at.hip + 0.25 * (at.pedals - at.hip)
     saddle = at.hip + np.array([[-0.10, 0.0], [0.16, 0.0]])
     for line in (
-        [rear, at.pedals, at.hip], [rear, seat, head], [at.pedals, crown], [front, crown, head, at.hands], saddle
-    ):  # fmt: skip
+        [rear, at.pedals, at.hip],
+        [rear, seat, head],
+        [at.pedals, crown],
+        [front, crown, head, at.hands],
+        saddle,
+    ):
         side.plot(*_up(np.array(line)).T, color=GREY, linewidth=2.2, solid_joinstyle="round")
     ahead.plot([0, 0], [0, 2 * p["rF"]], color=GREY, linewidth=5, zorder=1)
     ahead.plot([0, 0], [2 * p["rF"], -at.hands[1]], color=GREY, linewidth=2.2, zorder=1)
@@ -122,11 +142,14 @@ def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
     """The bicycle with rider as a parameter set called ``name`` that says what it is and where it comes from."""
     assumed, angles = found.geometry.assumed, found.angles._asdict()
     source = WORDS["source"].format(
-        **_names(found), frame_source=found.frame.source or "a file", rider_source=found.rider.source,
-        yeadon=yeadon_version(), seat_source=found.geometry.source or "fit rule",
+        **_names(found),
+        frame_source=found.frame.source or "a file",
+        rider_source=found.rider.source,
+        yeadon=yeadon_version(),
+        seat_source=found.geometry.source or "fit rule",
         angles=", ".join(f"{n.replace('_', ' ')} {math.degrees(v):g} deg" for n, v in angles.items() if v),
         assumed=f"; assumed: {', '.join(assumed)}" if assumed else "",
-    )  # fmt: skip
+    )
     made = found.bicycle(name, WORDS["description"].format(**_names(found), mass=found.body.mass), source)
     values = {k: float(f"{v:.7g}") if k in FRAME_KEYS else v for k, v in made.values.items()}
     sd = {k: float(f"{v:.3g}") if k in FRAME_KEYS and k not in made.covariance.names else v for k, v in made.sd.items()}
@@ -173,8 +196,13 @@ def table(found: RiderOnBicycle) -> list[list[Any]]:
     """Rows of key, unit, frame alone, rider alone, both, sd, main causes."""
     whole, sd, causes = found.values, found.sd, dict(main_causes(found))
     inertia, centre = found.body.inertia, found.body.centre
-    rider = dict(zip(FRAME_KEYS, (centre[0], centre[2], found.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
-                     strict=True))  # fmt: skip
+    rider = dict(
+        zip(
+            FRAME_KEYS,
+            (centre[0], centre[2], found.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
+            strict=True,
+        )
+    )
     return [
         [key, unit, found.frame.values.get(key), float(rider[key]), whole[key], sd[key], causes[key]]
         for key, unit in zip(FRAME_KEYS, UNITS, strict=True)

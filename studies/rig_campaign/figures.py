@@ -92,9 +92,12 @@ def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = Tr
     """Fitted steady side force (N) of one sweep over ``slip`` (rad), with Sh and Sv or through the origin."""
     details = summary.details
     force, _ = magic_formula(
-        slip=slip + (details["Sh_rad"] if offsets else 0.0), cornering_stiffness=summary.value,
-        peak=details["peak_N"], shape=details["shape"], curvature=details["curvature"],
-    )  # fmt: skip
+        slip=slip + (details["Sh_rad"] if offsets else 0.0),
+        cornering_stiffness=summary.value,
+        peak=details["peak_N"],
+        shape=details["shape"],
+        curvature=details["curvature"],
+    )
     return force + (details["Sv_N"] if offsets else 0.0)
 
 
@@ -126,9 +129,11 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
             if slip > 0.0:
                 panel.annotate(f"{slip:g}°", line[-1], (4, -3), textcoords="offset points", fontsize=7.5, color="0.25")
         panel.set(
-            xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9), xticks=[], xlabel="slip angle, shifted by load",
+            xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9),
+            xticks=[],
+            xlabel="slip angle, shifted by load",
             title=f"{pressure / PASCAL_PER_BAR:g} bar",
-        )  # fmt: skip
+        )
     axes[0].set(ylabel="side force without offsets (N)", ylim=(0.0, 1.12 * top))
     axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
     first = conditions[0]
@@ -157,9 +162,15 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
             values = [getattr(c, name) for c in mine]
             look = _style(number) | ({"ls": "-"} if surface == "flat" else {"ls": "--", "mfc": "white"})
             panel.errorbar(
-                x, [factor * e.value for e in values], [factor * (e.ci95[1] - e.value) for e in values], **look,
-                capsize=2.5, lw=1.2, ms=5, label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
-            )  # fmt: skip
+                x,
+                [factor * e.value for e in values],
+                [factor * (e.ci95[1] - e.value) for e in values],
+                **look,
+                capsize=2.5,
+                lw=1.2,
+                ms=5,
+                label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
+            )
         panel.set(xlabel="vertical load (N)", ylabel=label)
         if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
             panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
@@ -183,9 +194,16 @@ def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
                 x = np.rad2deg(x)
                 number, row = loads.index(load) % 6, pressures.index(pressure) % 6
                 panel.errorbar(
-                    x, y, 1.96 * sd, color=COLOURS[number], marker=MARKERS[row], ls="none", ms=5, capsize=2,
+                    x,
+                    y,
+                    1.96 * sd,
+                    color=COLOURS[number],
+                    marker=MARKERS[row],
+                    ls="none",
+                    ms=5,
+                    capsize=2,
                     label=f"{load:g} N, {pressure / PASCAL_PER_BAR:g} bar",
-                )  # fmt: skip
+                )
                 ends = np.array([x.min(), x.max()])
                 panel.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=COLOURS[number], ls=DASHES[row], lw=1.0)
         panel.set(xlabel="camber (deg)", ylabel=label)

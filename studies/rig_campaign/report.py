@@ -52,17 +52,24 @@ def campaign_table(campaign: Campaign) -> pd.DataFrame:
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
     """Write the report as Markdown; ``figures`` lie below ``out``, ``remarks`` tell what could not be exported."""
     conditions = campaign.conditions
-    shares = {name: [e.sd / e.value for c in conditions if (e := getattr(c, name)) is not None]
-              for name in ("cornering_stiffness", "lateral_stiffness")}  # fmt: skip
+    shares = {
+        name: [e.sd / e.value for c in conditions if (e := getattr(c, name)) is not None]
+        for name in ("cornering_stiffness", "lateral_stiffness")
+    }
     medians = {name: 100 * float(np.median(each)) if each else None for name, each in shares.items()}
     borrowed = sum(len(c.pulls) for c in conditions if c.borrowed_stiffness)
     content = {
-        "campaign": campaign, "conditions": conditions, "upright": upright(conditions),
-        "calibration": campaign.settings.calibration, "medians": medians, "remarks": remarks,
-        "compared": against_truth(campaign), "warnings": grouped_warnings(conditions),
+        "campaign": campaign,
+        "conditions": conditions,
+        "upright": upright(conditions),
+        "calibration": campaign.settings.calibration,
+        "medians": medians,
+        "remarks": remarks,
+        "compared": against_truth(campaign),
+        "warnings": grouped_warnings(conditions),
         "recordings": sum(len(c.sweeps) + len(c.steps) + len(c.pulls) for c in conditions) - borrowed,
         "figures": [(path.stem, path.relative_to(out).as_posix()) for path in figures],
-    }  # fmt: skip
+    }
     filters = {"interval": interval, "code": code}
     return render_file("studies.rig_campaign", "report.md.j2", content, filters=filters).rstrip() + made_by()
 
@@ -117,12 +124,17 @@ def against_truth(campaign: Campaign) -> list[dict[str, Any]]:
             continue
         true = truth.get(Key(c.tyre, c.surface, c.load, round(c.pressure / 100.0)), {})
         rows += [
-            {"label": c.label, "quantity": label, "true": f"{factor * true[key]:.{digits}f}",
-             "fitted": interval(fitted, factor, digits), "error": 100.0 * (fitted.value / true[key] - 1.0),
-             "inside": fitted.covers(true[key])}
+            {
+                "label": c.label,
+                "quantity": label,
+                "true": f"{factor * true[key]:.{digits}f}",
+                "fitted": interval(fitted, factor, digits),
+                "error": 100.0 * (fitted.value / true[key] - 1.0),
+                "inside": fitted.covers(true[key]),
+            }
             for label, name, key, factor, digits in SIMULATED
             if (fitted := getattr(c, name)) is not None and key in true
-        ]  # fmt: skip
+        ]
     return rows
 
 
@@ -136,9 +148,13 @@ def interval(estimate: Estimate | None, factor: float, digits: int) -> str:
 
 def _condition_row(c: ConditionResult) -> dict[str, Any]:
     row: dict[str, Any] = {
-        "tyre": c.tyre, "surface": c.surface, "load_N": c.load, "pressure_bar": c.pressure / PASCAL_PER_BAR,
-        "camber_deg": c.camber / N_PER_DEG, "drum_radius_m": c.drum_radius,
-    }  # fmt: skip
+        "tyre": c.tyre,
+        "surface": c.surface,
+        "load_N": c.load,
+        "pressure_bar": c.pressure / PASCAL_PER_BAR,
+        "camber_deg": c.camber / N_PER_DEG,
+        "drum_radius_m": c.drum_radius,
+    }
     for name, unit, factor, estimate in (
         ("cornering_stiffness", "N_per_deg", N_PER_DEG, c.cornering_stiffness),
         ("lateral_stiffness", "N_per_mm", 1e-3, c.lateral_stiffness),
@@ -154,24 +170,36 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         row |= dict(zip((f"{name}{part}_{unit}" for part in ("", "_sd", "_low", "_high")), numbers, strict=True))
     row |= {f"{kind}_scatter_relative": c.scatter.get(kind) for kind in ("slip_sweep", "pull_test", "slip_step")}
     return row | {
-        "r_squared": c.r_squared, "routes_p_value": None if c.routes is None else c.routes.p_value,
-        "lateral_stiffness_from": "flat" if c.borrowed_stiffness else c.surface, "sweeps": len(c.sweeps),
-        "pulls": len(c.pulls), "steps": len(c.steps), "synthetic": c.synthetic,
-    }  # fmt: skip
+        "r_squared": c.r_squared,
+        "routes_p_value": None if c.routes is None else c.routes.p_value,
+        "lateral_stiffness_from": "flat" if c.borrowed_stiffness else c.surface,
+        "sweeps": len(c.sweeps),
+        "pulls": len(c.pulls),
+        "steps": len(c.steps),
+        "synthetic": c.synthetic,
+    }
 
 
 def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
     quantities = {"slip_sweep": "C_Fy_N_per_rad", "pull_test": "K_y_N_per_m", "slip_step": "length_m"}
     rows = {
         item.file: {
-            "file": item.file, "kind": item.kind, "tyre": item.condition.tyre, "surface": item.condition.surface,
-            "load_N": item.condition.load, "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
-            "camber_deg": item.condition.camber / N_PER_DEG, "quantity": quantities[item.kind],
-            "value": item.value, "fit_sd": item.fit_sd,
-            "r_squared": item.r_squared, "slip_rate_rad_s": item.rate or None, **item.details,
+            "file": item.file,
+            "kind": item.kind,
+            "tyre": item.condition.tyre,
+            "surface": item.condition.surface,
+            "load_N": item.condition.load,
+            "pressure_bar": item.condition.pressure / PASCAL_PER_BAR,
+            "camber_deg": item.condition.camber / N_PER_DEG,
+            "quantity": quantities[item.kind],
+            "value": item.value,
+            "fit_sd": item.fit_sd,
+            "r_squared": item.r_squared,
+            "slip_rate_rad_s": item.rate or None,
+            **item.details,
             "notes": "; ".join(item.notes),
         }
         for c in campaign.conditions
         for item in (*c.sweeps, *c.pulls, *c.steps)
-    }  # fmt: skip
+    }
     return [rows[name] for name in sorted(rows)]

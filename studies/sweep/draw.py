@@ -38,8 +38,9 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     if CRITICAL in stored.sweep.outputs:
         _critical(stored, drawn)
     for along, more, draw in (
-        ("stability", "eigenvalues", figures.draw_stability), ("modes", "modes", figures.draw_modes_along_speed),
-    ):  # fmt: skip
+        ("stability", "eigenvalues", figures.draw_stability),
+        ("modes", "modes", figures.draw_modes_along_speed),
+    ):
         held = sorted(name for name in stored.sweep.outputs if OUTPUTS[name].along == along or name == more)
         if held and len(stored.speeds) > 1:
             draw(drawn, f"{along}_along_speed")
@@ -181,9 +182,16 @@ def _points(axes: Any, x: Array, y: Array, unstable: Any) -> None:
         axes.scatter(x[chosen], y[chosen], s=size, color=colour, linewidths=0, alpha=0.75, rasterized=many)
     if not known.all():
         axes.plot(
-            x[~known], np.full((~known).sum(), 0.03), "x", color="0.45", markersize=3, markeredgewidth=0.7,
-            transform=axes.get_xaxis_transform(), alpha=0.7, rasterized=many,
-        )  # fmt: skip
+            x[~known],
+            np.full((~known).sum(), 0.03),
+            "x",
+            color="0.45",
+            markersize=3,
+            markeredgewidth=0.7,
+            transform=axes.get_xaxis_transform(),
+            alpha=0.7,
+            rasterized=many,
+        )
     axes.tick_params(labelsize=7)
     axes.locator_params(nbins=4)
     if known.any():

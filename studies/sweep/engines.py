@@ -88,9 +88,13 @@ def _keep_freed_memory() -> None:
 
 
 def _spread(
-    pool: Executor | Any, work: Work, pieces: Iterable[Piece], workers: int,
-    alive: Callable[[], Any] = lambda: True, lost: str = "",
-) -> Results:  # fmt: skip
+    pool: Executor | Any,
+    work: Work,
+    pieces: Iterable[Piece],
+    workers: int,
+    alive: Callable[[], Any] = lambda: True,
+    lost: str = "",
+) -> Results:
     """Results as they finish; each worker has two pieces ahead, so that memory stays flat."""
     rest = iter(pieces)
     running: dict[Any, Piece] = {}

@@ -95,10 +95,18 @@ def _summary(one: Limits, count: int) -> Iterator[dict[str, Any]]:
     for k, held in enumerate(one.held, 1):
         quantiles = {f"q{100 * share:g}_m_s": float(np.quantile(held, share)) for share in LEVELS}
         yield {
-            "mode": one.mode, "as_speed_grows": one.change, "occurrence": k, "bicycles": count,
-            "have_it": held.size, "have_none": count - held.size, "min_m_s": held.min(), **quantiles,
-            "max_m_s": held.max(), "mean_m_s": held.mean(), "sd_m_s": held.std(ddof=1) if held.size > 1 else None,
-        }  # fmt: skip
+            "mode": one.mode,
+            "as_speed_grows": one.change,
+            "occurrence": k,
+            "bicycles": count,
+            "have_it": held.size,
+            "have_none": count - held.size,
+            "min_m_s": held.min(),
+            **quantiles,
+            "max_m_s": held.max(),
+            "mean_m_s": held.mean(),
+            "sd_m_s": held.std(ddof=1) if held.size > 1 else None,
+        }
 
 
 def _bars(axes: Any, one: Limits) -> Iterator[dict[str, Any]]:
@@ -110,13 +118,27 @@ def _bars(axes: Any, one: Limits) -> Iterator[dict[str, Any]]:
     counts = [np.histogram(speeds, edges)[0] for speeds in one.held]
     for k, (here, (label, hatch)) in enumerate(zip(counts, HATCHES, strict=False)):
         axes.bar(
-            edges[:-1], here, np.diff(edges), bottom=np.sum(counts[:k], axis=0), align="edge", alpha=1 - 0.28 * k,
-            color=mode_look(one.mode).colour, hatch=hatch, edgecolor="white", linewidth=0.3,
+            edges[:-1],
+            here,
+            np.diff(edges),
+            bottom=np.sum(counts[:k], axis=0),
+            align="edge",
+            alpha=1 - 0.28 * k,
+            color=mode_look(one.mode).colour,
+            hatch=hatch,
+            edgecolor="white",
+            linewidth=0.3,
             label=label if len(counts) > 1 else None,
-        )  # fmt: skip
+        )
         for i in np.flatnonzero(here):
-            yield {"mode": one.mode, "as_speed_grows": one.change, "occurrence": k + 1, "from_m_s": edges[i],
-                   "to_m_s": edges[i + 1], "bicycles": int(here[i])}  # fmt: skip
+            yield {
+                "mode": one.mode,
+                "as_speed_grows": one.change,
+                "occurrence": k + 1,
+                "from_m_s": edges[i],
+                "to_m_s": edges[i + 1],
+                "bicycles": int(here[i]),
+            }
     if len(counts) > 1:
         axes.legend(title="crossing", title_fontsize=8)
     axes.set_ylim(0, 1.08 * np.sum(counts, axis=0).max())
@@ -150,15 +172,27 @@ def draw_each(drawn: Drawn, name: str) -> None:
             if several:
                 axes.hlines(rows["row"] + offset, low, high, color=colour, linewidth=1.3)
             axes.plot(
-                middle, rows["row"] + offset, marker, color=colour, linestyle="none", markersize=6.5,
+                middle,
+                rows["row"] + offset,
+                marker,
+                color=colour,
+                linestyle="none",
+                markersize=6.5,
                 label=f"{limit_words(mode, change)} ({have} of {possible.sum()})",
                 markerfacecolor=colour if change == CHANGES[0] else "white",
-            )  # fmt: skip
+            )
         for row, number in enumerate(possible):
             have = table[(table["row"] == row) & (table["occurrence"] == 1)]["have_it"].min()
             words = "all impossible" if not number else "none" if np.isnan(have) else f"{have} of {number}"
-            axes.text(1.005, row, words * bool(have != number), transform=axes.get_yaxis_transform(), fontsize=7.5,
-                      va="center", color="0.35")  # fmt: skip
+            axes.text(
+                1.005,
+                row,
+                words * bool(have != number),
+                transform=axes.get_yaxis_transform(),
+                fontsize=7.5,
+                va="center",
+                color="0.35",
+            )
         axes.set_yticks(range(len(names)), names, fontsize=8)
         axes.set(ylim=(len(names) - 0.4, -0.6), xlabel="Critical speed, m/s")
         canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -179,11 +213,18 @@ def _each_table(stored: Stored, ends: Sequence[float], possible: Array) -> pd.Da
             speeds = np.where(stored.possible[..., None], stored.rows(CRITICAL, **place), np.nan)
             three, count = np.stack([_quantiles(cell, ends).T for cell in speeds]), np.isfinite(speeds).sum(1)
         rows += [
-            {"combination": stored.cell_names[cell], "row": cell, "mode": mode, "as_speed_grows": change,
-             "occurrence": k + 1, "possible": possible[cell], "have_it": int(count[cell, k]),
-             **{f"q{100 * share:g}_m_s": three[cell, k, i] for i, share in enumerate(ends)}}
+            {
+                "combination": stored.cell_names[cell],
+                "row": cell,
+                "mode": mode,
+                "as_speed_grows": change,
+                "occurrence": k + 1,
+                "possible": possible[cell],
+                "have_it": int(count[cell, k]),
+                **{f"q{100 * share:g}_m_s": three[cell, k, i] for i, share in enumerate(ends)},
+            }
             for cell, k in np.argwhere(count > 0)
-        ]  # fmt: skip
+        ]
     columns = ["combination", "row", "mode", "as_speed_grows", "occurrence", "possible", "have_it"]
     return pd.DataFrame(rows, columns=None if rows else columns)
 
@@ -208,12 +249,17 @@ def _bands(stored: Stored, output: Output, values: Array | None, mode: str) -> l
         held = (stored.rows(f"{output.name}_{what}", **place)[:, 0] for what in ("count", "quantiles"))
         tables = zip(stored.cell_names, *held, strict=True)
     return [
-        pd.DataFrame({
-            "combination": name, **shared, "bicycles": count,
-            **{f"q{100 * level:g}": each[:, k] for k, level in enumerate(levels)}, "shown": count >= least,
-        })
+        pd.DataFrame(
+            {
+                "combination": name,
+                **shared,
+                "bicycles": count,
+                **{f"q{100 * level:g}": each[:, k] for k, level in enumerate(levels)},
+                "shown": count >= least,
+            }
+        )
         for name, count, each in tables
-    ]  # fmt: skip
+    ]
 
 
 def draw_stability(drawn: Drawn, name: str) -> None:
@@ -293,15 +339,27 @@ def _unstable(axes: Any, stored: Stored, growth: Array | None) -> pd.DataFrame:
         if 1 < stored.cells <= MOST_LINES and count.max() > 1:
             for cell, name in enumerate(stored.cell_names):
                 axes.plot(
-                    speeds, 100 * above[cell] / count[cell], linewidth=1.0, color=look(cell).colour,
-                    marker=look(cell).marker, markersize=4, markevery=max(len(speeds) // 12, 1), label=name,
-                )  # fmt: skip
+                    speeds,
+                    100 * above[cell] / count[cell],
+                    linewidth=1.0,
+                    color=look(cell).colour,
+                    marker=look(cell).marker,
+                    markersize=4,
+                    markevery=max(len(speeds) // 12, 1),
+                    label=name,
+                )
             axes.legend(fontsize=7.5, loc="best")
     axes.set(ylabel="Unstable, %", ylim=(-4, 104))
     return pd.DataFrame(
-        {"quantity": "unstable", "mode": "", "speed_m_s": speeds, "unit": "share of those that have a value",
-         "bicycles": count.sum(0), "share": above.sum(0) / np.maximum(count.sum(0), 1)}
-    )  # fmt: skip
+        {
+            "quantity": "unstable",
+            "mode": "",
+            "speed_m_s": speeds,
+            "unit": "share of those that have a value",
+            "bicycles": count.sum(0),
+            "share": above.sum(0) / np.maximum(count.sum(0), 1),
+        }
+    )
 
 
 def _panel(
@@ -338,9 +396,14 @@ def _draw_band(axes: Any, band: pd.DataFrame, colour: str) -> None:
     pairs = [(low, high) for low in values for high in values if low < 0.5 and abs(low + high - 1) < 1e-9]
     for k, (low, high) in enumerate(pairs):
         axes.fill_between(
-            speeds, values[low], values[high], color=colour, alpha=0.16 + 0.14 * k, linewidth=0,
+            speeds,
+            values[low],
+            values[high],
+            color=colour,
+            alpha=0.16 + 0.14 * k,
+            linewidth=0,
             label=None if name else f"{100 * (high - low):.3g} % of the bicycles",
-        )  # fmt: skip
+        )
     for level in [0.5] if 0.5 in values else [] if pairs else values:
         label = name or ("median" if level == 0.5 else f"quantile {level:g}")
         axes.plot(speeds, values[level], color=colour, label=label, **_dots(speeds))

@@ -50,24 +50,29 @@ def _each_once(given: Any) -> tuple[float, ...]:
 def sweep_table() -> schema.Table:
     """The keys of a sweep file, with the outputs that are declared by now."""
     wanted = f"give a list of {', '.join(OUTPUTS)}"
-    return schema.table({
-        schema.needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
-        schema.needed("outputs", f"outputs is missing: {wanted}"): schema.list_of(
-            schema.known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
-        ),
-        schema.maybe("samples", 1): schema.whole(least=1), schema.maybe("seed", 0): schema.whole(least=0),
-        schema.maybe("max_speed_m_s", 60.0): schema.number(above=0, says="must be above 0 m/s"),
-        schema.maybe("points_per_part", 65536): schema.whole(least=1),
-        schema.maybe("grid", {}): schema.any_table, schema.maybe("sampled", {}): schema.any_table,
-        schema.maybe("reduce"): schema.table(
-            {schema.maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:"
-        ),
-    })  # fmt: skip
+    return schema.table(
+        {
+            schema.needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
+            schema.needed("outputs", f"outputs is missing: {wanted}"): schema.list_of(
+                schema.known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
+            ),
+            schema.maybe("samples", 1): schema.whole(least=1),
+            schema.maybe("seed", 0): schema.whole(least=0),
+            schema.maybe("max_speed_m_s", 60.0): schema.number(above=0, says="must be above 0 m/s"),
+            schema.maybe("points_per_part", 65536): schema.whole(least=1),
+            schema.maybe("grid", {}): schema.any_table,
+            schema.maybe("sampled", {}): schema.any_table,
+            schema.maybe("reduce"): schema.table(
+                {schema.maybe("quantiles", [0.05, 0.5, 0.95]): _each_once}, kind="key of reduce:"
+            ),
+        }
+    )
 
 
 OPTIONS = schema.table(  # keys of [sampled] beside the distributions of parameters
     {
-        schema.maybe("bicycle_sd", False): schema.flag, schema.maybe("tyre_covariance", False): schema.flag,
+        schema.maybe("bicycle_sd", False): schema.flag,
+        schema.maybe("tyre_covariance", False): schema.flag,
         schema.maybe("relative_cornering_stiffness_sd", 0.0): schema.number(
             least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"
         ),
@@ -76,17 +81,18 @@ OPTIONS = schema.table(  # keys of [sampled] beside the distributions of paramet
         ),
     },
     others=True,
-)  # fmt: skip
+)
 
 JOINT = schema.table(
     {
         schema.needed("parameters", "parameters is missing; give a list of names and their covariance"): schema.list_of(
             NAMED, "must be a list of names", least=1
         ),
-        schema.maybe("covariance", []): schema.anything, schema.maybe("mean"): schema.anything,
+        schema.maybe("covariance", []): schema.anything,
+        schema.maybe("mean"): schema.anything,
     },
     kind="key of sampled.joint:",
-)  # fmt: skip
+)
 
 
 def read_sweep(path: str | Path) -> Sweep:
@@ -136,13 +142,22 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     if relative and not covariance:
         raise InputError("sampled.relative_cornering_stiffness_sd does nothing without tyre_covariance = true")
     sweep = Sweep(
-        model=model, axes=axes, speeds=speeds, samples=given["samples"], seed=given["seed"],
-        normals=normals, uniforms=uniforms, tyre_covariance=covariance, relative_cornering_stiffness_sd=relative,
-        outputs=tuple(dict.fromkeys(given["outputs"])), max_speed=given["max_speed_m_s"],
+        model=model,
+        axes=axes,
+        speeds=speeds,
+        samples=given["samples"],
+        seed=given["seed"],
+        normals=normals,
+        uniforms=uniforms,
+        tyre_covariance=covariance,
+        relative_cornering_stiffness_sd=relative,
+        outputs=tuple(dict.fromkeys(given["outputs"])),
+        max_speed=given["max_speed_m_s"],
         quantiles=given["reduce"]["quantiles"] if "reduce" in given else None,
         points_per_part=given["points_per_part"],
-        bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles}, bicycle_sd=own_sd,
-    )  # fmt: skip
+        bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles},
+        bicycle_sd=own_sd,
+    )
     _check_samples(sweep)
     _check_varied(sweep)
     return sweep
@@ -211,10 +226,11 @@ def variable_names(model: Model, taken: Collection[str]) -> set[str]:
     """Names that can be varied; ``taken`` are the parameters that a tyre gives, of which the contact law's cannot."""
     names = {*UNITS, SPEED} | {
         f"{effect.identifier}.{key}"
-        for effect in model.effects for parameter in effect.parameters
+        for effect in model.effects
+        for parameter in effect.parameters
         if effect.slot != "contact law" or f"{effect.identifier}.{parameter.entries()[0]}" not in taken
         for key in (parameter.name, *parameter.entries())
-    }  # fmt: skip
+    }
     of_tyre = {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
     return names | of_tyre if taken else names
 
@@ -314,9 +330,10 @@ class _Sampled:
         model = self.model
         stated = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
         sd = {
-            key: value for key, value in model.bicycle.sd.items()
+            key: value
+            for key, value in model.bicycle.sd.items()
             if value > 0 and key in UNITS and key not in stated.names
-        }  # fmt: skip
+        }
         if not sd and not any(stated.sd.values()):
             raise InputError(
                 f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations; give them in its "

@@ -54,9 +54,16 @@ def sketch(arrays: dict[str, NDArray[Any]], start: int, samples: int) -> dict[st
 def _extremes(values: Array, sample: NDArray[np.intp]) -> Array:
     low, high = np.where(np.isnan(values), np.inf, values), np.where(np.isnan(values), -np.inf, values)
     found = np.stack(
-        [low.min(0), high.max(0), sample[low.argmin(0)], sample[high.argmax(0)],
-         (~np.isnan(values)).sum(0), (high > 0).sum(0)], -1,
-    ).astype(float)  # fmt: skip
+        [
+            low.min(0),
+            high.max(0),
+            sample[low.argmin(0)],
+            sample[high.argmax(0)],
+            (~np.isnan(values)).sum(0),
+            (high > 0).sum(0),
+        ],
+        -1,
+    ).astype(float)
     found[found[:, 4] == 0, :4] = np.nan
     return found
 

@@ -236,9 +236,13 @@ def _variables(group: Any, sweep: Sweep, labels: Labels, name: str) -> dict[str,
             chunks.append(max(1, min(length, CHUNK_BYTES // size)))
             size *= chunks[-1]
         found[full] = group.create_array(
-            full, shape=shape, chunks=tuple(reversed(chunks)) or "auto", dtype=dtype, fill_value=math.nan,
+            full,
+            shape=shape,
+            chunks=tuple(reversed(chunks)) or "auto",
+            dtype=dtype,
+            fill_value=math.nan,
             dimension_names=dims,
-        )  # fmt: skip
+        )
         found[full].attrs["units"] = own_unit
     return found
 
@@ -276,11 +280,15 @@ def provenance(sweep: Sweep) -> dict[str, Any]:
     del content["points_per_part"]
     remarks = stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd)
     return {
-        "title": "velotyre sweep", "fingerprint": sweep.fingerprint, "made_of": json.dumps(sweep.made_of),
-        "software": json.dumps(software()), "sweep": json.dumps(content), "warnings": "; ".join(remarks),
+        "title": "velotyre sweep",
+        "fingerprint": sweep.fingerprint,
+        "made_of": json.dumps(sweep.made_of),
+        "software": json.dumps(software()),
+        "sweep": json.dumps(content),
+        "warnings": "; ".join(remarks),
         "random_numbers": "Philox 4x64 keyed by seed and SHA-256 of the parameter's name; sample i is word i",
         "quantile_accuracy": "exact extremes; quantiles to 2**-11 of their value" if sweep.quantiles else "",
-    }  # fmt: skip
+    }
 
 
 def to_netcdf(store: Path, target: Path) -> None:

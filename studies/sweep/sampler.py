@@ -46,9 +46,16 @@ class TyreTable:
         self.factor = lru_cache(4096)(self._factor)  # a sampled pressure makes one for each item
 
     def values(
-        self, wheels: Sequence[Choice], wanted: Sequence[Sequence[str]], z: Array | None, nominal_loads: Sequence[Any],
-        refused: Refused, *, linear: bool = False, share: float = 1.0,
-    ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:  # fmt: skip
+        self,
+        wheels: Sequence[Choice],
+        wanted: Sequence[Sequence[str]],
+        z: Array | None,
+        nominal_loads: Sequence[Any],
+        refused: Refused,
+        *,
+        linear: bool = False,
+        share: float = 1.0,
+    ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:
         """Properties of the tyres of both wheels by name, (m,) each, and where an item's tyre is extrapolated."""
         count = len(wheels[0]["load_N"])
         found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *properties.MEASURED_BESIDE)} for _ in wheels]
@@ -56,14 +63,17 @@ class TyreTable:
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
         groups = [
             (k, rows, self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]])))
-            for k, wheel in enumerate(wheels) for rows in _alike(wheel["tyre"], wheel["surface"])
-        ]  # fmt: skip
+            for k, wheel in enumerate(wheels)
+            for rows in _alike(wheel["tyre"], wheel["surface"])
+        ]
         for k, rows, tyre in groups:
             _mark(tyre, *conditions[k], rows, refused)
         for k, rows, tyre in groups:
             bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
-            n, p = (np.where(bad, x[rows] if not len(one) else one[0], x[rows])
-                    for one, x in zip(usual, conditions[k], strict=True))  # fmt: skip
+            n, p = (
+                np.where(bad, x[rows] if not len(one) else one[0], x[rows])
+                for one, x in zip(usual, conditions[k], strict=True)
+            )
             held = tyre.linear(load=n, pressure=p)
             for name, values in found[k].items():
                 if name in held:
@@ -227,9 +237,14 @@ class Sampler:
         return found
 
     def points(
-        self, start: int, stop: int, draws: Mapping[str, Array] | None = None,
-        *, linear: bool = False, share: float = 1.0,
-    ) -> Points:  # fmt: skip
+        self,
+        start: int,
+        stop: int,
+        draws: Mapping[str, Array] | None = None,
+        *,
+        linear: bool = False,
+        share: float = 1.0,
+    ) -> Points:
         """Parameters of items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given."""
         sweep, count = self.sweep, stop - start
         *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)
@@ -311,9 +326,17 @@ class Sampler:
         return np.array(z)[:, sample - first]
 
     def _fill_tyre(
-        self, points: Points, conditions: Mapping[str, Any], given: Collection[str], z: Array | None,
-        refused: Refused, names: Any, *, linear: bool, share: float,
-    ) -> NDArray[np.bool_]:  # fmt: skip
+        self,
+        points: Points,
+        conditions: Mapping[str, Any],
+        given: Collection[str],
+        z: Array | None,
+        refused: Refused,
+        names: Any,
+        *,
+        linear: bool,
+        share: float,
+    ) -> NDArray[np.bool_]:
         """Fill in what the tyres give, except ``given``; True where an item's tyre is extrapolated."""
         values, count = points.values, len(refused.mask)
         table = self.sweep.model["effects"][str(self.contact)]

@@ -173,9 +173,10 @@ def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
     found: dict[str, Array] = {
         f"{one.words}{occurrence}, m/s": one.speeds[..., k]
-        for one in stored.limits for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]])
+        for one in stored.limits
+        for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]])
         if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE
-    }  # fmt: skip
+    }
     speeds = stored.speeds
     at = None if stable is None else stable.speed
     k = len(speeds) // 2 if at is None else int(np.abs(speeds - at).argmin()) if speeds.size else 0
@@ -266,10 +267,11 @@ def _indices(y: Array, varied: Sequence[Varied]) -> Array:
     kept = own > 0
     mean = np.where(known, y - centre, 0).sum(0)[kept] / own[kept]
     between = [
-        _between_classes(mean, one.values[0, kept]) if one.sampled
+        _between_classes(mean, one.values[0, kept])
+        if one.sampled
         else _between_levels(y[known], np.broadcast_to(one.values, y.shape)[known])
         for one in varied
-    ]  # fmt: skip
+    ]
     return np.array(between) / total
 
 

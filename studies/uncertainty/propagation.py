@@ -86,9 +86,16 @@ class Uncertainty(UncertainModel):
         return [name for name in stated.names if stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
 
     def quantities(
-        self, speeds: Array, *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0,
-        only: Collection[str] | None = None, matched: bool = False, outputs: Sequence[Output] = (),
-    ) -> list[Quantity]:  # fmt: skip
+        self,
+        speeds: Array,
+        *,
+        max_speed: float = 60.0,
+        samples: int = 2000,
+        seed: int = 0,
+        only: Collection[str] | None = None,
+        matched: bool = False,
+        outputs: Sequence[Output] = (),
+    ) -> list[Quantity]:
         """Frequency and damping ratio of the named oscillations, the critical speeds, and further outputs."""
         v = np.atleast_1d(np.asarray(speeds, float))
         order = self.nominal.linear_model().order
@@ -226,9 +233,12 @@ def total_effects(
     count = len(uncertainty.names)
     groups = [group for group, members in uncertainty.measurements.items() for _ in members]
     problem = {
-        "num_vars": count, "names": list(uncertainty.names), "groups": groups,
-        "bounds": [[0.0, 1.0]] * count, "dists": ["norm"] * count,
-    }  # fmt: skip
+        "num_vars": count,
+        "names": list(uncertainty.names),
+        "groups": groups,
+        "bounds": [[0.0, 1.0]] * count,
+        "dists": ["norm"] * count,
+    }
     z = sampling.sample(problem, base, calc_second_order=False, seed=seed)
     speeds = uncertainty.crossing_speeds(crossing, {key: float(v[0]) for key, v in slopes.items()}, z, max_speed)
     lost = int(np.isnan(speeds).sum())
@@ -315,8 +325,9 @@ def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
     return tuple(
         f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({stated.origin}) is "
         "dropped, which may make a result less sure than with it"
-        for name in names if others
-    )  # fmt: skip
+        for name in names
+        if others
+    )
 
 
 def differs(q: Quantity) -> bool:

@@ -43,11 +43,16 @@ class UncertainModel:
     """A model with what is uncertain about it."""
 
     def __init__(
-        self, model: str | Path | Mapping[str, Any], *, sd: Mapping[str, float] | None = None,
+        self,
+        model: str | Path | Mapping[str, Any],
+        *,
+        sd: Mapping[str, float] | None = None,
         relative_cornering_stiffness_sd: float | None = None,
-        follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None, defaults: bool = False,
-        bicycle_sd: Mapping[str, float] | None = None, bicycle_covariance: ParameterCovariance | None = None,
-    ) -> None:  # fmt: skip
+        follow: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None,
+        defaults: bool = False,
+        bicycle_sd: Mapping[str, float] | None = None,
+        bicycle_covariance: ParameterCovariance | None = None,
+    ) -> None:
         self.follow = follow or (lambda parameters: {})
         given = str(model) if isinstance(model, str | Path) else model
         content: dict[str, Any] = {"model": given, "outputs": ["parameters"]}
@@ -59,9 +64,12 @@ class UncertainModel:
             )
         self._stated = read_model(given) if isinstance(given, str) else build_model(given)
         if bicycle_sd is not None:
-            self._stated = replace(self._stated, bicycle=replace(
-                self._stated.bicycle, sd=bicycle_sd, covariance=bicycle_covariance or ParameterCovariance()
-            ))  # fmt: skip
+            self._stated = replace(
+                self._stated,
+                bicycle=replace(
+                    self._stated.bicycle, sd=bicycle_sd, covariance=bicycle_covariance or ParameterCovariance()
+                ),
+            )
         relative = relative_cornering_stiffness_sd
         self.relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
         self._relative_given = bool(relative)
@@ -71,13 +79,15 @@ class UncertainModel:
         own = standard_deviations(self._stated, sd or {}, assume=defaults)
         self._own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
         beside = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
-            key for key in self._stated.covariance.names
+            key
+            for key in self._stated.covariance.names
             if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, FILE, MODEL_FILE)
-        ]  # fmt: skip
+        ]
         single = dict(sd or {}) | {
-            key: deviation.sd for key, deviation in self._own.items()  # as given, perhaps one number for both wheels
+            key: deviation.sd
+            for key, deviation in self._own.items()  # as given, perhaps one number for both wheels
             if not {key, str(ParameterKey.parse(key).whole)} & set(sd or {}) and key not in (*self._of_tyre, *beside)
-        }  # fmt: skip
+        }
         sampled: dict[str, Any] = {key: {"sd": value} for key, value in single.items() if value}
         joint = {"parameters": beside, "covariance": self._stated.covariance.among(beside).tolist()} if beside else {}
         sampled |= {"joint": [joint]} if beside else {}
@@ -158,9 +168,10 @@ class UncertainModel:
         """Free parameters that are uncertain, or follow others, and their covariance to first order, SI."""
         entering = self.nominal.evaluator.symbolic.parameters
         rows = {
-            key: row for key, row in self.jacobian.items()
+            key: row
+            for key, row in self.jacobian.items()
             if row.any() and key not in self.sampler.tied and ("." in key or key in entering)
-        }  # fmt: skip
+        }
         factor = np.array(list(rows.values()))
         return tuple(rows), factor @ factor.T
 

@@ -150,10 +150,16 @@ def _summary(
     recording: RigRun | PullTest, name: str, kind: str, estimate: Estimate, fit: Any, details: Mapping[str, Any]
 ) -> RecordingSummary:
     return RecordingSummary(
-        file=name, kind=kind, condition=recording.condition, synthetic=recording.synthetic, value=estimate.value,
-        fit_sd=fit.fit_sd, r_squared=fit.r_squared, notes=fit.notes,
+        file=name,
+        kind=kind,
+        condition=recording.condition,
+        synthetic=recording.synthetic,
+        value=estimate.value,
+        fit_sd=fit.fit_sd,
+        r_squared=fit.r_squared,
+        notes=fit.notes,
         details={name: value for name, value in details.items() if value is not None},
-    )  # fmt: skip
+    )
 
 
 def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
@@ -162,39 +168,58 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
     sd, largest = fit.parameters_sd, float(np.max(np.abs(blocks.force)))
     moment, camber = fit.aligning_moment, run.inclination
     details = {
-        "peak_N": parameters["peak"], "shape": parameters["shape"], "curvature": parameters["curvature"],
-        "Sv_N": parameters["vertical_shift"], "Sv_sd_N": sd["vertical_shift"],
-        "Sh_rad": parameters["horizontal_shift"], "Sh_sd_rad": sd["horizontal_shift"],
-        "drift_N": parameters["drift"], "load_N": fit.load, "largest_force_N": largest,
-        "branches": float(fit.branches), "residual_sd_N": fit.residual_sd,
-        "force_at_zero_N": fit.force_at_zero[0], "force_at_zero_sd_N": fit.force_at_zero[1],
+        "peak_N": parameters["peak"],
+        "shape": parameters["shape"],
+        "curvature": parameters["curvature"],
+        "Sv_N": parameters["vertical_shift"],
+        "Sv_sd_N": sd["vertical_shift"],
+        "Sh_rad": parameters["horizontal_shift"],
+        "Sh_sd_rad": sd["horizontal_shift"],
+        "drift_N": parameters["drift"],
+        "load_N": fit.load,
+        "largest_force_N": largest,
+        "branches": float(fit.branches),
+        "residual_sd_N": fit.residual_sd,
+        "force_at_zero_N": fit.force_at_zero[0],
+        "force_at_zero_sd_N": fit.force_at_zero[1],
         "apparent_relaxation_length_m": fit.apparent_relaxation_length,
-        "camber_rad": None if camber is None else float(np.nanmedian(camber)), "temperature_C": fit.temperature,
-    }  # fmt: skip
+        "camber_rad": None if camber is None else float(np.nanmedian(camber)),
+        "temperature_C": fit.temperature,
+    }
     if moment is not None:
         details |= {
-            "pneumatic_trail_m": moment.pneumatic_trail, "pneumatic_trail_sd_m": moment.pneumatic_trail_sd,
-            "aligning_moment_slope_N_m_per_rad": moment.slope, "moment_at_zero_N_m": moment.at_zero[0],
+            "pneumatic_trail_m": moment.pneumatic_trail,
+            "pneumatic_trail_sd_m": moment.pneumatic_trail_sd,
+            "aligning_moment_slope_N_m_per_rad": moment.slope,
+            "moment_at_zero_N_m": moment.at_zero[0],
             "moment_at_zero_sd_N_m": moment.at_zero[1],
-        }  # fmt: skip
+        }
     summary = _summary(run, name, "slip_sweep", fit.cornering_stiffness, fit, details)
     summary = replace(summary, rate=fit.rate, speed=fit.speed, half_gap=fit.half_gap, half_gap_sd=fit.half_gap_sd)
     points = {
-        "slip_rad": blocks.slip[used], "force_N": blocks.force[used], "residual_N": -fit.residuals,
-        "rate_rad_s": blocks.rate[used], "time_s": blocks.time[used],
-    }  # fmt: skip
+        "slip_rad": blocks.slip[used],
+        "force_N": blocks.force[used],
+        "residual_N": -fit.residuals,
+        "rate_rad_s": blocks.rate[used],
+        "time_s": blocks.time[used],
+    }
     return summary, _thinned(points)
 
 
 def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
     fit = fit_pull_test(test, calibration=settings.calibration)
     details = {
-        "friction_N": fit.friction, "largest_force_N": float(np.max(np.abs(fit.force))),
-        "presliding_m": fit.presliding, "linear_range_m": fit.linear_range, "departure": fit.departure,
-        "gauge_resolution_m": fit.resolution, "rim_share": fit.rim_share, "readings": float(fit.readings),
+        "friction_N": fit.friction,
+        "largest_force_N": float(np.max(np.abs(fit.force))),
+        "presliding_m": fit.presliding,
+        "linear_range_m": fit.linear_range,
+        "departure": fit.departure,
+        "gauge_resolution_m": fit.resolution,
+        "rim_share": fit.rim_share,
+        "readings": float(fit.readings),
         "readings_used": float(fit.readings_used),
         "residual_sd_N": fit.residual_sd,
-    }  # fmt: skip
+    }
     points = {"deflection_m": fit.deflection, "force_N": fit.force, "fitted_N": fit.fitted}
     return _summary(test, name, "pull_test", fit.lateral_stiffness, fit, details), _thinned(points)
 
@@ -202,10 +227,16 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
 def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
     fit = fit_slip_step(run)
     details = {
-        "force_change_N": fit.force_change, "residual_sd_N": fit.residual_sd, "dof": fit.fit_dof,
-        "slip_before_rad": fit.slip[0], "slip_after_rad": fit.slip[1], "curve_sd_m": fit.curve_sd,
-        "deficit": fit.deficit, "length_by_deficit": fit.length_by_deficit, "distance_to_63_m": fit.distance_to_63,
-    }  # fmt: skip
+        "force_change_N": fit.force_change,
+        "residual_sd_N": fit.residual_sd,
+        "dof": fit.fit_dof,
+        "slip_before_rad": fit.slip[0],
+        "slip_after_rad": fit.slip[1],
+        "curve_sd_m": fit.curve_sd,
+        "deficit": fit.deficit,
+        "length_by_deficit": fit.length_by_deficit,
+        "distance_to_63_m": fit.distance_to_63,
+    }
     return _summary(run, name, "slip_step", fit.relaxation_length, fit, details), {}
 
 
@@ -269,9 +300,10 @@ def passed_over(folder: Path, *, exclude: Path | None = None) -> list[Path]:
     named = {_named_by(path) for path in files if path.suffix.casefold() == ".toml"}
     formats = set(FORMATS) - {*OWN, ".txt", ".dat", ".asc"}
     return [
-        path for path in files
+        path
+        for path in files
         if path.suffix.casefold() in formats and path.with_suffix(".toml") not in files and path.resolve() not in named
-    ]  # fmt: skip
+    ]
 
 
 def _files_in(folder: Path, exclude: Path | None) -> list[Path]:
@@ -300,10 +332,17 @@ def _refused_alone(sidecar: Path) -> bool:
 
 
 def fit_campaign(
-    folder: Path, *, settings: FitSettings | None = None, cache_folder: Path | None = None,
-    exclude: Path | None = None, skip_bad: bool = True, jobs: int | None = None, wheel_radius: float = 0.34,
-    progress: bool = True, channel_map: ChannelMap | None = None,
-) -> Campaign:  # fmt: skip
+    folder: Path,
+    *,
+    settings: FitSettings | None = None,
+    cache_folder: Path | None = None,
+    exclude: Path | None = None,
+    skip_bad: bool = True,
+    jobs: int | None = None,
+    wheel_radius: float = 0.34,
+    progress: bool = True,
+    channel_map: ChannelMap | None = None,
+) -> Campaign:
     """Fit every recording of a folder and combine them by condition."""
     from tyre.ground.progress import progress_bar
 
@@ -342,10 +381,13 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
         mine = [c for c in upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
         flat = {(c.load, c.pressure): c.cornering_stiffness for c in mine if c.surface == "flat"}
         pairs = [
-            (partner.value / c.cornering_stiffness.value, c.drum_radius) for c in mine
-            if c.surface == "drum" and c.drum_radius and c.cornering_stiffness
+            (partner.value / c.cornering_stiffness.value, c.drum_radius)
+            for c in mine
+            if c.surface == "drum"
+            and c.drum_radius
+            and c.cornering_stiffness
             and (partner := flat.get((c.load, c.pressure)))
-        ]  # fmt: skip
+        ]
         if not pairs:
             continue
         ratios, radii = np.array(pairs).T
@@ -391,17 +433,22 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
 def _condition_json(condition: ConditionResult) -> dict[str, Any]:
     estimates = {
         "cornering_stiffness_N_per_rad": condition.cornering_stiffness,
-        "lateral_stiffness_N_per_m": condition.lateral_stiffness, "relaxation_length_m": condition.relaxation_length,
+        "lateral_stiffness_N_per_m": condition.lateral_stiffness,
+        "relaxation_length_m": condition.relaxation_length,
         "camber_stiffness_N_per_rad": condition.camber_stiffness,
         "twisting_stiffness_N_m_per_rad": condition.twisting_stiffness,
-    }  # fmt: skip
+    }
     return {
-        "tyre": condition.tyre, "surface": condition.surface, "load_N": condition.load,
+        "tyre": condition.tyre,
+        "surface": condition.surface,
+        "load_N": condition.load,
         "pressure_bar": round(condition.pressure / PASCAL_PER_BAR, 6),
         "camber_deg": round(float(np.rad2deg(condition.camber)), 6),
         **{name: None if estimate is None else estimate.as_json() for name, estimate in estimates.items()},
-        "r_squared": condition.r_squared, "files": list(condition.files), "warnings": list(condition.warnings),
-    }  # fmt: skip
+        "r_squared": condition.r_squared,
+        "files": list(condition.files),
+        "warnings": list(condition.warnings),
+    }
 
 
 def write_tables(campaign: Campaign, out: Path, *, wheel_radius: float) -> tuple[list[Path], list[str]]:
@@ -449,17 +496,26 @@ def _table(conditions: Sequence[ConditionResult], campaign: Campaign) -> Measure
     routes, gains = sorted({route for item in conditions for route in item.direct}), campaign.settings.calibration
     first, trail = conditions[0], _column([item.pneumatic_trail for item in conditions])
     return MeasuredTable(
-        tyre=first.tyre, surface=first.surface, load=np.array([item.load for item in conditions]),
-        pressure=np.array([item.pressure for item in conditions]), cornering_stiffness=c.value,
-        cornering_stiffness_sd=c.sd, lateral_stiffness=k.value, lateral_stiffness_sd=k.sd,
-        source=f"fitted from the rig recordings in {campaign.folder.name}", notes=tuple(notes),
-        lateral_stiffness_origin="flat-track value" if borrowed else "measured", synthetic=synthetic,
+        tyre=first.tyre,
+        surface=first.surface,
+        load=np.array([item.load for item in conditions]),
+        pressure=np.array([item.pressure for item in conditions]),
+        cornering_stiffness=c.value,
+        cornering_stiffness_sd=c.sd,
+        lateral_stiffness=k.value,
+        lateral_stiffness_sd=k.sd,
+        source=f"fitted from the rig recordings in {campaign.folder.name}",
+        notes=tuple(notes),
+        lateral_stiffness_origin="flat-track value" if borrowed else "measured",
+        synthetic=synthetic,
         drum_diameter=2.0 * radius if radius and first.surface == "drum" else None,
         calibration=CommonCalibration(**{name: getattr(gains, name) for name in ("force", "slip", "displacement")}),
-        stiffness_correlation=np.array([_correlation(item) for item in conditions]), cornering_stiffness_dof=c.dof,
-        lateral_stiffness_dof=k.dof, pneumatic_trail=trail if trail.known.any() else None,
+        stiffness_correlation=np.array([_correlation(item) for item in conditions]),
+        cornering_stiffness_dof=c.dof,
+        lateral_stiffness_dof=k.dof,
+        pneumatic_trail=trail if trail.known.any() else None,
         direct_relaxation_length={route: _column([item.direct.get(route) for item in conditions]) for route in routes},
-    )  # fmt: skip
+    )
 
 
 def _correlation(condition: ConditionResult) -> float:
@@ -487,8 +543,11 @@ def _write_property_files(table: MeasuredTable, folder: Path, name: str, wheel_r
         here: Array = pressure == value
         paths.append(folder / f"{name}_{value / PASCAL_PER_BAR:.2f}bar_mf52.tir")
         old = fit_mf52(
-            load=load[here], pressure=float(value), cornering_stiffness=c[here], lateral_stiffness=k[here],
+            load=load[here],
+            pressure=float(value),
+            cornering_stiffness=c[here],
+            lateral_stiffness=k[here],
             unloaded_radius=wheel_radius,
-        )  # fmt: skip
+        )
         write_tir(old, paths[-1], **common)
     return paths

@@ -258,10 +258,15 @@ def condition_key(summary: RecordingSummary) -> Key:
 
 
 def combine(
-    key: Key, recordings: Sequence[RecordingSummary], *, borrowed: Sequence[RecordingSummary],
-    sweep_repeatability: Repeatability, pull_repeatability: Repeatability, calibration: Calibration,
+    key: Key,
+    recordings: Sequence[RecordingSummary],
+    *,
+    borrowed: Sequence[RecordingSummary],
+    sweep_repeatability: Repeatability,
+    pull_repeatability: Repeatability,
+    calibration: Calibration,
     further_warnings: Sequence[str] = (),
-) -> ConditionResult:  # fmt: skip
+) -> ConditionResult:
     """Combine the recordings of one condition."""
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
@@ -297,14 +302,24 @@ def combine(
         if len(items) > 1
     }
     return ConditionResult(
-        **key._asdict(), drum_radius=next((item.condition.drum_radius for item in recordings), None),
+        **key._asdict(),
+        drum_radius=next((item.condition.drum_radius for item in recordings), None),
         cornering_stiffness=_with_calibration(c, calibration.force, calibration.slip),
-        lateral_stiffness=_with_calibration(k, calibration.force, calibration.displacement), relaxation_length=length,
-        covariance=covariance, r_squared=float(np.mean([item.r_squared for item in sweeps])) if sweeps else None,
-        pneumatic_trail=_trail(sweeps), routes=routes, direct=direct, borrowed_stiffness=is_borrowed, scatter=scatter,
-        synthetic=any(item.synthetic for item in (*sweeps, *pulls, *steps)), sweeps=sweeps, pulls=pulls, steps=steps,
+        lateral_stiffness=_with_calibration(k, calibration.force, calibration.displacement),
+        relaxation_length=length,
+        covariance=covariance,
+        r_squared=float(np.mean([item.r_squared for item in sweeps])) if sweeps else None,
+        pneumatic_trail=_trail(sweeps),
+        routes=routes,
+        direct=direct,
+        borrowed_stiffness=is_borrowed,
+        scatter=scatter,
+        synthetic=any(item.synthetic for item in (*sweeps, *pulls, *steps)),
+        sweeps=sweeps,
+        pulls=pulls,
+        steps=steps,
         warnings=tuple(warnings),
-    )  # fmt: skip
+    )
 
 
 def _mean(
@@ -406,8 +421,9 @@ def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration)
         groups.setdefault(Key(c.tyre, c.surface, c.load, c.pressure), []).append(c)
     rows = {  # by the measured camber, as the nominal one is rounded
         key: [(item.details.get("camber_rad", c.camber), item.details) for c in alike for item in c.sweeps]
-        for key, alike in groups.items() if len({c.camber for c in alike if c.sweeps}) > 1
-    }  # fmt: skip
+        for key, alike in groups.items()
+        if len({c.camber for c in alike if c.sweeps}) > 1
+    }
     forces = _slopes(rows, "force_at_zero{}_N", calibration.force)
     moments = _slopes(rows, "moment_at_zero{}_N_m", 0.0)
     twisting: dict[Key, Estimate] = {}
@@ -416,8 +432,11 @@ def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration)
         trail = next((c.pneumatic_trail for c in upright_first if c.pneumatic_trail), None)
         if trail is not None:
             force, moment = forces[key], moments[key]
-            parts = [(moment.sd, moment.dof), (abs(trail.value) * force.sd, force.dof),
-                     (abs(force.value) * trail.sd, trail.dof)]  # fmt: skip
+            parts = [
+                (moment.sd, moment.dof),
+                (abs(trail.value) * force.sd, force.dof),
+                (abs(force.value) * trail.sd, trail.dof),
+            ]
             twisting[key] = Estimate(moment.value + trail.value * force.value, *combine_uncertainties(parts))
     keys = [Key(c.tyre, c.surface, c.load, c.pressure) for c in conditions]
     return [
@@ -445,11 +464,15 @@ def combined(
         flat = groups.get(key._replace(surface="flat"), []) if key.surface == "drum" else []
         conditions.append(
             combine(
-                key, groups[key], borrowed=[item for item in flat if item.kind == "pull_test"],
-                sweep_repeatability=sweeps, pull_repeatability=pulls, calibration=settings.calibration,
+                key,
+                groups[key],
+                borrowed=[item for item in flat if item.kind == "pull_test"],
+                sweep_repeatability=sweeps,
+                pull_repeatability=pulls,
+                calibration=settings.calibration,
                 further_warnings=[near[key]] if key in near else [],
             )
-        )  # fmt: skip
+        )
     return with_load_trend(with_agreement(with_camber(conditions, settings.calibration))), sweeps, pulls
 
 

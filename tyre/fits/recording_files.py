@@ -55,9 +55,16 @@ def _note(value: Any) -> tuple[str, ...]:
 _KINDS = ("slip_sweep", "slip_step", "steady", "pull_test")
 _TEXT = text(blank=False)
 _PLAIN_KEYS: dict[str, Check] = {
-    "kind": text(f"is not one of {', '.join(_KINDS)}", allowed=_KINDS), "tyre": _TEXT, "surface": _TEXT, "rim": _TEXT,
-    "axes": _TEXT, "synthetic": flag, "note": _note, "recording": _TEXT, "rigid_rim": flag,
-}  # fmt: skip
+    "kind": text(f"is not one of {', '.join(_KINDS)}", allowed=_KINDS),
+    "tyre": _TEXT,
+    "surface": _TEXT,
+    "rim": _TEXT,
+    "axes": _TEXT,
+    "synthetic": flag,
+    "note": _note,
+    "recording": _TEXT,
+    "rigid_rim": flag,
+}
 _CONDITION = {
     "load": "force", "pressure": "pressure", "drum_radius": "length", "speed": "speed", "temperature": "temperature",
     "camber": "angle",
@@ -115,14 +122,20 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
     """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m)."""
     condition = recording.condition
     content: dict[str, Any] = {
-        "kind": recording.kind if isinstance(recording, RigRun) else "pull_test", "tyre": condition.tyre,
-        "load_N": condition.load, "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
-        "surface": condition.surface, "drum_radius_m": condition.drum_radius, "rim": condition.rim,
+        "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
+        "tyre": condition.tyre,
+        "load_N": condition.load,
+        "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
+        "surface": condition.surface,
+        "drum_radius_m": condition.drum_radius,
+        "rim": condition.rim,
         "speed_km_h": None if condition.speed is None else _printed(condition.speed * 3.6),
-        "temperature_C": condition.temperature, "camber_deg": _printed(np.rad2deg(condition.camber)),
-        "axes": recording.axes, "synthetic": True if recording.synthetic else None,
+        "temperature_C": condition.temperature,
+        "camber_deg": _printed(np.rad2deg(condition.camber)),
+        "axes": recording.axes,
+        "synthetic": True if recording.synthetic else None,
         "note": list(recording.notes) or (COMPUTED_NOTE if recording.synthetic else None),
-    }  # fmt: skip
+    }
     write_text(path, tomli_w.dumps({key: value for key, value in content.items() if value is not None}))
 
 
@@ -136,8 +149,11 @@ def recording_of(sidecar: Path) -> Path:
     named = read_sidecar(sidecar).recording if sidecar.is_file() else ""
     if named:
         return sidecar.parent / named
-    there = [path for path in sorted(sidecar.parent.iterdir() if sidecar.parent.is_dir() else ())
-             if path.stem == sidecar.stem and path.suffix.casefold() in FORMATS]  # fmt: skip
+    there = [
+        path
+        for path in sorted(sidecar.parent.iterdir() if sidecar.parent.is_dir() else ())
+        if path.stem == sidecar.stem and path.suffix.casefold() in FORMATS
+    ]
     if len(there) > 1:
         names = ", ".join(path.name for path in there)
         raise InputError(f"{sidecar}: describes {names}; write recording = {there[0].name!r} or rename the others")
@@ -401,9 +417,13 @@ def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
     ]
     comments = "SYNTHETIC: computed by a simulation, not measured" if recording.synthetic else "Written by velotyre"
     content = document_text(
-        header=header, comments=comments, constants=_constants(recording), channels=entries,
-        measured=np.column_stack(columns), source=str(path),
-    )  # fmt: skip
+        header=header,
+        comments=comments,
+        constants=_constants(recording),
+        channels=entries,
+        measured=np.column_stack(columns),
+        source=str(path),
+    )
     write_text(path, content)
 
 
@@ -489,11 +509,16 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
     if radius is None:
         _check_flat(document, notes)
     condition = Condition(
-        tyre=tyre, load=load, pressure=pressure, surface="flat" if radius is None else "drum", drum_radius=radius,
-        rim=_constant(document, "RIMIDENT"), speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
+        tyre=tyre,
+        load=load,
+        pressure=pressure,
+        surface="flat" if radius is None else "drum",
+        drum_radius=radius,
+        rim=_constant(document, "RIMIDENT"),
+        speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
         temperature=value_of("temperature", "AMBITEMP", "TYRETEMP", said=[]),
         camber=np.nan if camber is None else camber,
-    )  # fmt: skip
+    )
     check_condition(condition, where=document.source)
     kind = "slip_step" if _constant(document, "TESTKIND") == "slip_step" else None
     return Sidecar(condition, "ISO", kind, _constant(document, "DATAORIG") == "SYNTHETIC", notes=())
@@ -529,5 +554,6 @@ def _constants(recording: RigRun | PullTest) -> list[Entry]:
     ]
     return [
         Entry(name, description, unit, value if isinstance(value, str) else f"{value:.10g}")
-        for name, description, unit, value in entries if value is not None
-    ]  # fmt: skip
+        for name, description, unit, value in entries
+        if value is not None
+    ]

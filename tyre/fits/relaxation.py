@@ -143,12 +143,19 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     smooth = np.convolve(np.pad(force, width // 2, mode="edge"), np.ones(width) / width, mode="valid")
     passed = np.flatnonzero(((smooth - level) / change > 1.0 - np.exp(-1.0)) & (distance > middle))
     return SlipStepFit(
-        fit_sd=sd, fit_dof=dof, curve_sd=curve_sd,
+        fit_sd=sd,
+        fit_dof=dof,
+        curve_sd=curve_sd,
         relaxation_length=Estimate(length, *combine_uncertainties([(sd, dof), (curve_sd, np.inf)])),
-        slip=(before, after), deficit=deficit(assumed, found.x), length_by_deficit=by_deficit, force_change=change,
+        slip=(before, after),
+        deficit=deficit(assumed, found.x),
+        length_by_deficit=by_deficit,
+        force_change=change,
         distance_to_63=float(distance[passed[0]] - middle) if passed.size else None,
-        r_squared=1.0 - float(left @ left) / total, residual_sd=float(np.std(left)), notes=run.notes,
-    )  # fmt: skip
+        r_squared=1.0 - float(left @ left) / total,
+        residual_sd=float(np.std(left)),
+        notes=run.notes,
+    )
 
 
 def _averaged_over_noise(

@@ -121,10 +121,12 @@ def level_conditions(runs: Mapping[str, RigRun]) -> dict[str, Condition]:
     known: dict[str, Any] = {name: {} for name in runs}
     for quantity, tolerance in TOLERANCES.items():
         medians = {
-            name: float(np.nanmedian(channel)) for name, run in runs.items()
+            name: float(np.nanmedian(channel))
+            for name, run in runs.items()
             if np.isnan(getattr(run.condition, quantity))
-            and (channel := getattr(run, tolerance.channel)) is not None and np.isfinite(channel).any()
-        }  # fmt: skip
+            and (channel := getattr(run, tolerance.channel)) is not None
+            and np.isfinite(channel).any()
+        }
         for members in _levels(medians, tolerance):
             values = np.array([medians[name] for name in members])
             middle = float(np.median(values))
@@ -168,9 +170,10 @@ def _is_level(run: RigRun, cuts: list[Stretch]) -> bool:
         if channel is None or not np.isfinite(channel).any():
             continue
         middles = {
-            str(place): float(np.nanmedian(x)) for place, cut in enumerate(cuts)
+            str(place): float(np.nanmedian(x))
+            for place, cut in enumerate(cuts)
             if np.isfinite(x := channel[cut.first : cut.last]).any()
-        }  # fmt: skip
+        }
         level = float(np.median([*middles.values()])) if middles else float(np.nanmedian(channel))
         away = np.abs(part_means(channel) - level)
         spread = max((abs(middle - level) for middle in middles.values()), default=0.0)

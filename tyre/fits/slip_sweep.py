@@ -139,9 +139,12 @@ def _curve(
 ) -> Channel:
     """Side force without offset and drift."""
     return sweep_curve.lagged_magic_formula(
-        time=time, history=blocks.history, direction=np.sign(rate), cornering_stiffness=stiffness,
+        time=time,
+        history=blocks.history,
+        direction=np.sign(rate),
+        cornering_stiffness=stiffness,
         **{name: parameters[name] for name in sweep_curve.CURVE},
-    )[0]  # fmt: skip
+    )[0]
 
 
 @dataclass(frozen=True)
@@ -179,9 +182,12 @@ class SlipSweepFit:
 
 
 def fit_slip_sweep(
-    run: RigRun, *, calibration: Calibration | None = None, lag_correction: bool = True,
+    run: RigRun,
+    *,
+    calibration: Calibration | None = None,
+    lag_correction: bool = True,
     relaxation_length: float | None = None,
-) -> SlipSweepFit:  # fmt: skip
+) -> SlipSweepFit:
     """Fit the steady side-force curve of one slip sweep.
 
     The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
@@ -243,18 +249,28 @@ def fit_slip_sweep(
     )
     lag_fitted = model.free[sweep_curve.NAMES.index("lag")] and blocks.speed is not None
     return SlipSweepFit(
-        cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip), fit_sd=fit_sd,
-        parameters=parameters, parameters_sd=sd,
+        cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip),
+        fit_sd=fit_sd,
+        parameters=parameters,
+        parameters_sd=sd,
         half_gap=parameters["lag"] * rate + parameters["hysteresis"],
-        half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)), rate=rate, speed=blocks.speed,
+        half_gap_sd=float(widened * solution.sd_of_sum(lag=rate, hysteresis=1.0)),
+        rate=rate,
+        speed=blocks.speed,
         apparent_relaxation_length=parameters["lag"] * (blocks.speed or np.nan) if lag_fitted else None,
-        r_squared=r_squared, residual_sd=residual_sd, load=load,
-        branches=int(np.unique(blocks.branch[blocks.settled]).size), samples=samples,
+        r_squared=r_squared,
+        residual_sd=residual_sd,
+        load=load,
+        branches=int(np.unique(blocks.branch[blocks.settled]).size),
+        samples=samples,
         force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
-        aligning_moment=fit_aligning_moment(blocks, c, fit_sd, parameters), notes=tuple(notes),
-        sensor_faults=tuple(faults), blocks=blocks, residuals=solution.residuals,
-    )  # fmt: skip
+        aligning_moment=fit_aligning_moment(blocks, c, fit_sd, parameters),
+        notes=tuple(notes),
+        sensor_faults=tuple(faults),
+        blocks=blocks,
+        residuals=solution.residuals,
+    )
 
 
 def _goodness(
@@ -426,10 +442,14 @@ def without_faults(
         return model, solution, []
     if isinstance(fault, GainBySign):
         more, less = ("right", "left") if fault.difference > 0 else ("left", "right")
-        return model, solution, [
-            f"the force cell seems to have a larger gain to the {more} than to the {less}, by at least "
-            f"about {100 * abs(fault.difference):.1f} %; the cornering stiffness is that of their mean"
-        ]  # fmt: skip
+        return (
+            model,
+            solution,
+            [
+                f"the force cell seems to have a larger gain to the {more} than to the {less}, by at least "
+                f"about {100 * abs(fault.difference):.1f} %; the cornering stiffness is that of their mean"
+            ],
+        )
     unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
     text = (
         f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads "

@@ -35,16 +35,28 @@ def magic_formula(
     u = cornering_stiffness / (shape * peak) * slip
     curve = side_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
     derivatives = [
-        curve.by_slip * cornering_stiffness / shape, curve.by_slip * slip / shape, curve.value - curve.by_slip * u,
-        peak * (curve.by_shape - curve.by_slip * u / shape), peak * curve.by_curvature,
-    ]  # fmt: skip
+        curve.by_slip * cornering_stiffness / shape,
+        curve.by_slip * slip / shape,
+        curve.value - curve.by_slip * u,
+        peak * (curve.by_shape - curve.by_slip * u / shape),
+        peak * curve.by_curvature,
+    ]
     return peak * curve.value, np.stack(derivatives)
 
 
 def lagged_magic_formula(
-    *, time: Channel, history: Any, direction: Channel, cornering_stiffness: float, peak: float,
-    shape: float, curvature: float, horizontal_shift: float, lag: float, hysteresis: float,
-) -> tuple[Channel, NDArray[np.float64]]:  # fmt: skip
+    *,
+    time: Channel,
+    history: Any,
+    direction: Channel,
+    cornering_stiffness: float,
+    peak: float,
+    shape: float,
+    curvature: float,
+    horizontal_shift: float,
+    lag: float,
+    hysteresis: float,
+) -> tuple[Channel, NDArray[np.float64]]:
     """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
 
     ``history`` is the recorded slip of :func:`interpolate_slip`.
@@ -147,11 +159,19 @@ def block_means(run: RigRun) -> Blocks:
         moment = mean(run.aligning_moment, weight * np.isfinite(run.aligning_moment))
     travelled = (clock[first] - clock[edges[:-1]][owner]) * (speed if speed is not None else 1.0)
     return Blocks(
-        time=mean(clock), slip=mean(slip), force=mean(run.side_force), moment=moment,
-        heavier=load_wander(run.vertical_load, mean(run.vertical_load), size[usable]), branch=owner[usable],
-        rate=np.concatenate(rate)[usable], settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
-        speed=speed, missing=int(np.sum(~valid)), first=first[usable], size=size[usable],
-    )  # fmt: skip
+        time=mean(clock),
+        slip=mean(slip),
+        force=mean(run.side_force),
+        moment=moment,
+        heavier=load_wander(run.vertical_load, mean(run.vertical_load), size[usable]),
+        branch=owner[usable],
+        rate=np.concatenate(rate)[usable],
+        settled=travelled[usable] > 0.5,  # m: the lag of a bicycle tyre is over
+        speed=speed,
+        missing=int(np.sum(~valid)),
+        first=first[usable],
+        size=size[usable],
+    )
 
 
 FEWEST_POINTS = 12  # of a steady curve, which has six coefficients
@@ -168,12 +188,20 @@ def point_blocks(run: RigRun) -> Blocks:
     moment = run.aligning_moment
     nothing = np.zeros(count)
     return Blocks(
-        time=run.time, slip=run.slip_angle, force=run.side_force,
+        time=run.time,
+        slip=run.slip_angle,
+        force=run.side_force,
         moment=moment if moment is not None and np.isfinite(moment).mean() > 0.8 else None,
-        heavier=run.vertical_load / run.vertical_load.mean() - 1.0, branch=np.zeros(count, int), rate=nothing,
-        settled=np.ones(count, bool), speed=None, missing=0, first=np.arange(count), size=np.ones(count, int),
+        heavier=run.vertical_load / run.vertical_load.mean() - 1.0,
+        branch=np.zeros(count, int),
+        rate=nothing,
+        settled=np.ones(count, bool),
+        speed=None,
+        missing=0,
+        first=np.arange(count),
+        size=np.ones(count, int),
         points=True,
-    )  # fmt: skip
+    )
 
 
 def load_wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Channel:
@@ -270,10 +298,13 @@ class SweepModel:
         middle = 0.5 * (blocks.time[0] + blocks.time[-1])
         clock = (blocks.time[used] - middle) / (blocks.time[-1] - blocks.time[0])
         force, part = lagged_magic_formula(
-            time=blocks.time[used], history=blocks.history, direction=np.sign(blocks.rate[used]),
-            cornering_stiffness=named["cornering_stiffness"] * self.stiffness, peak=named["peak"] * self.force_scale,
+            time=blocks.time[used],
+            history=blocks.history,
+            direction=np.sign(blocks.rate[used]),
+            cornering_stiffness=named["cornering_stiffness"] * self.stiffness,
+            peak=named["peak"] * self.force_scale,
             **{name: named[name] for name in ("shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
-        )  # fmt: skip
+        )
         part[0] *= self.stiffness
         part[1] *= self.force_scale
         # a wandering load would bend the curve by chance, which lowers its slope in the mean of many sweeps
@@ -380,15 +411,23 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
     sd[resting] = np.nan
     return SweepSolution(
         values=dict(zip(NAMES, (scaled * model.units).tolist(), strict=True)),
-        sd=dict(zip(NAMES, sd.tolist(), strict=True)), covariance=covariance, dof=dof,
-        residuals=model.residuals(scaled)[0], settled=solution.status != 0,
-    )  # fmt: skip
+        sd=dict(zip(NAMES, sd.tolist(), strict=True)),
+        covariance=covariance,
+        dof=dof,
+        residuals=model.residuals(scaled)[0],
+        settled=solution.status != 0,
+    )
 
 
 def solve_least_squares(
-    parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]], start: Channel, *,
-    bounds: tuple[Any, Any] = (-np.inf, np.inf), loss: Any = "linear", margin: float = 1.0, tolerance: float = 1e-14,
-) -> Any:  # fmt: skip
+    parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]],
+    start: Channel,
+    *,
+    bounds: tuple[Any, Any] = (-np.inf, np.inf),
+    loss: Any = "linear",
+    margin: float = 1.0,
+    tolerance: float = 1e-14,
+) -> Any:
     """Minimise a sum of squares, or of a robust ``loss``; ``parts`` gives residuals (m,) and derivatives (m, p)."""
     known: dict[bytes, Any] = {}  # scipy asks for both at one point
 
@@ -399,9 +438,18 @@ def solve_least_squares(
         return known[key]
 
     return scipy.optimize.least_squares(
-        lambda z: at(z)[0], start, jac=lambda z: at(z)[1], bounds=bounds, loss=loss, f_scale=margin, x_scale="jac",
-        max_nfev=400, ftol=tolerance, xtol=tolerance, gtol=tolerance,
-    )  # fmt: skip
+        lambda z: at(z)[0],
+        start,
+        jac=lambda z: at(z)[1],
+        bounds=bounds,
+        loss=loss,
+        f_scale=margin,
+        x_scale="jac",
+        max_nfev=400,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
+    )
 
 
 def settle_least_squares(

@@ -15,11 +15,15 @@ from tyre.ground.errors import InputError
 
 T = TypeVar("T")
 FORMATS: dict[str, str] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".asc", ".dat"), "csv"), ".tdx": "tydex",
-    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods"), "excel"), **dict.fromkeys((".parquet", ".pq"), "parquet"),
-    ".mat": "matlab", **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5"), ".tdms": "tdms",
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".asc", ".dat"), "csv"),
+    ".tdx": "tydex",
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods"), "excel"),
+    **dict.fromkeys((".parquet", ".pq"), "parquet"),
+    ".mat": "matlab",
+    **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5"),
+    ".tdms": "tdms",
     **dict.fromkeys((".mf4", ".mdf"), "mdf"),
-}  # fmt: skip
+}
 """Ending of a file -> the module of this room whose ``MODULE_contents`` lists its columns."""
 
 OWN = ("csv", "tydex")

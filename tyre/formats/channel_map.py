@@ -19,9 +19,10 @@ TABLES = ("channels", "reading", "mounting", "resampling", "windows")
 """Tables of a file that make a channel map."""
 
 ORDERS = tuple(
-    "".join(order) for axes in ("xyz", "XYZ")
+    "".join(order)
+    for axes in ("xyz", "XYZ")
     for order in {(a, b, c) for a in axes for b in axes for c in axes if a != b != c}
-)  # fmt: skip
+)
 """Sequences of three axes, small letters about axes that stand still, capitals about axes that turn along."""
 
 
@@ -33,39 +34,63 @@ def _sign(value: Any) -> float:
 
 _DELIMITER = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
 _TEXT, _LINE = text(blank=False), whole(least=1)
-_CHANNEL = table({
-    needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT, maybe("unit"): _TEXT,
-    maybe("sign", 1.0): _sign, maybe("scale"): number(), maybe("offset"): number(), maybe("instead_of"): _TEXT,
-})  # fmt: skip
+_CHANNEL = table(
+    {
+        needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,
+        maybe("unit"): _TEXT,
+        maybe("sign", 1.0): _sign,
+        maybe("scale"): number(),
+        maybe("offset"): number(),
+        maybe("instead_of"): _TEXT,
+    }
+)
 _TIME = table({maybe("column"): _TEXT, maybe("unit"): _TEXT, maybe("index"): _TEXT, maybe("rate_hz"): number(above=0)})
-_READING = table({
-    maybe("delimiter"): text(_DELIMITER), maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
-    maybe("encoding"): _TEXT, maybe("names_line"): _LINE, maybe("units_line"): _LINE, maybe("first_line"): _LINE,
-    maybe("sheet"): _TEXT, maybe("table"): _TEXT,
-    maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
-})  # fmt: skip
+_READING = table(
+    {
+        maybe("delimiter"): text(_DELIMITER),
+        maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
+        maybe("encoding"): _TEXT,
+        maybe("names_line"): _LINE,
+        maybe("units_line"): _LINE,
+        maybe("first_line"): _LINE,
+        maybe("sheet"): _TEXT,
+        maybe("table"): _TEXT,
+        maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
+    }
+)
 _NAMES = list_of(_TEXT, "must be three names of channels, along the sensor's x, y and z axis", least=3, most=3)
 _ROW = list_of(number(), "must be rows of three numbers", least=3, most=3)
-_MOUNTING = table({
-    needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): _NAMES,
-    maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
-    maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
-    maybe("order"): text(
-        'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
-    ),
-    maybe("sd_deg", 0.0): number(least=0, most=90),
-})  # fmt: skip
+_MOUNTING = table(
+    {
+        needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): _NAMES,
+        maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
+        maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
+        maybe("order"): text(
+            'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
+        ),
+        maybe("sd_deg", 0.0): number(least=0, most=90),
+    }
+)
 _MOUNTINGS = list_of(anything, "must be tables: write [[mounting]] with channels for each sensor", least=1)
 _RESAMPLING = table({maybe("rate_hz"): number(above=0), maybe("like"): _TEXT})
-_TRIGGER = table({
-    needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
-    maybe("above"): number(), maybe("below"): number(),
-    needed("unit", "unit is missing; give the unit of the level"): _TEXT, maybe("before_s", 0.0): number(least=0),
-    needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
-})  # fmt: skip
-_WINDOW = table({
-    maybe("name"): _TEXT, maybe("from_s"): number(least=0), maybe("to_s"): number(above=0), maybe("trigger"): any_table,
-})  # fmt: skip
+_TRIGGER = table(
+    {
+        needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
+        maybe("above"): number(),
+        maybe("below"): number(),
+        needed("unit", "unit is missing; give the unit of the level"): _TEXT,
+        maybe("before_s", 0.0): number(least=0),
+        needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
+    }
+)
+_WINDOW = table(
+    {
+        maybe("name"): _TEXT,
+        maybe("from_s"): number(least=0),
+        maybe("to_s"): number(above=0),
+        maybe("trigger"): any_table,
+    }
+)
 _WINDOWS = list_of(anything, "must be tables: write [[windows]] with from_s and to_s, or with a trigger", least=1)
 
 

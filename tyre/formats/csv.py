@@ -33,13 +33,17 @@ _OF_DAY = re.compile(r"(\d{1,2}):(\d\d):(\d\d)(?:[:.,](\d+))?")
 _NUMBER_OF_RATE = r"(?P<number>\d+(?:[.,]\d+)?)"
 _RATE = re.compile(
     r"\b(?P<word>(?:sampl\w*|update|output|acquisition|logging|scan|data|abtast|mess)[\s_-]*"
-    r"(?:rate|freq(?:uency|uenz)?)|fs)\b\W*(?P<label>k?Hz)?\W*" + _NUMBER_OF_RATE +
-    r"\s*(?P<unit>k?Hz|S/s|sps|samples/s\w*)?(?![\w.])", re.IGNORECASE,
-)  # fmt: skip
+    r"(?:rate|freq(?:uency|uenz)?)|fs)\b\W*(?P<label>k?Hz)?\W*"
+    + _NUMBER_OF_RATE
+    + r"\s*(?P<unit>k?Hz|S/s|sps|samples/s\w*)?(?![\w.])",
+    re.IGNORECASE,
+)
 _INTERVAL = re.compile(
     r"\b(?:sampl\w*|abtast)[\s_-]*(?:interval|intervall|period|periode)\b\W*(?P<label>ms|us|sec|s)?\W*"
-    + _NUMBER_OF_RATE + r"\s*(?P<unit>ms|us|sec|s)?(?![\w.])", re.IGNORECASE,
-)  # fmt: skip
+    + _NUMBER_OF_RATE
+    + r"\s*(?P<unit>ms|us|sec|s)?(?![\w.])",
+    re.IGNORECASE,
+)
 _COMMENTS = ("#", "%", "//")  # signs with which a line of comment begins
 GARBLED = 200  # lines, one of which may be damaged: it counts as a missing sample
 _CANDIDATES = tuple((delimiter, sign) for delimiter in ("\t", ";", ",", "|", "blanks") for sign in ".,")
@@ -241,20 +245,24 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
     body = [row for row in rows[first : first + _SAMPLE] if any(row)]
     above = next((row for row in reversed(rows[:first]) if any(row)), [])
     trailing = (
-        width > 1 and delimiter != "blanks" and all(len(row) == width and row[-1] == "" for row in body)
+        width > 1
+        and delimiter != "blanks"
+        and all(len(row) == width and row[-1] == "" for row in body)
         and (len(above) < width or not above[-1])
-    )  # fmt: skip
+    )
     names, units, said = read_header(str(path), rows, first, width - trailing, reading, decimal)
     dates = frozenset(
-        place for place in range(width - trailing)
+        place
+        for place in range(width - trailing)
         if (cells := [row[place] for row in body if len(row) > place and row[place] not in MISSING])
         and all(_DATE.fullmatch(cell) or _OF_DAY.fullmatch(cell) for cell in cells)
-    )  # fmt: skip
+    )
     signs = decimal if delimiter == "," else ".,"
     numeric = tuple(
-        place for place in range(width - trailing)
+        place
+        for place in range(width - trailing)
         if place in dates or _share_of_numbers([row[place] for row in body if len(row) > place], signs) > 0.5
-    )  # fmt: skip
+    )
     units = tuple("datetime" if place in dates else unit for place, unit in enumerate(units))
     rates = stated_rates(lines[:first])
     return _Layout(
@@ -471,9 +479,7 @@ def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]
 def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> tuple[list[Array], list[str]]:
     """Samples of a block, and what is wrong with the damaged lines that are left out: fast if every row is sound."""
     if '"' not in text and "\0" not in text and layout.delimiter != "blanks" and not layout.dates.intersection(places):
-        fast = fast_numbers(
-            text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING
-        )  # fmt: skip
+        fast = fast_numbers(text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING)
         if fast and all(not np.isinf(x).any() for x in fast):
             return fast, []
     found: list[list[float]] = [[] for _ in places]
@@ -488,10 +494,13 @@ def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: in
                 how = "was the file cut off?" if short else "is the delimiter inside a number or a text?"
                 raise InputError(f"{where}: {len(cells)} cells where others have {layout.width}; {how}")
             read = {
-                p: (_date(cells[p], f"{where}: {layout.names[p]}") if p in layout.dates
-                    else _number(cells[p], decimal, f"{where}: {layout.names[p]}"))
+                p: (
+                    _date(cells[p], f"{where}: {layout.names[p]}")
+                    if p in layout.dates
+                    else _number(cells[p], decimal, f"{where}: {layout.names[p]}")
+                )
                 for p in every
-            }  # fmt: skip
+            }
         except InputError as error:
             damaged.append(str(error))
             continue
@@ -507,10 +516,13 @@ def _decimals(rows: list[list[str]], layout: _Layout) -> list[str]:
         return [own] * len(rows)
     places = [place for place in layout.numeric if place not in layout.dates]
     with_own, with_other = (
-        [k for k, cells in enumerate(rows)
-         if any(sign in cells[p] and _NUMBER[sign].fullmatch(cells[p]) for p in places if p < len(cells))]
+        [
+            k
+            for k, cells in enumerate(rows)
+            if any(sign in cells[p] and _NUMBER[sign].fullmatch(cells[p]) for p in places if p < len(cells))
+        ]
         for sign in (own, other)
-    )  # fmt: skip
+    )
     mixed = with_own and with_other and not (with_own[-1] < with_other[0] or with_other[-1] < with_own[0])
     if len(with_other) < 3 or mixed:  # a few cells are rather damaged, or have a point between thousands
         return [own] * len(rows)

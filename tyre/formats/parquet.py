@@ -56,9 +56,13 @@ def _is_channel(kind: Any) -> bool:
     from pyarrow import types
 
     return bool(
-        types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind) or types.is_timestamp(kind)
-        or types.is_duration(kind) or types.is_boolean(kind)
-    )  # fmt: skip
+        types.is_integer(kind)
+        or types.is_floating(kind)
+        or types.is_decimal(kind)
+        or types.is_timestamp(kind)
+        or types.is_duration(kind)
+        or types.is_boolean(kind)
+    )
 
 
 def _read(path: Path, names: list[str], most: int | None) -> list[Array]:

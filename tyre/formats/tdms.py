@@ -25,9 +25,11 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
             raise InputError(f"{path}: no group {reading.table!r}; there are {', '.join(groups)}")
         listed = [
             (f"{group.name}/{channel.name}", group.name, channel.name, _unit(channel), _timed(channel))
-            for group in file.groups() if reading.table in ("", group.name)
-            for channel in group.channels() if channel.dtype.kind in "fiubmM" and len(channel)
-        ]  # fmt: skip
+            for group in file.groups()
+            if reading.table in ("", group.name)
+            for channel in group.channels()
+            if channel.dtype.kind in "fiubmM" and len(channel)
+        ]
         cut = getattr(status := getattr(file, "file_status", None), "incomplete_final_segment", False)
         ends = (getattr(status, "channel_statuses", None) or {}).values()
         if not cut and any(one.read_length < one.expected_length for one in ends):

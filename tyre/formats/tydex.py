@@ -154,9 +154,14 @@ def _parsed(text: str, source: str) -> TydexDocument:
 
 
 def document_text(
-    *, header: Sequence[Entry], comments: str, constants: Sequence[Entry], channels: Sequence[ChannelEntry],
-    measured: Array, source: str,
-) -> str:  # fmt: skip
+    *,
+    header: Sequence[Entry],
+    comments: str,
+    constants: Sequence[Entry],
+    channels: Sequence[ChannelEntry],
+    measured: Array,
+    source: str,
+) -> str:
     """Write a document with data ``measured`` (rows, channels) of as many decimals as fit; NaN becomes NOTAVAIL."""
     rows = {
         "HEADER": "".join(_line(entry, entry.value) for entry in header),

@@ -39,9 +39,14 @@ remarked = Refusal  # its words stand behind the key without the value: ``holds 
 
 
 def number(
-    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, says: str = "", outside: str = "",
+    *,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    most: float = math.inf,
+    says: str = "",
+    outside: str = "",
     endless: bool = False,
-) -> Check:  # fmt: skip
+) -> Check:
     """Check a number within bounds (``above`` excluded); ``outside`` is said of one beyond them; gives a float."""
     ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
     ends += [f"up to {most:g}"] * (most < math.inf)

@@ -78,10 +78,20 @@ def fast_numbers(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.ParserWarning)  # rows too long are found by counting below
             frame = pd.read_csv(
-                io.StringIO(text), sep=separator, header=None, names=list(range(width)), usecols=list(places),
-                index_col=False, dtype=np.float64, na_values=list(missing), decimal=decimal, keep_default_na=False,
-                skipinitialspace=True, quoting=csv.QUOTE_NONE, **exact,
-            )  # type: ignore[call-overload] # fmt: skip
+                io.StringIO(text),
+                sep=separator,
+                header=None,
+                names=list(range(width)),
+                usecols=list(places),
+                index_col=False,
+                dtype=np.float64,
+                na_values=list(missing),
+                decimal=decimal,
+                keep_default_na=False,
+                skipinitialspace=True,
+                quoting=csv.QUOTE_NONE,
+                **exact,
+            )  # type: ignore[call-overload]
     except (ValueError, OverflowError, pd.errors.ParserError):
         return None
     raw = np.frombuffer(text.encode(errors="replace"), np.uint8)
@@ -155,9 +165,13 @@ class Cells:
         fast = None
         if self.logged and body.strip():
             fast = fast_numbers(
-                body, self.separator, places, width=len(self.header), missing=missing,
+                body,
+                self.separator,
+                places,
+                width=len(self.header),
+                missing=missing,
                 decimal=decimal if "," in body else ".",
-            )  # fmt: skip
+            )
         return fast or [self._numbers(place, decimal, missing) for place in places]
 
     def checked(self, place: int, check: Check) -> Array:
@@ -181,9 +195,13 @@ class Cells:
 
 
 def read_columns(
-    path: Path | Traversable, *, numbers: Collection[str] | Mapping[str, Check], texts: Sequence[str] = (),
-    needed: Sequence[str], others: bool = False,
-) -> Columns:  # fmt: skip
+    path: Path | Traversable,
+    *,
+    numbers: Collection[str] | Mapping[str, Check],
+    texts: Sequence[str] = (),
+    needed: Sequence[str],
+    others: bool = False,
+) -> Columns:
     """Read a CSV file with a header line; ``#`` outside quotes begins a comment, empty lines are passed over."""
     cells = read_cells(path, kind="table; paths are relative to the file that names it", example=", ".join(needed))
     header = cells.header

@@ -22,27 +22,49 @@ _FORCE, _PRESSURE = (1, 1, -2, 0), (1, -1, -2, 0)
 
 # symbol -> factor to SI, powers of (kg, m, s, rad); exact fractions, so that 1020 mm is 1.02 m to the last digit
 SYMBOLS: dict[str, tuple[Fraction, tuple[int, int, int, int]]] = {
-    "kg": (Fraction(1), (1, 0, 0, 0)), "g": (Fraction(1, 1000), (1, 0, 0, 0)),
+    "kg": (Fraction(1), (1, 0, 0, 0)),
+    "g": (Fraction(1, 1000), (1, 0, 0, 0)),
     "lb": (Fraction("0.45359237"), (1, 0, 0, 0)),
-    "m": (Fraction(1), (0, 1, 0, 0)), "cm": (Fraction(1, 100), (0, 1, 0, 0)), "mm": (Fraction(1, 1000), (0, 1, 0, 0)),
-    "in": (_INCH, (0, 1, 0, 0)), "inch": (_INCH, (0, 1, 0, 0)), "ft": (12 * _INCH, (0, 1, 0, 0)),
-    "s": (Fraction(1), (0, 0, 1, 0)), "ms": (Fraction(1, 1000), (0, 0, 1, 0)),
-    "rad": (Fraction(1), (0, 0, 0, 1)), "mrad": (Fraction(1, 1000), (0, 0, 0, 1)), "deg": (_PI / 180, (0, 0, 0, 1)),
-    "N": (Fraction(1), _FORCE), "kN": (Fraction(1000), _FORCE), "lbf": (_POUND_FORCE, _FORCE),
-    "Pa": (Fraction(1), _PRESSURE), "hPa": (Fraction(100), _PRESSURE), "kPa": (Fraction(1000), _PRESSURE),
-    "MPa": (Fraction(10**6), _PRESSURE), "bar": (Fraction(10**5), _PRESSURE),
+    "m": (Fraction(1), (0, 1, 0, 0)),
+    "cm": (Fraction(1, 100), (0, 1, 0, 0)),
+    "mm": (Fraction(1, 1000), (0, 1, 0, 0)),
+    "in": (_INCH, (0, 1, 0, 0)),
+    "inch": (_INCH, (0, 1, 0, 0)),
+    "ft": (12 * _INCH, (0, 1, 0, 0)),
+    "s": (Fraction(1), (0, 0, 1, 0)),
+    "ms": (Fraction(1, 1000), (0, 0, 1, 0)),
+    "rad": (Fraction(1), (0, 0, 0, 1)),
+    "mrad": (Fraction(1, 1000), (0, 0, 0, 1)),
+    "deg": (_PI / 180, (0, 0, 0, 1)),
+    "N": (Fraction(1), _FORCE),
+    "kN": (Fraction(1000), _FORCE),
+    "lbf": (_POUND_FORCE, _FORCE),
+    "Pa": (Fraction(1), _PRESSURE),
+    "hPa": (Fraction(100), _PRESSURE),
+    "kPa": (Fraction(1000), _PRESSURE),
+    "MPa": (Fraction(10**6), _PRESSURE),
+    "bar": (Fraction(10**5), _PRESSURE),
     "psi": (_POUND_FORCE / _INCH**2, _PRESSURE),
-}  # fmt: skip
+}
 # symbols that only laboratories' files hold: in names of columns of ours they could be other words
 _PRINTED = SYMBOLS | {
-    "km": (Fraction(1000), (0, 1, 0, 0)), "um": (Fraction(1, 10**6), (0, 1, 0, 0)),
-    "us": (Fraction(1, 10**6), (0, 0, 1, 0)), "ns": (Fraction(1, 10**9), (0, 0, 1, 0)),
-    "min": (Fraction(60), (0, 0, 1, 0)), "h": (Fraction(3600), (0, 0, 1, 0)), "d": (Fraction(86_400), (0, 0, 1, 0)),
-    "rev": (2 * _PI, (0, 0, 0, 1)), "mph": (Fraction("0.44704"), (0, 1, -1, 0)),
-    "gn": (_GRAVITY, (0, 1, -2, 0)), "mgn": (_GRAVITY / 1000, (0, 1, -2, 0)),
-    "daN": (Fraction(10), _FORCE), "kgf": (_GRAVITY, _FORCE), "kp": (_GRAVITY, _FORCE),
-    "mbar": (Fraction(100), _PRESSURE), "atm": (Fraction(101_325), _PRESSURE),
-}  # fmt: skip
+    "km": (Fraction(1000), (0, 1, 0, 0)),
+    "um": (Fraction(1, 10**6), (0, 1, 0, 0)),
+    "us": (Fraction(1, 10**6), (0, 0, 1, 0)),
+    "ns": (Fraction(1, 10**9), (0, 0, 1, 0)),
+    "min": (Fraction(60), (0, 0, 1, 0)),
+    "h": (Fraction(3600), (0, 0, 1, 0)),
+    "d": (Fraction(86_400), (0, 0, 1, 0)),
+    "rev": (2 * _PI, (0, 0, 0, 1)),
+    "mph": (Fraction("0.44704"), (0, 1, -1, 0)),
+    "gn": (_GRAVITY, (0, 1, -2, 0)),
+    "mgn": (_GRAVITY / 1000, (0, 1, -2, 0)),
+    "daN": (Fraction(10), _FORCE),
+    "kgf": (_GRAVITY, _FORCE),
+    "kp": (_GRAVITY, _FORCE),
+    "mbar": (Fraction(100), _PRESSURE),
+    "atm": (Fraction(101_325), _PRESSURE),
+}
 SPELLINGS = {
     "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "newton": "N", "meter": "m",
     "metre": "m", "metres": "m", "meters": "m", "millimetre": "mm", "millimeter": "mm", "kpa": "kPa",
@@ -130,8 +152,16 @@ def _plain(text: str) -> str:
     for sign in " .*·⋅^":
         plain = plain.replace(sign, "")
     plain = plain.replace("/sec", "/s").replace("degree/", "deg/").replace("degrees/", "deg/")
-    return {"km_h": "km/h", "m_s": "m/s", "rad_s": "rad/s", "deg_s": "deg/s", "m_s2": "m/s2", "rads-1": "rad/s",
-            "degs-1": "deg/s", "ms-2": "m/s2"}.get(plain, plain)  # fmt: skip
+    return {
+        "km_h": "km/h",
+        "m_s": "m/s",
+        "rad_s": "rad/s",
+        "deg_s": "deg/s",
+        "m_s2": "m/s2",
+        "rads-1": "rad/s",
+        "degs-1": "deg/s",
+        "ms-2": "m/s2",
+    }.get(plain, plain)
 
 
 @cache

@@ -92,11 +92,18 @@ class FormulaTyre(TyreSource):
             held |= {name: float(column[n]) for name, column in zip(QUANTITIES, columns, strict=True)}
             properties.append(
                 TyreProperties(
-                    tyre=self.tyre, surface=self.surface, load=float(load[n]), pressure=float(pressure[n]),
-                    covariance=covariance[3 * n : 3 * n + 3, 3 * n : 3 * n + 3].copy(), origin=origin,
-                    notes=(*notes, outside) if origin == "extrapolated" else notes, synthetic=self.synthetic,
-                    cornering_stiffness_sd_stated=False, lateral_stiffness_sd_stated=False,
-                    surface_stated=self.surface_stated, **held,
+                    tyre=self.tyre,
+                    surface=self.surface,
+                    load=float(load[n]),
+                    pressure=float(pressure[n]),
+                    covariance=covariance[3 * n : 3 * n + 3, 3 * n : 3 * n + 3].copy(),
+                    origin=origin,
+                    notes=(*notes, outside) if origin == "extrapolated" else notes,
+                    synthetic=self.synthetic,
+                    cornering_stiffness_sd_stated=False,
+                    lateral_stiffness_sd_stated=False,
+                    surface_stated=self.surface_stated,
+                    **held,
                 )
-            )  # fmt: skip
+            )
         return JointProperties(tuple(properties), JointCovariance(stiffness_names(range(load.size)), covariance))

@@ -45,29 +45,42 @@ def magic_formula_derivatives(
 
 
 def normalised_side_force(
-    slip_angle: ArrayLike, *, stiffness_factor: ArrayLike, shape_factor: ArrayLike, peak_factor: ArrayLike,
-    curvature_factor: ArrayLike, vertical_shift: ArrayLike = 0.0, horizontal_shift: ArrayLike = 0.0,
-) -> Array:  # fmt: skip
+    slip_angle: ArrayLike,
+    *,
+    stiffness_factor: ArrayLike,
+    shape_factor: ArrayLike,
+    peak_factor: ArrayLike,
+    curvature_factor: ArrayLike,
+    vertical_shift: ArrayLike = 0.0,
+    horizontal_shift: ArrayLike = 0.0,
+) -> Array:
     """Return the side force over the vertical load, Fy/Fz.
 
     Fy/Fz = D sin{C atan[B x - E (B x - atan(B x))]} + Sv with x = slip angle + Sh (the horizontal shift is Pacejka's).
     """
     curve = magic_formula(
         np.asarray(stiffness_factor) * (np.asarray(slip_angle) + np.asarray(horizontal_shift)),
-        shape_factor=shape_factor, curvature_factor=curvature_factor,
-    )  # fmt: skip
+        shape_factor=shape_factor,
+        curvature_factor=curvature_factor,
+    )
     return np.asarray(np.asarray(peak_factor) * curve + np.asarray(vertical_shift), dtype=np.float64)
 
 
 def normalised_side_force_slope(
-    slip_angle: ArrayLike, *, stiffness_factor: ArrayLike, shape_factor: ArrayLike, peak_factor: ArrayLike,
-    curvature_factor: ArrayLike, horizontal_shift: ArrayLike = 0.0,
-) -> Array:  # fmt: skip
+    slip_angle: ArrayLike,
+    *,
+    stiffness_factor: ArrayLike,
+    shape_factor: ArrayLike,
+    peak_factor: ArrayLike,
+    curvature_factor: ArrayLike,
+    horizontal_shift: ArrayLike = 0.0,
+) -> Array:
     """Return d(Fy/Fz)/d(slip angle); Sv does not enter."""
     curve = magic_formula_derivatives(
         np.asarray(stiffness_factor) * (np.asarray(slip_angle) + np.asarray(horizontal_shift)),
-        shape_factor=shape_factor, curvature_factor=curvature_factor,
-    )  # fmt: skip
+        shape_factor=shape_factor,
+        curvature_factor=curvature_factor,
+    )
     return np.asarray(np.asarray(peak_factor) * np.asarray(stiffness_factor) * curve.by_slip, dtype=np.float64)
 
 
@@ -81,9 +94,17 @@ def saturation(relative_load: ArrayLike, *, exponent: float = 2.0) -> Array:
 
 
 def cornering_stiffness(
-    load: ArrayLike, pressure: ArrayLike, *, PKY1: float, PKY2: float, PPY1: float = 0.0, PPY2: float = 0.0,
-    PKY4: float = 2.0, FNOMIN: float, NOMPRES: float,
-) -> Array:  # fmt: skip
+    load: ArrayLike,
+    pressure: ArrayLike,
+    *,
+    PKY1: float,
+    PKY2: float,
+    PPY1: float = 0.0,
+    PPY2: float = 0.0,
+    PKY4: float = 2.0,
+    FNOMIN: float,
+    NOMPRES: float,
+) -> Array:
     """Return Kya of MF6.1 without camber."""
     dpi = (np.asarray(pressure, dtype=np.float64) - NOMPRES) / NOMPRES
     relative = np.asarray(load, dtype=np.float64) / (PKY2 * (1 + PPY2 * dpi) * FNOMIN)
@@ -91,9 +112,16 @@ def cornering_stiffness(
 
 
 def cornering_stiffness_gradient(
-    load: Array, pressure: Array, *, PKY1: float, PKY2: float, PPY1: float = 0.0, PPY2: float = 0.0,
-    FNOMIN: float, NOMPRES: float,
-) -> Array:  # fmt: skip
+    load: Array,
+    pressure: Array,
+    *,
+    PKY1: float,
+    PKY2: float,
+    PPY1: float = 0.0,
+    PPY2: float = 0.0,
+    FNOMIN: float,
+    NOMPRES: float,
+) -> Array:
     """Return the derivatives of Kya (PKY4 = 2) with respect to PKY1, PKY2, PPY1 and PPY2."""
     dpi = (pressure - NOMPRES) / NOMPRES
     peak, x = FNOMIN * (1 + PPY1 * dpi), load / (PKY2 * (1 + PPY2 * dpi) * FNOMIN)
@@ -103,9 +131,16 @@ def cornering_stiffness_gradient(
 
 
 def lateral_stiffness(
-    load: ArrayLike, pressure: ArrayLike, *, LATERAL_STIFFNESS: float, PCFY1: float = 0.0, PCFY2: float = 0.0,
-    PCFY3: float = 0.0, FNOMIN: float, NOMPRES: float,
-) -> Array:  # fmt: skip
+    load: ArrayLike,
+    pressure: ArrayLike,
+    *,
+    LATERAL_STIFFNESS: float,
+    PCFY1: float = 0.0,
+    PCFY2: float = 0.0,
+    PCFY3: float = 0.0,
+    FNOMIN: float,
+    NOMPRES: float,
+) -> Array:
     """Return Cy of MF6.1."""
     dfz = np.asarray(load, dtype=np.float64) / FNOMIN - 1
     dpi = np.asarray(pressure, dtype=np.float64) / NOMPRES - 1
@@ -113,9 +148,15 @@ def lateral_stiffness(
 
 
 def lateral_stiffness_gradient(
-    load: Array, pressure: Array, *, LATERAL_STIFFNESS: float, PCFY1: float, PCFY3: float, FNOMIN: float,
+    load: Array,
+    pressure: Array,
+    *,
+    LATERAL_STIFFNESS: float,
+    PCFY1: float,
+    PCFY3: float,
+    FNOMIN: float,
     NOMPRES: float,
-) -> Array:  # fmt: skip
+) -> Array:
     """Return the derivatives of Cy (PCFY2 = 0) with respect to LATERAL_STIFFNESS, PCFY1 and PCFY3."""
     dfz, dpi = load / FNOMIN - 1, pressure / NOMPRES - 1
     by_load, by_pressure = 1 + PCFY1 * dfz, 1 + PCFY3 * dpi
@@ -176,10 +217,16 @@ def _fitted(law: Law, *columns: bytes) -> Fit:
         return dict(zip(law.names, values.tolist(), strict=True)) | nominal
 
     solution = least_squares(
-        lambda x: law.value(load, pressure, **whole(x)) - value / scale, start[free],
-        jac=lambda x: law.gradient(load, pressure, **whole(x))[:, free], bounds=(lower[free], upper[free]),
-        x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=2000,
-    )  # fmt: skip
+        lambda x: law.value(load, pressure, **whole(x)) - value / scale,
+        start[free],
+        jac=lambda x: law.gradient(load, pressure, **whole(x))[:, free],
+        bounds=(lower[free], upper[free]),
+        x_scale="jac",
+        xtol=1e-14,
+        ftol=1e-14,
+        gtol=1e-14,
+        max_nfev=2000,
+    )
     found = whole(solution.x)
     found[law.names[0]] *= scale
     return Fit({name: found[name] for name in law.names}, nominal, free.tolist())

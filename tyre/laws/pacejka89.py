@@ -151,11 +151,16 @@ class Pacejka89Tyre(FormulaTyre):
         label, highest = f"{self.tyre} on {self.surface}", min(fit.load_max for fit in self.sets)
         pressures = np.array([fit.pressure for fit in self.sets])
         vars(self).update(
-            label=label, description="Pacejka-89 coefficients", width=None, range_kind=f"for which {label} holds",
-            synthetic=any("synthetic" in note.lower() for note in self.notes), load_range=(0.0, highest),
-            loads=np.array([load for load in LOADS if load <= highest] or [highest]), pressures=pressures,
+            label=label,
+            description="Pacejka-89 coefficients",
+            width=None,
+            range_kind=f"for which {label} holds",
+            synthetic=any("synthetic" in note.lower() for note in self.notes),
+            load_range=(0.0, highest),
+            loads=np.array([load for load in LOADS if load <= highest] or [highest]),
+            pressures=pressures,
             pressure_range=(self.sets[0].pressure, self.sets[-1].pressure),
-        )  # fmt: skip
+        )
 
     def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
         """Side force."""
@@ -211,9 +216,17 @@ KIND, CHRONO = "pacejka89", "Lateral Coefficients"
 SIDE, MOMENT, SQUARE = "side_force", "aligning_moment", "camber_by_square"
 COUNT = {SIDE: 14, MOMENT: 18}
 # other spellings of keys, in small letters
-KEYS = {"fy": SIDE, "fy_coef": SIDE, "optparametermf_fy": SIDE, "sets": "set",
-        "mz": MOMENT, "mz_coef": MOMENT, "optparametermf_mz": MOMENT,
-        "load_max_n": "load_max_N", "lateral_stiffness_n_per_mm": "lateral_stiffness_N_per_mm"}  # fmt: skip
+KEYS = {
+    "fy": SIDE,
+    "fy_coef": SIDE,
+    "optparametermf_fy": SIDE,
+    "sets": "set",
+    "mz": MOMENT,
+    "mz_coef": MOMENT,
+    "optparametermf_mz": MOMENT,
+    "load_max_n": "load_max_N",
+    "lateral_stiffness_n_per_mm": "lateral_stiffness_N_per_mm",
+}
 EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 PRESSURES = {"pressure_kpa": 1.0, "pressure_bar": 100.0, "pressure_psi": 4.4482216152605 / 25.4**2 * 1e3}  # in kPa
 
@@ -228,21 +241,31 @@ def _notes(value: Any) -> Any:
 
 
 _SIZE = number(above=0, least=SMALLEST, most=1e5)
-SET = table({
-    maybe("label", ""): text(),
-    needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): _SIZE,
-    needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
-    maybe(MOMENT): _coefficients(MOMENT), maybe(SQUARE, 0.0): number(least=-LARGEST, most=LARGEST),
-    maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
-})  # fmt: skip
-FILE = table({
-    maybe("kind", KIND): text(f"must be {KIND!r}", allowed=(KIND,)), maybe("tyre"): text(blank=False),
-    maybe("surface"): text("must be 'flat' or 'drum'", allowed=("flat", "drum")),
-    maybe("source", "not stated"): text(), maybe("licence"): text(), maybe("load_max_N"): _SIZE,
-    maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)), maybe("note", []): _notes,
-    needed("set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"):
-        list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
-})  # fmt: skip
+SET = table(
+    {
+        maybe("label", ""): text(),
+        needed("pressure_kPa", "no pressure; write pressure_kPa = 300, or name the file NAME_p300"): _SIZE,
+        needed(SIDE, f"no {SIDE}; write {SIDE} = [a0, ... a13]"): _coefficients(SIDE),
+        maybe(MOMENT): _coefficients(MOMENT),
+        maybe(SQUARE, 0.0): number(least=-LARGEST, most=LARGEST),
+        maybe("lateral_stiffness_N_per_mm"): number(above=1, most=1000, says="must be a number of 1 to 1000 N/mm"),
+    }
+)
+FILE = table(
+    {
+        maybe("kind", KIND): text(f"must be {KIND!r}", allowed=(KIND,)),
+        maybe("tyre"): text(blank=False),
+        maybe("surface"): text("must be 'flat' or 'drum'", allowed=("flat", "drum")),
+        maybe("source", "not stated"): text(),
+        maybe("licence"): text(),
+        maybe("load_max_N"): _SIZE,
+        maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)),
+        maybe("note", []): _notes,
+        needed(
+            "set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"
+        ): list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
+    }
+)
 # far beyond what is measured: C/Fz is 0.2 to 0.3 per degree in Dell'Orto et al. (C and D: Pacejka, 2012, section 4.3)
 LIMITS = {
     "stiffness per load": (0.03, 1.0),  # 1/deg
@@ -263,14 +286,22 @@ def check_coefficients(fit: Pacejka89) -> None:
         (low, high), most = (limit * load for limit in LIMITS["stiffness per load"]), LIMITS["friction"][1]
         trail, longest = float(held.get("pneumatic_trail", np.nan)) * 1e3, LIMITS["trail"][1] * 1e3
         for sound, words in (
-            (low <= stiffness <= high, f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has "
-             f"{low:g} to {high:g} N/deg; the fit is not usable"),
-            (forces[1] < 0.0 < forces[2], f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N "
-             "at +4 deg; its sign must follow the slip"),
+            (
+                low <= stiffness <= high,
+                f"cornering stiffness at {load:g} N is {stiffness:.4g} N/deg, a tyre has "
+                f"{low:g} to {high:g} N/deg; the fit is not usable",
+            ),
+            (
+                forces[1] < 0.0 < forces[2],
+                f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N "
+                "at +4 deg; its sign must follow the slip",
+            ),
             (friction <= most, f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"),
-            (0.0 < trail < longest or "pneumatic_trail" not in held,
-             f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {longest:g} mm"),
-        ):  # fmt: skip
+            (
+                0.0 < trail < longest or "pneumatic_trail" not in held,
+                f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {longest:g} mm",
+            ),
+        ):
             if not sound:
                 raise InputError(f"{fit.label}: {words}")
 
@@ -311,12 +342,15 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     for entry in given["set"]:
         stiffness = entry.get("lateral_stiffness_N_per_mm")
         fit = Pacejka89(
-            label=", ".join(filter(None, (tyre, entry["label"]))), pressure=entry["pressure_kPa"] * 1e3,
-            load_max=given.get("load_max_N", float("inf")), side_force_coefficients=tuple(entry[SIDE]),
+            label=", ".join(filter(None, (tyre, entry["label"]))),
+            pressure=entry["pressure_kPa"] * 1e3,
+            load_max=given.get("load_max_N", float("inf")),
+            side_force_coefficients=tuple(entry[SIDE]),
             aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
-            slip_unit=given.get("slip_unit", "deg"), camber_by_square=entry[SQUARE],
+            slip_unit=given.get("slip_unit", "deg"),
+            camber_by_square=entry[SQUARE],
             lateral_stiffness=None if stiffness is None else stiffness * 1e3,
-        )  # fmt: skip
+        )
         try:
             check_coefficients(fit)
         except InputError as error:
@@ -335,9 +369,13 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     if len({fit.pressure for fit in sets}) < len(sets):
         raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
     found = Pacejka89Tyre(
-        tyre=tyre, surface=given.get("surface", "flat"), sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
-        source=given["source"], notes=tuple(notes), surface_stated="surface" in given,
-    )  # fmt: skip
+        tyre=tyre,
+        surface=given.get("surface", "flat"),
+        sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
+        source=given["source"],
+        notes=tuple(notes),
+        surface_stated="surface" in given,
+    )
     return replace(found, notes=(*found.notes, *found.doubts))
 
 

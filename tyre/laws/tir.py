@@ -180,7 +180,7 @@ def coefficients_of(file: TirText, *, camber_in_trail: bool = False) -> Coeffici
         name: file.number(name, positive=name in POSITIVE or (old and name == "UNLOADED_RADIUS"))
         for name in dict.fromkeys(("FNOMIN", "UNLOADED_RADIUS", *TAKEN[version], *sorted(needed)))
         if (name in file.values and name not in zero) or name in needed
-    }  # fmt: skip
+    }
     stated = {name: file.number(name) for name in PRESSURES if isinstance(file.values.get(name), float)}
     for name, pressure in stated.items():
         if not POSSIBLE_PRESSURE[0] <= pressure <= POSSIBLE_PRESSURE[1]:
@@ -231,14 +231,22 @@ class TirTyre(FormulaTyre):
         lines = [line.lower() for line in file.text.splitlines() if line.startswith(("!", "$"))]
         label = f"{tyre} on {surface} ({Path(file.source).name})"
         vars(self).update(
-            coefficients=model, tyre=tyre, surface=surface, label=label, source=file.source,
+            coefficients=model,
+            tyre=tyre,
+            surface=surface,
+            label=label,
+            source=file.source,
             description=f"{KINDS[model.version]} coefficients",
-            width=width if width > 0 else None, load_range=model.load_range, pressure_range=pressure_range,
-            range_kind=f"for which {label} holds", loads=_known(*model.load_range, model["FNOMIN"]),
+            width=width if width > 0 else None,
+            load_range=model.load_range,
+            pressure_range=pressure_range,
+            range_kind=f"for which {label} holds",
+            loads=_known(*model.load_range, model["FNOMIN"]),
             pressures=_known(*model.pressure_range, nominal, own),
-            default_pressure=None if model.by_pressure else nominal, surface_stated="SURFACE" in file.comments,
+            default_pressure=None if model.by_pressure else nominal,
+            surface_stated="SURFACE" in file.comments,
             synthetic=any("synthetic" in line for line in lines),
-        )  # fmt: skip
+        )
 
     @cached_property
     def notes(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -251,29 +259,50 @@ class TirTyre(FormulaTyre):
         trail, other = ("the side force without camber (4.E32, 4.E74)", "book")
         if model.camber_in_trail:
             trail, other = "the whole side force (4.E49)", "software"
-        told = {
-            "synthetic: no rig measured this tyre": self.synthetic,
-            "from a .tir file": True,
-            f"the file names no model; its coefficients are taken as those of MF-Tyre {model.version}":
-                not {"FITTYP", "PROPERTY_FILE_FORMAT"} & set(file.values),
-            "coefficients of a motorcycle tyre: side force after Pacejka (2012), chapter 11; its moments are not taken":
+        names_model = bool({"FITTYP", "PROPERTY_FILE_FORMAT"} & set(file.values))
+        length_from_stiffness = model.old and model["PTY1"] <= 0 and isfinite(model["LATERAL_STIFFNESS"])
+        no_pressure = self.default_pressure is not None and any_pressure
+        remarks = [
+            (self.synthetic, "synthetic: no rig measured this tyre"),
+            (True, "from a .tir file"),
+            (
+                not names_model,
+                f"the file names no model; its coefficients are taken as those of MF-Tyre {model.version}",
+            ),
+            (
                 model.version == "motorcycle",
-            "PKY1 is positive: the file does not keep ISO signs, adapted SAE signs are taken": model["PKY1"] > 0,
-            "the file names no surface: taken as flat": "SURFACE" not in file.comments,
-            f"the file states no pressure{self._pressure_in_comments}":
-                self.default_pressure is not None and any_pressure,
-            "the file states no range of pressures (PRESMIN, PRESMAX)": model.by_pressure and any_pressure,
-            "the file states no range of loads (FZMIN, FZMAX)": self.load_range[1] == inf,
-            "no relaxation coefficients PTY1, PTY2: LATERAL_STIFFNESS gives the relaxation length":
-                model.old and model["PTY1"] <= 0 and isfinite(model["LATERAL_STIFFNESS"]),
-            f"moment of camber: -t times {trail} and the residual moment; camber_moment = '{other}' takes the other":
+                "coefficients of a motorcycle tyre: side force after Pacejka (2012), chapter 11; its moments are not "
+                "taken",
+            ),
+            (
+                model["PKY1"] > 0,
+                "PKY1 is positive: the file does not keep ISO signs, adapted SAE signs are taken",
+            ),
+            ("SURFACE" not in file.comments, "the file names no surface: taken as flat"),
+            (no_pressure, f"the file states no pressure{self._pressure_in_comments}"),
+            (
+                model.by_pressure and any_pressure,
+                "the file states no range of pressures (PRESMIN, PRESMAX)",
+            ),
+            (self.load_range[1] == inf, "the file states no range of loads (FZMIN, FZMAX)"),
+            (
+                length_from_stiffness,
+                "no relaxation coefficients PTY1, PTY2: LATERAL_STIFFNESS gives the relaxation length",
+            ),
+            (
                 leans,
-            f"not used of the file: {', '.join(unused)}": bool(unused),
-            f"its shifts of the curve are left out; with them {' and '.join(shifted)}": bool(shifted),
-            f"{len(file.skipped)} lines that are neither section, assignment nor comment are passed over: "
-            f"{', '.join(file.skipped)}": bool(file.skipped),
-        }  # fmt: skip
-        return (*(note for note, holds in told.items() if holds), *self.doubts)
+                f"moment of camber: -t times {trail} and the residual moment; camber_moment = '{other}' takes the "
+                "other",
+            ),
+            (bool(unused), f"not used of the file: {', '.join(unused)}"),
+            (bool(shifted), f"its shifts of the curve are left out; with them {' and '.join(shifted)}"),
+            (
+                bool(file.skipped),
+                f"{len(file.skipped)} lines that are neither section, assignment nor comment are passed over: "
+                f"{', '.join(file.skipped)}",
+            ),
+        ]
+        return (*(text for holds, text in remarks if holds), *self.doubts)
 
     @property
     def _pressure_in_comments(self) -> str:
@@ -343,9 +372,13 @@ def fit_mf61(
 
 
 def fit_mf52(
-    *, load: ArrayLike, pressure: float, cornering_stiffness: ArrayLike, lateral_stiffness: ArrayLike,
+    *,
+    load: ArrayLike,
+    pressure: float,
+    cornering_stiffness: ArrayLike,
+    lateral_stiffness: ArrayLike,
     unloaded_radius: float,
-) -> Coefficients:  # fmt: skip
+) -> Coefficients:
     """Fit the MF-Tyre 5.2 form at one pressure."""
     fz, c, k = (np.asarray(one, float) for one in (load, cornering_stiffness, lateral_stiffness))
     nominal = float(fz.min() + fz.max()) / 2.0
@@ -363,9 +396,13 @@ def _arch(relative_load: Array, value: Array) -> tuple[float, float]:
     from scipy.optimize import least_squares
 
     solved = least_squares(
-        lambda x: x[0] * mf61.saturation(relative_load / x[1]) / value - 1.0, [float(np.mean(value)), 1.0],
-        bounds=([0.0, 0.05], [np.inf, 50.0]), xtol=1e-14, ftol=1e-14, gtol=1e-14,
-    )  # fmt: skip
+        lambda x: x[0] * mf61.saturation(relative_load / x[1]) / value - 1.0,
+        [float(np.mean(value)), 1.0],
+        bounds=([0.0, 0.05], [np.inf, 50.0]),
+        xtol=1e-14,
+        ftol=1e-14,
+        gtol=1e-14,
+    )
     return float(solved.x[0]), float(solved.x[1])
 
 
@@ -382,9 +419,14 @@ ONLY_OLD = ("LSGAL", "PKY3", "PTY1", "PTY2")
 
 
 def write_tir(
-    coefficients: Coefficients, path: str | Path, *, tyre: str, surface: str, unloaded_radius: float | None = None,
+    coefficients: Coefficients,
+    path: str | Path,
+    *,
+    tyre: str,
+    surface: str,
+    unloaded_radius: float | None = None,
     notes: tuple[str, ...] = (),
-) -> None:  # fmt: skip
+) -> None:
     """Write coefficients as a tyre property file, SI units, ISO signs."""
     path, model = Path(path), coefficients
     if path.suffix.casefold() != ".tir":

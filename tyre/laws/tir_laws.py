@@ -102,10 +102,13 @@ class Coefficients:
         if self.version == "6.1":
             nominal = self["NOMPRES"] if self.by_pressure else 1.0
             return mf61.lateral_stiffness(
-                load, pressure if self.by_pressure else nominal, LATERAL_STIFFNESS=stiffness,
-                FNOMIN=self.nominal_load, NOMPRES=nominal,
+                load,
+                pressure if self.by_pressure else nominal,
+                LATERAL_STIFFNESS=stiffness,
+                FNOMIN=self.nominal_load,
+                NOMPRES=nominal,
                 **{name: self[name] for name in ("PCFY1", "PCFY2", "PCFY3")},
-            )  # fmt: skip
+            )
         if not (self.old and self["PTY1"] > 0):
             return np.full(np.shape(load), stiffness)
         relative = np.asarray(load, dtype=np.float64) / self.nominal_load

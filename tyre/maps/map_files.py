@@ -29,21 +29,30 @@ _WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
 _RESOLUTION = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")
 _GAINS = ("force", "slip", "displacement")
 _GAIN = number(says="must be a number, 0.003 for 0.3 %")
-SIDECAR = table({
-    needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
-    for key in ("tyre", "surface", "source")
-} | {
-    maybe("description", ""): _WORDS, maybe("synthetic", False): flag, maybe("notes", []): _NAMES,
-    maybe("width_mm"): POSITIVE, maybe("drum_diameter_m"): POSITIVE, maybe("relaxation_length_sd_mm"): POSITIVE,
-    maybe("lateral_stiffness_shared_over", []): _NAMES, maybe("lateral_stiffness_origin", "measured"): _WORDS,
-    maybe("resolution"): table(
-        {needed(key, f"give both {listed(_RESOLUTION)}"): POSITIVE for key in _RESOLUTION}, kind="key of resolution:"
-    ),
-    maybe("calibration"): table(
-        {needed(key, f"give {listed(_GAINS)}; 0 is a gain known exactly"): _GAIN for key in _GAINS},
-        kind="key of calibration:",
-    ),
-})  # fmt: skip
+SIDECAR = table(
+    {
+        needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
+        for key in ("tyre", "surface", "source")
+    }
+    | {
+        maybe("description", ""): _WORDS,
+        maybe("synthetic", False): flag,
+        maybe("notes", []): _NAMES,
+        maybe("width_mm"): POSITIVE,
+        maybe("drum_diameter_m"): POSITIVE,
+        maybe("relaxation_length_sd_mm"): POSITIVE,
+        maybe("lateral_stiffness_shared_over", []): _NAMES,
+        maybe("lateral_stiffness_origin", "measured"): _WORDS,
+        maybe("resolution"): table(
+            {needed(key, f"give both {listed(_RESOLUTION)}"): POSITIVE for key in _RESOLUTION},
+            kind="key of resolution:",
+        ),
+        maybe("calibration"): table(
+            {needed(key, f"give {listed(_GAINS)}; 0 is a gain known exactly"): _GAIN for key in _GAINS},
+            kind="key of calibration:",
+        ),
+    }
+)
 
 
 def read_sidecar(path: Traversable) -> dict[str, Any]:
@@ -78,20 +87,23 @@ DIRECT = {"slip step": "relaxation_length_slip_step", "two sweep rates": "relaxa
 
 # field of a MeasuredTable -> its column, and the factor to SI units
 FIELDS = {
-    "load": ("load_N", 1.0), "pressure": ("pressure_bar", PASCAL_PER_BAR),
+    "load": ("load_N", 1.0),
+    "pressure": ("pressure_bar", PASCAL_PER_BAR),
     "cornering_stiffness": ("cornering_stiffness_N_per_deg", math.degrees(1.0)),
     "lateral_stiffness": ("lateral_stiffness_N_per_mm", 1e3),
     "cornering_stiffness_sd": ("cornering_stiffness_sd_N_per_deg", math.degrees(1.0)),
     "lateral_stiffness_sd": ("lateral_stiffness_sd_N_per_mm", 1e3),
     **{name: (name, 1.0) for name in (CORRELATION, *DOF)},
-}  # fmt: skip
+}
 
 ONLY_OWN = (CORRELATION, *DOF, *(f"{name}{end}" for name in DIRECT.values() for end in ("_mm", "_sd_mm", "_dof")))
 _NOT_NEGATIVE = number(least=0, most=LARGEST, says="must be finite and >= 0")
 _FREEDOM = number(above=0, endless=True, says="must be > 0 (inf where the standard deviation is known well)")
 _ANY = number(least=-LARGEST, most=LARGEST, says="must be finite, or empty where it was not measured")
 COLUMNS: dict[str, Check] = (
-    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE) | dict.fromkeys(SD, _NOT_NEGATIVE) | dict.fromkeys(DOF, _FREEDOM)
+    dict.fromkeys((*REQUIRED, *STIFFNESS), POSITIVE)
+    | dict.fromkeys(SD, _NOT_NEGATIVE)
+    | dict.fromkeys(DOF, _FREEDOM)
     | {CORRELATION: number(least=-1, most=1, says="must be from -1 to 1")}
     | {
         f"{name}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
@@ -102,7 +114,7 @@ COLUMNS: dict[str, Check] = (
         f"{CAMBER}{end}": lambda value, check=check: float("nan") if value == "" else check(value)
         for end, check in (("_N_per_deg", _ANY), ("_sd_N_per_deg", _NOT_NEGATIVE), ("_dof", _FREEDOM))
     }
-)  # fmt: skip
+)
 
 
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
@@ -139,8 +151,9 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
         raise InputError(f"{path}: a tyre table is written as .csv; its sidecar .toml follows by itself.")
     columns: dict[str, Array] = {
         column: getattr(table, name) / factor
-        for name, (column, factor) in FIELDS.items() if getattr(table, name) is not None
-    }  # fmt: skip
+        for name, (column, factor) in FIELDS.items()
+        if getattr(table, name) is not None
+    }
     direct = {name: table.direct_relaxation_length.get(route) for route, name in DIRECT.items()}
     for name, column in {TRAIL: table.pneumatic_trail, **direct}.items():
         if column is not None:
@@ -155,12 +168,15 @@ def write_table(table: MeasuredTable, path: str | Path) -> None:
     keys: dict[str, Any] = {
         name: getattr(table, name) for name in ("tyre", "surface", "lateral_stiffness_origin", "synthetic")
     } | {
-        "source": table.source or "not stated", "description": table.description or None,
-        "notes": list(table.notes) or None, "width_mm": None if table.width is None else table.width * 1e3,
-        "drum_diameter_m": table.drum_diameter, "calibration": table.calibration and asdict(table.calibration),
+        "source": table.source or "not stated",
+        "description": table.description or None,
+        "notes": list(table.notes) or None,
+        "width_mm": None if table.width is None else table.width * 1e3,
+        "drum_diameter_m": table.drum_diameter,
+        "calibration": table.calibration and asdict(table.calibration),
         "lateral_stiffness_shared_over": list(table.lateral_stiffness_shared_over) or None,
         "resolution": printed and dict(zip(_RESOLUTION, printed, strict=True)),
-    }  # fmt: skip
+    }
     with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
@@ -211,16 +227,24 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
         units = math.degrees(resolution["cornering_stiffness_N_per_deg"]), resolution["relaxation_length_mm"] / 1e3
     direct = {route: _read_column(name, stem, columns) for route, stem in DIRECT.items()}
     return MeasuredTable(
-        tyre=keys["tyre"], surface=keys["surface"], **values,
+        tyre=keys["tyre"],
+        surface=keys["surface"],
+        **values,
         lateral_stiffness_shared_over=tuple(keys["lateral_stiffness_shared_over"]),
-        resolution=units if resolution else None, source=keys["source"], description=keys["description"],
+        resolution=units if resolution else None,
+        source=keys["source"],
+        description=keys["description"],
         lateral_stiffness_origin=keys["lateral_stiffness_origin"],
-        notes=tuple(dict.fromkeys((*keys["notes"], *plain.notes, *doubts))), synthetic=keys["synthetic"],
-        drum_diameter=keys.get("drum_diameter_m"), width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
-        calibration=keys.get("calibration"), surface_stated=keys.get("surface_stated", True), pneumatic_trail=trail,
+        notes=tuple(dict.fromkeys((*keys["notes"], *plain.notes, *doubts))),
+        synthetic=keys["synthetic"],
+        drum_diameter=keys.get("drum_diameter_m"),
+        width=keys["width_mm"] / 1e3 if "width_mm" in keys else None,
+        calibration=keys.get("calibration"),
+        surface_stated=keys.get("surface_stated", True),
+        pneumatic_trail=trail,
         camber_stiffness=camber,
         direct_relaxation_length={route: column for route, column in direct.items() if column is not None},
-    )  # fmt: skip
+    )
 
 
 def _columns(path: Traversable, tyre: str) -> PlainTable:

@@ -325,9 +325,13 @@ class TyreMap(TyreSource):
 
     @classmethod
     def load(
-        cls, tyre: str, *, surface: str = "flat", relative_cornering_stiffness_sd: float = 0.0,
+        cls,
+        tyre: str,
+        *,
+        surface: str = "flat",
+        relative_cornering_stiffness_sd: float = 0.0,
         folder: Traversable | None = None,
-    ) -> "TyreMap":  # fmt: skip
+    ) -> "TyreMap":
         """Return a tyre of the packaged data, or of another folder of tyre tables.
 
         Parameters
@@ -408,12 +412,17 @@ class TyreMap(TyreSource):
                 np.full_like(k, np.nan) if table.lateral_stiffness_sd is None else one for one in (lateral, relative)
             )
         columns = {
-            "tyre": table.tyre, "surface": table.surface, "load_N": table.load,
-            "pressure_bar": table.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_deg": np.radians(c),
-            "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)), "lateral_stiffness_N_per_mm": k / 1e3,
-            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3, "relaxation_length_mm": length * 1e3,
+            "tyre": table.tyre,
+            "surface": table.surface,
+            "load_N": table.load,
+            "pressure_bar": table.pressure / PASCAL_PER_BAR,
+            "cornering_stiffness_N_per_deg": np.radians(c),
+            "cornering_stiffness_sd_N_per_deg": np.radians(np.sqrt(cornering)),
+            "lateral_stiffness_N_per_mm": k / 1e3,
+            "lateral_stiffness_sd_N_per_mm": np.sqrt(lateral) / 1e3,
+            "relaxation_length_mm": length * 1e3,
             "relaxation_length_sd_mm": relative * length * 1e3,
-        }  # fmt: skip
+        }
         if table.pneumatic_trail is not None:
             columns["pneumatic_trail_mm"] = table.pneumatic_trail.value * 1e3
             columns["pneumatic_trail_sd_mm"] = table.pneumatic_trail.sd * 1e3
@@ -475,22 +484,30 @@ class TyreMap(TyreSource):
             names = stiffness_names([row])
             properties.append(
                 TyreProperties(
-                    tyre=table.tyre, surface=table.surface, load=float(load[row]), pressure=float(pressure[row]),
-                    cornering_stiffness=float(cornering.value[row]), lateral_stiffness=float(lateral.value[row]),
-                    relaxation_length=float(cornering.value[row] / lateral.value[row]), covariance=joint.among(names),
-                    origin=origin, notes=self._notes(origin), synthetic=table.synthetic,
+                    tyre=table.tyre,
+                    surface=table.surface,
+                    load=float(load[row]),
+                    pressure=float(pressure[row]),
+                    cornering_stiffness=float(cornering.value[row]),
+                    lateral_stiffness=float(lateral.value[row]),
+                    relaxation_length=float(cornering.value[row] / lateral.value[row]),
+                    covariance=joint.among(names),
+                    origin=origin,
+                    notes=self._notes(origin),
+                    synthetic=table.synthetic,
                     degrees_of_freedom=np.array([joint.dof(name) for name in names]) if dof else None,
                     lateral_stiffness_origin=table.lateral_stiffness_origin,
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
                     lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
                     surface_stated=table.surface_stated,
-                    pneumatic_trail=here.value if here else None, pneumatic_trail_sd=here.sd if here else None,
+                    pneumatic_trail=here.value if here else None,
+                    pneumatic_trail_sd=here.sd if here else None,
                     camber_stiffness=leaning.value if leaning else None,
                     direct_relaxation_lengths={
                         name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
                     },
                 )
-            )  # fmt: skip
+            )
         return JointProperties(tuple(properties), joint)
 
     def origin(self, *, load: float, pressure: float) -> Origin:
@@ -509,8 +526,10 @@ class TyreMap(TyreSource):
             for trend in (self.cornering_stiffness_trend, self.lateral_stiffness_trend)
         )
         return {
-            "cornering_stiffness": cornering, "lateral_stiffness": lateral, "relaxation_length": cornering / lateral,
-        }  # fmt: skip
+            "cornering_stiffness": cornering,
+            "lateral_stiffness": lateral,
+            "relaxation_length": cornering / lateral,
+        }
 
     def _notes(self, origin: Origin) -> tuple[str, ...]:
         """List the assumptions, borrowed numbers, and the misfit of smooth laws, behind a value of this origin."""

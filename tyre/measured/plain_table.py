@@ -22,18 +22,37 @@ UNITS: Mapping[str, str] = {
     "relaxation_length": "mm", "pneumatic_trail": "mm", "camber_stiffness": "N/deg",
 }  # fmt: skip
 NAMES: Mapping[str, str] = {name: name for name in UNITS} | {
-    "fz": "load", "f_z": "load", "vertical_load": "load", "wheel_load": "load", "normal_load": "load",
-    "p": "pressure", "inflation_pressure": "pressure", "inflation": "pressure",
-    "c": "cornering_stiffness", "c_alpha": "cornering_stiffness", "calpha": "cornering_stiffness",
-    "c_fy": "cornering_stiffness", "cfy": "cornering_stiffness",
-    "k": "lateral_stiffness", "k_y": "lateral_stiffness", "ky": "lateral_stiffness",
-    "sigma": "relaxation_length", "sigma_alpha": "relaxation_length", "relaxation": "relaxation_length",
-    "trail": "pneumatic_trail", "c_gamma": "camber_stiffness", "cgamma": "camber_stiffness",
-}  # fmt: skip
+    "fz": "load",
+    "f_z": "load",
+    "vertical_load": "load",
+    "wheel_load": "load",
+    "normal_load": "load",
+    "p": "pressure",
+    "inflation_pressure": "pressure",
+    "inflation": "pressure",
+    "c": "cornering_stiffness",
+    "c_alpha": "cornering_stiffness",
+    "calpha": "cornering_stiffness",
+    "c_fy": "cornering_stiffness",
+    "cfy": "cornering_stiffness",
+    "k": "lateral_stiffness",
+    "k_y": "lateral_stiffness",
+    "ky": "lateral_stiffness",
+    "sigma": "relaxation_length",
+    "sigma_alpha": "relaxation_length",
+    "relaxation": "relaxation_length",
+    "trail": "pneumatic_trail",
+    "c_gamma": "camber_stiffness",
+    "cgamma": "camber_stiffness",
+}
 # what the words of a column are about, and columns of the camber at which a row was measured, in small letters
 WORDS: Mapping[str, str] = {
-    "tyre": "tyre", "tire": "tyre", "tyre_name": "tyre", "tire_name": "tyre", "surface": "surface",
-}  # fmt: skip
+    "tyre": "tyre",
+    "tire": "tyre",
+    "tyre_name": "tyre",
+    "tire_name": "tyre",
+    "surface": "surface",
+}
 CAMBERS = ("camber", "camber_angle", "inclination", "inclination_angle")
 MAY_BE_EMPTY = ("pneumatic_trail", "camber_stiffness")
 TYPING_ERROR = 0.85  # share of letters in common with a known name: vertical_ and lateral_stiffness have 0.8

@@ -54,9 +54,14 @@ class Doubt:
 
 
 def doubt(
-    key: str, value: float, *, unit: str, typical: tuple[float, float], usual: Sequence[object] = (),
+    key: str,
+    value: float,
+    *,
+    unit: str,
+    typical: tuple[float, float],
+    usual: Sequence[object] = (),
     slips: Sequence[tuple[float, str]] = (),
-) -> Doubt | None:  # fmt: skip
+) -> Doubt | None:
     """Judge one value in ``unit``; None if it is typical, zero, infinite or usual."""
     if value in (0.0, *usual) or not math.isfinite(value):
         return None

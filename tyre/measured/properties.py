@@ -381,9 +381,11 @@ class TyreSource(ABC):
             return found
         given = (("pressure", pressure, "Pa", PRESSURE_SLIPS), ("load", load, "N", LOAD_SLIPS))
         meant = [
-            f"is the {name} in {unit}? give {value * factor:g} {si}" for name, value, si, slips in given
-            for unit, factor in slips if _usual(self, name, value * factor) and not _usual(self, name, value)
-        ]  # fmt: skip
+            f"is the {name} in {unit}? give {value * factor:g} {si}"
+            for name, value, si, slips in given
+            for unit, factor in slips
+            if _usual(self, name, value * factor) and not _usual(self, name, value)
+        ]
         raise InputError(f"{self.label}: {'; '.join([beyond, *meant[:1]])}; extrapolate=True takes it as it is")
 
     def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:

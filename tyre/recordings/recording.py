@@ -158,8 +158,13 @@ _GUESSES: dict[str, tuple[tuple[float, float], Sequence[tuple[float, str]]]] = {
     "load": ((50.0, 2000.0), ((1e-3, "newtons under kN"), (1e3, "kilonewtons under N"))),
     "pressure": (
         (1.5e5, 10e5),
-        ((1e-2, "kPa under bar"), (1e2, "bar under kPa"), (0.0689476, "psi under bar"), (1e5, "bar under Pa"),
-         (1e-5, "Pa under bar")),
+        (
+            (1e-2, "kPa under bar"),
+            (1e2, "bar under kPa"),
+            (0.0689476, "psi under bar"),
+            (1e5, "bar under Pa"),
+            (1e-5, "Pa under bar"),
+        ),
     ),
     "drum_radius": ((0.3, 3.0), ((1e-3, "millimetres under m"), (1e3, "metres under mm"))),
     "speed": ((0.5, 15.0), ((1 / 3.6, "km/h under m/s"),)),
@@ -169,7 +174,7 @@ _GUESSES: dict[str, tuple[tuple[float, float], Sequence[tuple[float, str]]]] = {
     "side_force": ((30.0, 1500.0), ((1e-3, "newtons under kN"),)),
     "plate_displacement": ((5e-4, 0.02), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
     "rim_displacement": ((1e-5, 0.01), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
-}  # fmt: skip
+}
 
 
 def _guess(name: str, value: float) -> str:
@@ -230,8 +235,11 @@ def _check_load(run: RigRun, where: str) -> None:
     if ratio < 1 / 5 or ratio > 5:
         times = max(ratio, 1 / ratio) if ratio > SMALLEST else np.inf  # an empty channel is in no other unit
         slips = ((GRAVITY, "kg"), (POUND, "lbf"), (1e3, "kN"))
-        said = [f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)" for factor, unit in slips
-                if abs(times / factor - 1.0) < 0.1]  # fmt: skip
+        said = [
+            f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)"
+            for factor, unit in slips
+            if abs(times / factor - 1.0) < 0.1
+        ]
         raise InputError(
             f"{where}: median vertical load is {median:.4g} N, the declared load {run.condition.load:.4g} N; "
             f"one of the two has the wrong unit{said[0] if said else ''}"

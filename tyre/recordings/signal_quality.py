@@ -102,9 +102,22 @@ def quality(values: Array) -> Quality:
     count, samples, first, value = dropouts
     spikes = max(spikes - count, 0) if count == samples else spikes  # of one sample each
     return Quality(
-        values.size, int(values.size - good.size), *gaps, low, float(np.median(good)), high, step, noise, *still,
-        spikes, levels, count, samples, first, value,
-    )  # fmt: skip
+        values.size,
+        int(values.size - good.size),
+        *gaps,
+        low,
+        float(np.median(good)),
+        high,
+        step,
+        noise,
+        *still,
+        spikes,
+        levels,
+        count,
+        samples,
+        first,
+        value,
+    )
 
 
 def resolution(values: Array) -> float:

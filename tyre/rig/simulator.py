@@ -44,9 +44,14 @@ class Protocol:
 
 
 def simulate_sweep(
-    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
-    rng: np.random.Generator, axes: str = "adapted SAE",
-) -> RigRun:  # fmt: skip
+    *,
+    tyre: RigTyre,
+    condition: Condition,
+    protocol: Protocol,
+    effects: Sequence[RigEffect],
+    rng: np.random.Generator,
+    axes: str = "adapted SAE",
+) -> RigRun:
     """Triangular slip sweep: 0, +amplitude, -amplitude, ..., 0."""
     duration = 4.0 * protocol.cycles * protocol.slip_amplitude / protocol.slip_rate
     time = np.arange(round(duration * protocol.sample_rate)) / protocol.sample_rate
@@ -56,9 +61,14 @@ def simulate_sweep(
 
 
 def simulate_step(
-    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
-    rng: np.random.Generator, axes: str = "adapted SAE",
-) -> RigRun:  # fmt: skip
+    *,
+    tyre: RigTyre,
+    condition: Condition,
+    protocol: Protocol,
+    effects: Sequence[RigEffect],
+    rng: np.random.Generator,
+    axes: str = "adapted SAE",
+) -> RigRun:
     """Slip step: straight for ``step_wait``, then ``step_slip`` within ``step_rise``, at the slow ``step_speed``."""
     duration = protocol.step_wait + protocol.step_rise + protocol.step_distance / protocol.step_speed
     time = np.arange(round(duration * protocol.sample_rate)) / protocol.sample_rate
@@ -67,9 +77,14 @@ def simulate_step(
 
 
 def simulate_pull(
-    *, tyre: RigTyre, condition: Condition, protocol: Protocol, effects: Sequence[RigEffect],
-    rng: np.random.Generator, axes: str = "adapted SAE",
-) -> PullTest:  # fmt: skip
+    *,
+    tyre: RigTyre,
+    condition: Condition,
+    protocol: Protocol,
+    effects: Sequence[RigEffect],
+    rng: np.random.Generator,
+    axes: str = "adapted SAE",
+) -> PullTest:
     """Static pull test: the plate goes out and back ``pull_cycles`` times in ``pull_readings`` readings per stroke."""
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
@@ -83,9 +98,11 @@ def simulate_pull(
     force = tyre.lateral_stiffness * deflection * (1.0 - tyre.softening * path)
     rim = force / tyre.rim_stiffness
     channels: Channels = {
-        "time": np.linspace(0.0, protocol.pull_duration, path.size), "side_force": force,
-        "plate_displacement": deflection + rim, "rim_displacement": rim,
-    }  # fmt: skip
+        "time": np.linspace(0.0, protocol.pull_duration, path.size),
+        "side_force": force,
+        "plate_displacement": deflection + rim,
+        "rim_displacement": rim,
+    }
     for effect in effects:
         effect.on_pull(channels, rng)
     recorded: dict[str, Any] = dict(channels)
@@ -93,9 +110,16 @@ def simulate_pull(
 
 
 def _roll(
-    tyre: RigTyre, condition: Condition, slip: Channel, time: Channel, speed: float,
-    kind: Literal["slip_sweep", "slip_step"], effects: Sequence[RigEffect], rng: np.random.Generator, axes: str,
-) -> RigRun:  # fmt: skip
+    tyre: RigTyre,
+    condition: Condition,
+    slip: Channel,
+    time: Channel,
+    speed: float,
+    kind: Literal["slip_sweep", "slip_step"],
+    effects: Sequence[RigEffect],
+    rng: np.random.Generator,
+    axes: str,
+) -> RigRun:
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     lagged = slip
@@ -106,10 +130,14 @@ def _roll(
     trail = tyre.pneumatic_trail / (1.0 + ((lagged + tyre.offset_slip) / tyre.trail_slip) ** 2)
     full = np.full_like(time, 1.0)
     channels: Channels = {
-        "time": time, "slip_angle": slip.copy(), "side_force": force.copy(), "vertical_load": condition.load * full,
-        "aligning_moment": -trail * (force - tyre.offset_force), "speed": speed * full,
+        "time": time,
+        "slip_angle": slip.copy(),
+        "side_force": force.copy(),
+        "vertical_load": condition.load * full,
+        "aligning_moment": -trail * (force - tyre.offset_force),
+        "speed": speed * full,
         "temperature": (20.0 if condition.temperature is None else condition.temperature) * full,
-    }  # fmt: skip
+    }
     for effect in effects:
         effect.on_rolling(channels, rng)
     recorded: dict[str, Any] = dict(channels)
@@ -139,9 +167,13 @@ def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:
     f, p = load / 400.0, pressure / 5.5e5
     stiffness = 7600.0 * np.sin(2.0 * np.arctan(load / (560.0 * p**0.15))) / p**0.05
     return RigTyre(
-        cornering_stiffness=float(stiffness), lateral_stiffness=float(60e3 * p**0.65 * f**0.05),
-        peak_force=float(1.05 * load), shape=1.4, curvature=0.1, pneumatic_trail=float(0.018 * f**0.5 / p**0.3),
-    )  # fmt: skip
+        cornering_stiffness=float(stiffness),
+        lateral_stiffness=float(60e3 * p**0.65 * f**0.05),
+        peak_force=float(1.05 * load),
+        shape=1.4,
+        curvature=0.1,
+        pneumatic_trail=float(0.018 * f**0.5 / p**0.3),
+    )
 
 
 def default_effects(rng: np.random.Generator) -> tuple[RigEffect, ...]:
@@ -167,9 +199,14 @@ def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, flo
 
 
 def write_campaign_files(
-    folder: Path, *, plan: CampaignPlan, effects: Sequence[RigEffect], rng: np.random.Generator,
-    seed: int | None = None, protocol: Protocol | None = None,
-) -> list[Path]:  # fmt: skip
+    folder: Path,
+    *,
+    plan: CampaignPlan,
+    effects: Sequence[RigEffect],
+    rng: np.random.Generator,
+    seed: int | None = None,
+    protocol: Protocol | None = None,
+) -> list[Path]:
     """Write a synthetic campaign: one file per recording and ``truth.json``."""
     from tyre.fits.recording_files import write_csv, write_tydex
 
@@ -191,10 +228,15 @@ def write_campaign_files(
     for surface, pressure, load in product(plan.surfaces, plan.pressures, plan.loads):
         tyre = synthetic_tyre(load=load, pressure=pressure)
         condition = Condition(
-            tyre=plan.tyre, load=load, pressure=pressure, surface=surface,
-            drum_radius=plan.drum_radius if surface == "drum" else None, rim="laboratory", speed=protocol.speed,
+            tyre=plan.tyre,
+            load=load,
+            pressure=pressure,
+            surface=surface,
+            drum_radius=plan.drum_radius if surface == "drum" else None,
+            rim="laboratory",
+            speed=protocol.speed,
             temperature=22.0,
-        )  # fmt: skip
+        )
         truth.append(_truth(tyre, condition, effects))
         stem = f"{surface}_{pressure / PASCAL_PER_BAR:g}bar_{load:g}N"
         common: dict[str, Any] = {"tyre": tyre, "effects": effects, "rng": rng, "axes": plan.axes}
@@ -207,9 +249,12 @@ def write_campaign_files(
             still = replace(condition, speed=None)
             write(simulate_pull(condition=still, protocol=protocol, **common), f"{stem}_pull_{number}")
     table = {
-        "synthetic": True, "seed": seed, "protocol": asdict(protocol),
-        "effects": {type(effect).__name__: asdict(effect) for effect in effects}, "conditions": truth,
-    }  # fmt: skip
+        "synthetic": True,
+        "seed": seed,
+        "protocol": asdict(protocol),
+        "effects": {type(effect).__name__: asdict(effect) for effect in effects},
+        "conditions": truth,
+    }
     write_text(folder / "truth.json", json.dumps(table, indent=1) + "\n")
     return written
 
@@ -221,10 +266,14 @@ def _truth(tyre: RigTyre, condition: Condition, effects: Sequence[RigEffect]) ->
         if not isinstance(effect, Remounting):
             tyre = effect.on_tyre(tyre, condition, rng)
     return {
-        "tyre": condition.tyre, "surface": condition.surface, "load_N": condition.load,
-        "pressure_bar": condition.pressure / PASCAL_PER_BAR, "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
+        "tyre": condition.tyre,
+        "surface": condition.surface,
+        "load_N": condition.load,
+        "pressure_bar": condition.pressure / PASCAL_PER_BAR,
+        "cornering_stiffness_N_per_rad": tyre.cornering_stiffness,
         "lateral_stiffness_N_per_m": tyre.lateral_stiffness,
         "relaxation_length_m": tyre.cornering_stiffness / tyre.lateral_stiffness,
-        "relaxation_length_rolling_m": tyre.relaxation_length, "pneumatic_trail_m": tyre.pneumatic_trail,
+        "relaxation_length_rolling_m": tyre.relaxation_length,
+        "pneumatic_trail_m": tyre.pneumatic_trail,
         "side_force_offset_N": tyre.offset_force,
-    }  # fmt: skip
+    }

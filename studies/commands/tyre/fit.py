@@ -22,9 +22,11 @@ def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
 @takes_channels
 @click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
 @click.option(
-    "--skip-bad/--stop-at-bad", default=True, show_default=True,
+    "--skip-bad/--stop-at-bad",
+    default=True,
+    show_default=True,
     help="Leave out files that cannot be used and list them with the reason, or stop at the first.",
-)  # fmt: skip
+)
 @click.option("--jobs", type=WORKERS, help="Worker processes (default: one per processor).")
 @_percent("--force-calibration", 0.3, "Standard uncertainty of the force gain")
 @_percent("--slip-calibration", 0.3, "Standard uncertainty of the slip gain")
@@ -35,10 +37,23 @@ def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
 @click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
 @click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
 def command(
-    folder: Path, out: Path, channels_file: Path | None, channel_texts: tuple[str, ...], json_file: str | None, *,
-    skip_bad: bool, jobs: int | None, force_calibration: float, slip_calibration: float, gauge_calibration: float,
-    repeatability: float, load_tolerance: float, wheel_radius: float, every_residual: bool, no_lag_correction: bool,
-) -> None:  # fmt: skip
+    folder: Path,
+    out: Path,
+    channels_file: Path | None,
+    channel_texts: tuple[str, ...],
+    json_file: str | None,
+    *,
+    skip_bad: bool,
+    jobs: int | None,
+    force_calibration: float,
+    slip_calibration: float,
+    gauge_calibration: float,
+    repeatability: float,
+    load_tolerance: float,
+    wheel_radius: float,
+    every_residual: bool,
+    no_lag_correction: bool,
+) -> None:
     """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write a report, tables, maps and .tir files.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
@@ -55,18 +70,26 @@ def command(
     if not 0.05 <= wheel_radius <= 1.0:
         raise InputError(f"--wheel-radius {wheel_radius:g} m must be from 0.05 to 1 m")
     calibration = Calibration(
-        force=force_calibration / 100.0, slip=slip_calibration / 100.0, displacement=gauge_calibration / 100.0,
+        force=force_calibration / 100.0,
+        slip=slip_calibration / 100.0,
+        displacement=gauge_calibration / 100.0,
         repeatability=repeatability / 100.0,
-    )  # fmt: skip
+    )
     settings = FitSettings(
         calibration=calibration, lag_correction=not no_lag_correction, load_tolerance=load_tolerance / 100.0
     )
     for path in passed_over(folder, exclude=out):
         click.echo(f"note: {path.relative_to(folder)}: passed over, for it has no sidecar", err=True)
     campaign = fit_campaign(
-        folder, settings=settings, cache_folder=out / ".cache", exclude=out, skip_bad=skip_bad, jobs=jobs,
-        wheel_radius=wheel_radius, channel_map=chosen_map(channels_file, channel_texts),
-    )  # fmt: skip
+        folder,
+        settings=settings,
+        cache_folder=out / ".cache",
+        exclude=out,
+        skip_bad=skip_bad,
+        jobs=jobs,
+        wheel_radius=wheel_radius,
+        channel_map=chosen_map(channels_file, channel_texts),
+    )
     from studies.rig_campaign import write_campaign  # once there is something to draw
 
     for name, reason in campaign.skipped.items():

@@ -89,7 +89,12 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
         if len(set(each)) < len(each):
             raise InputError(f"{what} = {options[what]} names one twice, whose files would take each other's place")
     return CampaignPlan(
-        tyre=options["name"], loads=numbers["loads"], pressures=tuple(PASCAL_PER_BAR * p for p in numbers["pressures"]),
-        surfaces=surfaces, rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
-        axes=options["axes"], file_format=options["file_format"], **counts,
-    )  # fmt: skip
+        tyre=options["name"],
+        loads=numbers["loads"],
+        pressures=tuple(PASCAL_PER_BAR * p for p in numbers["pressures"]),
+        surfaces=surfaces,
+        rates=tuple(float(np.deg2rad(r)) for r in numbers["rates"]),
+        axes=options["axes"],
+        file_format=options["file_format"],
+        **counts,
+    )

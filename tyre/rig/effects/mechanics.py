@@ -54,11 +54,13 @@ class RigFriction(RigEffect):
 
     terms = (
         Term(
-            "rig_friction", "friction of the rig adds to the force of a pull, against the motion",
-            (RigParameter("friction", "N", (0.0, 3.0), (0.0, 30.0), least=0.05), _PRESLIDING), pull=_pull,
+            "rig_friction",
+            "friction of the rig adds to the force of a pull, against the motion",
+            (RigParameter("friction", "N", (0.0, 3.0), (0.0, 30.0), least=0.05), _PRESLIDING),
+            pull=_pull,
             needs=needs_pull,
         ),
-    )  # fmt: skip
+    )
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
         travel = np.diff(channels["plate_displacement"] - channels["rim_displacement"], prepend=0.0)
@@ -80,11 +82,14 @@ class RimCompliance(RigEffect):
 
     terms = (
         Term(
-            "rim_compliance", "rim and fixture move by compliance times force, in series with the tyre",
+            "rim_compliance",
+            "rim and fixture move by compliance times force, in series with the tyre",
             (RigParameter("compliance", "m/N", (0.0, 2e-5), (0.0, 2e-4), least=1e-7),),
-            sweep="compliance", pull="compliance", needs=needs_pull,
+            sweep="compliance",
+            pull="compliance",
+            needs=needs_pull,
         ),
-    )  # fmt: skip
+    )
 
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         return replace(tyre, rim_stiffness=self.stiffness)
@@ -104,11 +109,13 @@ class SteeringPlay(RigEffect):
 
     terms = (
         Term(
-            "steering_play", "the slip of the wheel stays behind that of the sensor by the same angle at any rate",
-            (_HALF_GAP,), sweep="half_gap",
+            "steering_play",
+            "the slip of the wheel stays behind that of the sensor by the same angle at any rate",
+            (_HALF_GAP,),
+            sweep="half_gap",
             needs=needs_sweep.also("both_branches", "one branch alone: the same as ply_steer"),
         ),
-    )  # fmt: skip
+    )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         steps = np.sign(np.diff(channels["slip_angle"], prepend=0.0))

@@ -19,10 +19,13 @@ class ChannelDelay(RigEffect):
 
     terms = (
         Term(
-            "channel_delay", "the force is recorded later than the slip angle",
-            (_DELAY,), sweep="delay", needs=needs_sweep,
+            "channel_delay",
+            "the force is recorded later than the slip angle",
+            (_DELAY,),
+            sweep="delay",
+            needs=needs_sweep,
         ),
-    )  # fmt: skip
+    )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         time = channels["time"]
@@ -69,13 +72,15 @@ class ForceGainBySign(RigEffect):
 
     terms = (
         Term(
-            "force_gain_by_sign", "the force cell has one gain for forces to the right and another to the left",
-            (_DIFFERENCE,), sweep="gain_by_sign",
+            "force_gain_by_sign",
+            "the force cell has one gain for forces to the right and another to the left",
+            (_DIFFERENCE,),
+            sweep="gain_by_sign",
             needs=needs_sweep.also(
                 "both_signs", "every sweep has slip angles of one sign, where it is another gain of the force cell"
             ),
         ),
-    )  # fmt: skip
+    )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         force = channels["side_force"]

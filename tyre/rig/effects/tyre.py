@@ -29,10 +29,11 @@ class DrumCurvature(RigEffect):
         Term(
             "drum_curvature",
             "cornering stiffness on a drum of radius Rd is that of a flat track over (1 + R / Rd)^exponent",
-            (_EXPONENT,), sweep=_soften,
+            (_EXPONENT,),
+            sweep=_soften,
             needs=needs_sweep.also("other_track", "recordings and reference are of the same curvature of track"),
         ),
-    )  # fmt: skip
+    )
 
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         if condition.surface != "drum" or condition.drum_radius is None:
@@ -51,11 +52,13 @@ class LoadDependence(RigEffect):
 
     terms = (
         Term(
-            "load_dependence", "cornering stiffness grows with load as load^exponent from the reference's load",
-            (RigParameter("exponent", "1", (-1.0, 1.0), (-1.0, 3.0), least=0.02),), sweep=_stiffen,
+            "load_dependence",
+            "cornering stiffness grows with load as load^exponent from the reference's load",
+            (RigParameter("exponent", "1", (-1.0, 1.0), (-1.0, 3.0), least=0.02),),
+            sweep=_stiffen,
             needs=needs_sweep.also("other_loads", "the reference covers the loads of the recordings"),
         ),
-    )  # fmt: skip
+    )
 
 
 _FORCE = RigParameter("force", "N", (-24.0, 24.0), least=0.2)
@@ -71,14 +74,20 @@ class PlySteer(RigEffect):
 
     terms = (
         Term(
-            "ply_steer", "the side force vanishes at another slip angle than zero (or the zero of the angle is off)",
-            (_SLIP,), sweep="slip_offset", needs=needs_sweep,
+            "ply_steer",
+            "the side force vanishes at another slip angle than zero (or the zero of the angle is off)",
+            (_SLIP,),
+            sweep="slip_offset",
+            needs=needs_sweep,
         ),
         Term(
-            "conicity", "a side force at zero slip (or the zero of the force cell is off)",
-            (_FORCE,), sweep="side_force", needs=needs_sweep,
+            "conicity",
+            "a side force at zero slip (or the zero of the force cell is off)",
+            (_FORCE,),
+            sweep="side_force",
+            needs=needs_sweep,
         ),
-    )  # fmt: skip
+    )
 
     def on_tyre(self, tyre: RigTyre, condition: Condition, rng: np.random.Generator) -> RigTyre:
         return replace(tyre, offset_force=self.force, offset_slip=self.slip)
@@ -93,13 +102,13 @@ class SweepLag(RigEffect):
 
     terms = (
         Term(
-            "sweep_lag", "the side force of a rolling tyre follows slip over the relaxation length",
-            (RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0), least=0.005),), sweep="relaxation_length",
-            needs=needs_sweep.also(
-                "speeds", "the rolling speed is not recorded; give speed_km_h in the sidecar"
-            ),
+            "sweep_lag",
+            "the side force of a rolling tyre follows slip over the relaxation length",
+            (RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0), least=0.005),),
+            sweep="relaxation_length",
+            needs=needs_sweep.also("speeds", "the rolling speed is not recorded; give speed_km_h in the sidecar"),
         ),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -115,10 +124,13 @@ class TemperatureDrift(RigEffect):
 
     terms = (
         Term(
-            "temperature_drift", "the side force grows or falls along the recording as the tyre warms",
-            (RigParameter("change", "1", (-0.02, 0.02), least=0.001),), sweep="warming", needs=needs_sweep,
+            "temperature_drift",
+            "the side force grows or falls along the recording as the tyre warms",
+            (RigParameter("change", "1", (-0.02, 0.02), least=0.001),),
+            sweep="warming",
+            needs=needs_sweep,
         ),
-    )  # fmt: skip
+    )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         time = channels["time"]
