@@ -31,9 +31,9 @@ GUIDE = "docs/add_an_effect.md shows one"
 class Origin:
     """Place of the class of an effect, which another process can follow."""
 
-    module: str
-    name: str
-    file: Path | None = None
+    module: str  # that defines the class
+    name: str  # of the class, with what it stands in before a dot
+    file: Path | None = None  # of a user's effect; None: the module is installed
 
     @classmethod
     def of(cls, effect: type) -> "Origin":

@@ -84,9 +84,10 @@ class GivenNumbers:
     words: dict[str, str] = field(default_factory=dict)  # of :data:`WORDS`
     allow_unusual: bool = False  # the file lets values pass that are far from those of other bicycles
     z_up: bool = False  # its z axis points up
+    # joint, of numbers that the file states together; empty without
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)
     bodies: list[Mapping[str, Any]] = field(default_factory=list)  # as :data:`BODIES` has them
-    _left_out: dict[str, tuple[str, float]] = field(default_factory=dict)
+    _left_out: dict[str, tuple[str, float]] = field(default_factory=dict)  # key of :data:`LEFT_OUT` -> place, number
     _others: list[str] = field(default_factory=list)  # keys that are not those of a bicycle
 
     def __post_init__(self) -> None:

@@ -53,13 +53,13 @@ SCALED = tuple(key for key in UNITS if key not in GIVEN)
 class Geometry:
     """Measurements of an owner: wheelbase and trail (m), tilt of the steer axis (rad), wheel radii (m), mass (kg)."""
 
-    w: float
-    c: float
-    lam: float
-    rR: float
-    rF: float
-    mass: float
-    g: float = 9.81
+    w: float  # m
+    c: float  # m, positive behind the steer axis
+    lam: float  # rad from the vertical
+    rR: float  # m
+    rF: float  # m
+    mass: float  # kg, of the whole bicycle without rider
+    g: float = 9.81  # m/s^2
 
     @classmethod
     def of(cls, p: Mapping[str, float]) -> "Geometry":
@@ -132,9 +132,9 @@ def _mean(*without: str) -> Array:
 class Guess:
     """Features (p,) of a bicycle that was not measured, and their covariance (p, p)."""
 
-    geometry: Geometry
-    mean: Array
-    covariance: Array
+    geometry: Geometry  # what was measured
+    mean: Array  # (p,), no unit
+    covariance: Array  # (p, p), no unit
 
     def knowing(self, known: Mapping[str, tuple[float, float]]) -> "Guess":
         """The guess if some of the features are measured: value and sd of each, as of a normal distribution."""

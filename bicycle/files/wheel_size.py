@@ -133,8 +133,8 @@ NAMED = re.compile(
 class WheelSize(NamedTuple):
     """Rim and tyre by ISO 5775: bead seat diameter and nominal width, mm."""
 
-    rim: float
-    width: float
+    rim: float  # bead seat diameter, mm
+    width: float  # nominal, mm
 
     def __str__(self) -> str:
         return f"{self.width:.0f}-{self.rim:.0f}"

@@ -12,12 +12,12 @@ from tyre.ground.arrays import Array, Complex
 class Canonical:
     """The matrices of the canonical equations (2, 2) and H (2,), SI, order lean, steer."""
 
-    mass: Array
-    c1: Array
-    k0: Array
-    k2: Array
-    force: Array
-    gravity: float
+    mass: Array  # M (2, 2), kg m^2
+    c1: Array  # C1 (2, 2), kg m: N m per (m/s) (rad/s)
+    k0: Array  # K0 (2, 2), kg m: stiffness over gravity
+    k2: Array  # K2 (2, 2), kg: N m/rad per (m/s)^2
+    force: Array  # H (2,), m: lean and steer torque per lateral force
+    gravity: float  # m/s^2
 
     @classmethod
     def of_whipple(cls, model: Model) -> "Canonical":
@@ -43,12 +43,12 @@ class Canonical:
 class Motion:
     """Complex amplitudes of recorded signals (K, speeds, frequencies, motions); ``s`` = i omega and ``v`` broadcast."""
 
-    lean: Complex
-    steer: Complex
-    torque: Complex
-    force: Complex
-    s: Complex
-    v: Array
+    lean: Complex  # rad
+    steer: Complex  # rad
+    torque: Complex  # steer torque, N m
+    force: Complex  # lateral force, N
+    s: Complex  # 1/s
+    v: Array  # m/s
 
 
 def identify(motion: Motion, fixed: Canonical) -> Array:

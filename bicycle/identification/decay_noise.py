@@ -32,7 +32,7 @@ class Window:
 
     time: Array  # (n,), s from the first sample of the window
     start: float  # s after the first sample of the run
-    channels: tuple[str, ...]
+    channels: tuple[str, ...]  # columns of the recording, such as roll_rate_rad_s
     signals: Array  # (n, c), over ``scale``
     scale: Array  # (c,), standard deviation of each channel, SI
     drift: Array  # (n, 3), legendre polynomials of degree 0 to 2, each of rms 1
@@ -178,11 +178,11 @@ class Linear:
 class Solved:
     """Least squares at some eigenvalues for each coefficient of the noise, (points, colours, channels)."""
 
-    logs: Array  # of the marginal likelihood
-    gram: Array  # normal equations
-    right: Array
-    squares: Array
-    samples: int
+    logs: Array  # (points, colours, channels), logarithms of the marginal likelihood
+    gram: Array  # (points, colours, channels, h, h), normal equations of h amplitudes, priors included
+    right: Array  # (points, colours, channels, h), their right sides
+    squares: Array  # (points, colours, channels), sum of squares that is left, the prior's share included
+    samples: int  # in the window
 
     def at(self, kept: NDArray[np.bool_]) -> "Solved":
         """Keep some of the points."""
@@ -209,9 +209,9 @@ class Solved:
 class Evidence:
     """Marginal likelihood of one window with one kind of drift; priors are in units of ``noise``, about its sd (c,)."""
 
-    window: Window
-    drift: str
-    noise: Array
+    window: Window  # whose samples it explains
+    drift: str  # one of :data:`KINDS`
+    noise: Array  # (c,), in units of the window's scale
 
     def solved(self, modes: Array, rates: Array | None = None) -> Solved:
         """Solve for all coefficients at ``modes`` (points, m, 2) and ``rates`` (points,) of a real mode."""

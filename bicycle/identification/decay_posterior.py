@@ -31,7 +31,7 @@ ANGLES = {"steer_rate_rad_s": "steer_rad", "roll_rate_rad_s": "lean_rad"}
 class Posterior:
     """Posterior of the modes with one kind of drift, for a prior that is even in sigma, omega and log rate."""
 
-    evidence: noise.Evidence
+    evidence: noise.Evidence  # window and kind of drift
     best: Array  # (m, 2), most probable sigma (1/s) and omega (rad/s), by frequency
     modes: Array  # (points, m, 2)
     weights: Array  # (points,), with sum 1
@@ -49,7 +49,7 @@ class Posterior:
 class Estimate:
     """Modes of one window; the kinds of drift that were tried are weighed by their evidence."""
 
-    window: noise.Window
+    window: noise.Window  # whose samples were fitted
     posteriors: tuple[Posterior, ...]  # one of each kind and size of drift
     weights: tuple[float, ...]  # their probabilities, with sum 1
     mean: Array  # (m, 2), sigma (1/s) and omega (rad/s), by frequency

@@ -56,7 +56,7 @@ class Break(Shift):
 
     time_s: float  # s after the first sample of the run
     until_s: float  # end of a window that has nothing of it, s after the first sample of the run
-    channel: str
+    channel: str  # column of that sample
     size: float  # sd of what is unforeseen
 
 
@@ -196,7 +196,7 @@ REASONS = {  # why a run tells too little, or nothing
 class Decay:
     """One mode of one run."""
 
-    run: str
+    run: str  # name of the recording
     speed: float  # m/s
     eigenvalue: complex = complex("nan+nanj")  # 1/s
     sd: tuple[float, float] = (math.nan, math.nan)  # of both parts, 1/s: a 95 % interval is 1.96 of it to both sides

@@ -38,7 +38,7 @@ from tyre.recordings.draft import draft_words, looking, refuse_unmapped
 class Run:
     """One recorded run of a bicycle, equidistant samples in SI units."""
 
-    name: str
+    name: str  # file, and the event in it where it holds several
     speed: float  # m/s
     time: Array  # s
     channels: Mapping[str, Array]  # measured, by column

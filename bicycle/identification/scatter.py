@@ -41,10 +41,10 @@ class Repeats:
 class _Group:
     """Runs at about one speed that are not set aside, and the columns of their law in speed."""
 
-    kept: list[int]
+    kept: list[int]  # places of the runs
     law: Array  # (runs, 1) a level, or (runs, 2) with a line of its own
     level: Array  # numbers less the slope between groups
-    slope: float
+    slope: float  # of the number over the speed, per m/s, as the neighbouring groups show it
 
     def left(self) -> tuple[Array, Array]:
         """Residual of each run, and the share of it that the law leaves."""

@@ -53,9 +53,9 @@ on top.
 class Deviation:
     """One standard deviation (SI), its origin (one of ``ORIGINS``) and the reason where there is one to tell."""
 
-    sd: float
-    origin: str
-    why: str = ""
+    sd: float  # one standard deviation, in the unit of the parameter (SI)
+    origin: str  # one of :data:`ORIGINS`
+    why: str = ""  # how a workshop measures it, or why it is 0; empty: as given or stated
 
 
 def standard_deviations(

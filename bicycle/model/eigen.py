@@ -43,24 +43,24 @@ class Eigensystem(NamedTuple):
     The two halves of a pair stand side by side, the upper one first.
     """
 
-    values: Complex
-    right: Complex
-    left: Complex
+    values: Complex  # (m, n), 1/s
+    right: Complex  # (m, n, n), columns
+    left: Complex  # (m, n, n), rows
 
 
 class Decomposition(NamedTuple):
     """Eigenvalues (m, n) in 1/s, their slopes d(lambda)/dv (m, n) in 1/m, right (columns) and left eigenvectors."""
 
-    values: Complex
-    slopes: Complex
-    right: Complex
-    left: Complex
+    values: Complex  # (m, n), 1/s
+    slopes: Complex  # (m, n), 1/m
+    right: Complex  # (m, n, n), columns
+    left: Complex  # (m, n, n), rows
 
 
 class Participation(NamedTuple):
     """Eigenvalues (m, n) in 1/s and who moves in each: shares without a unit."""
 
-    values: Complex
+    values: Complex  # (m, n), 1/s
     share: Array  # (m, groups, n), sums of |left times right eigenvector| over the states of each group, of all states
     steering: Array  # (m, n), steer angle among all angles
 

@@ -23,8 +23,8 @@ class InputHistory:
         Times that do not increase, unequal lengths, values that are not finite.
     """
 
-    time: Array
-    value: Array
+    time: Array  # (k,), s
+    value: Array  # (k,), SI unit of the input
     linear: bool = False
 
     def __post_init__(self) -> None:

@@ -61,9 +61,9 @@ class Model:
         Two effects exclude each other, one needs what no other provides, or they are not given as one argument.
     """
 
-    bicycle: Bicycle
+    bicycle: Bicycle  # rigid, without the effects
     effects: tuple[Effect, ...] = ()
-    notes: tuple[str, ...] = field(default=(), compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)  # to show with its warnings: on its tyres and effects
     sd: Mapping[str, float] = field(default_factory=dict)
     assumed_sd: tuple[str, ...] = ()
     covariance: ParameterCovariance = field(default_factory=ParameterCovariance)

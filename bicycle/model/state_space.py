@@ -22,9 +22,9 @@ from tyre.ground.errors import InputError, refuse_unknown
 class SpeedRange:
     """The matrices that hold for lower < v <= upper (m/s); most models have a single range from 0 to infinity."""
 
-    lower: float
-    upper: float
-    matrices: Matrices
+    lower: float  # m/s, not in the range
+    upper: float  # m/s, in the range
+    matrices: Matrices  # polynomials in the speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class LinearModel:
     scale: Array
     parameters: Mapping[str, float]
     static_loads: tuple[float, float]
-    effects: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()  # their identifiers
     warnings: tuple[str, ...] = field(default=())
     declared: Declarations = field(default=Declarations(), repr=False)
 

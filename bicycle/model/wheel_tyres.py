@@ -174,8 +174,9 @@ FROM_TYRE = "tyre"
 class MountedTyres:
     """The tyres of a model: the contact law that names them, and their properties per wheel."""
 
-    law: str
-    properties: Mapping[str, TyreProperties]
+    law: str  # identifier of the contact law that names them
+    properties: Mapping[str, TyreProperties]  # wheel, rear and front -> what its tyre holds at its load and pressure
+    # of both wheels, with their covariance; None: only which parameters they give is asked
     joint: JointProperties | None = None
 
     def covariance(self, kind: type[Effect], asked: Sequence[tuple[Parameter, tuple[str, ...]]]) -> JointCovariance:

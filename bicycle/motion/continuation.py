@@ -25,17 +25,17 @@ SAME = 1e-4  # of the largest slip: two motions are one, whose dry friction is c
 class Point(NamedTuple):
     """A solution on a branch: the unknowns (slips, omega, number), each over its size, the tangent, the cycle."""
 
-    unknowns: Array
-    tangent: Array
-    cycle: Cycle
+    unknowns: Array  # (u,), no unit
+    tangent: Array  # (u,), of length 1; zero at the far end of a branch
+    cycle: Cycle  # the solution in SI units
     number: float  # what the branch is followed over: speed in m/s, or another number
 
 
 class Rest(NamedTuple):
     """A number at which a motion begins, and the critical speed that it is one of."""
 
-    number: float
-    critical: CriticalSpeed
+    number: float  # speed in m/s, or the other number that the branch is followed over
+    critical: CriticalSpeed  # oscillatory, at the number
 
 
 def padded(vector: Array, length: int) -> Array:
@@ -60,7 +60,7 @@ def unit_at(length: int, place: int) -> Array:
 class Balance:
     """Newton's method on the balance with a phase and one more condition, in unknowns of comparable size."""
 
-    system: SlipSystem
+    system: SlipSystem  # at every number, or with ``make`` at the one that it was made for
     omega: float  # rad/s, and
     unit: float  # the number that count as one
     limits: tuple[float, float] = (0.0, np.inf)  # of the number
@@ -166,13 +166,13 @@ class Balance:
 class Branch:
     """Periodic motions that hang together, in the order in which they were followed."""
 
-    mode: str
+    mode: str  # name of the mode whose motion begins there
     begin: CriticalSpeed  # where it begins; with dry friction, where it would begin without
-    end: CriticalSpeed | None
+    end: CriticalSpeed | None  # where the motion shrinks to rest again; None if it does not
     reason: str  # why it ends: critical speed, geometry, speed, slow, lost, closed, sticks, range
-    points: tuple[Point, ...]
-    folds: tuple[Cycle, ...]
-    balance: Balance = field(repr=False)
+    points: tuple[Point, ...]  # in the order in which they were followed
+    folds: tuple[Cycle, ...]  # cycles at which the branch turns back in the number
+    balance: Balance = field(repr=False)  # whose solutions the points are
 
     def at(self, number: float) -> list[Cycle]:
         """Cycles at a speed in m/s, or at another ``number`` that the branch is over; as many as it has there."""

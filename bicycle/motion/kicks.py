@@ -25,7 +25,7 @@ class Kick(NamedTuple):
     """The least kick that starts a motion at one speed."""
 
     speed: float  # m/s
-    mode: str
+    mode: str  # name of the mode whose motion it starts
     estimate: float  # by the normal form, in the unit of the kick
     least: float | None  # confirmed in time to 2 %; None: up to ten times the estimate nothing follows
     follows: str  # lasting motion, fall, nothing

@@ -54,7 +54,7 @@ SLIDES = 3.0  # times the rate at which smoothed friction sets in: below, a moti
 class Onset:
     """Behaviour beside a critical speed: a motion that grows gently, one that jumps, or not determined."""
 
-    critical: CriticalSpeed
+    critical: CriticalSpeed  # oscillatory, where the motion begins
     bend: float  # a' = growth a + bend a^3 of the steer amplitude a, 1/(s rad^2): the first Lyapunov coefficient
     band: tuple[float, float]  # its least and largest value over the band of E, in which it is linear
 

@@ -117,7 +117,7 @@ def falling_trail(sliding: Array) -> Array:
 class CurveTyre:
     """The whole curves of a tyre file at one pressure, without ply steer: the mean of the tyre and its mirror image."""
 
-    source: FormulaTyre
+    source: FormulaTyre  # side force and aligning moment over slip, camber, load and pressure
     pressure: float  # Pa
     offset: float = 0.0  # side force over load at zero slip (ply steer)
 
@@ -182,10 +182,10 @@ class MagicFormulaModel:
     F are the side forces at the lagged slip, F_t those that make the aligning moment of the trail of small slip.
     """
 
-    speed: float
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    speed: float  # m/s
+    states: tuple[str, ...]  # names, (n,)
+    inputs: tuple[str, ...]  # names, as in the linear model
+    outputs: tuple[str, ...]  # names, without the side forces
     state_matrix: Array  # (n, n), without side forces
     force_matrix: Array  # (n, 2)
     trail_matrix: Array  # (n, 2)
@@ -194,8 +194,8 @@ class MagicFormulaModel:
     slip_input: Array  # (2, inputs)
     input_matrix: Array  # (n, inputs)
     output_matrix: Array  # (outputs without side forces, n)
-    loads: Array
-    tyres: tuple[TyreUnderLoad, TyreUnderLoad]
+    loads: Array  # (2,), N, > 0: rear and front wheel at this speed
+    tyres: tuple[TyreUnderLoad, TyreUnderLoad]  # rear and front
     units: Mapping[str, str]  # of states, inputs and outputs
 
     def side_forces(self, slip: Array, camber: Array | None = None) -> Array:

@@ -195,11 +195,11 @@ class Response:
 class FrequencyResponse:
     """Complex gains ``outputs[name]`` (m,) from one input, SI, at ``frequency_hz`` (m,); ``units`` by name."""
 
-    frequency_hz: Array
-    speed: float
-    input: str
-    outputs: Mapping[str, Complex]
-    units: Mapping[str, str] = field(default_factory=dict)
+    frequency_hz: Array  # (m,), Hz
+    speed: float  # m/s
+    input: str  # name of the harmonic input
+    outputs: Mapping[str, Complex]  # name -> (m,), unit of the output per unit of the input
+    units: Mapping[str, str] = field(default_factory=dict)  # of input and outputs, by name
 
     def frame(self) -> pd.DataFrame:
         """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""

@@ -91,8 +91,8 @@ def peak(harmonics: Complex) -> float:
 class SlipSystem:
     """x' = A(v) x + B n(y), y = H x: the model at every speed."""
 
-    at_one_speed: MagicFormulaModel
-    dynamics: SpeedPolynomial
+    at_one_speed: MagicFormulaModel  # gives tyres and matrices that do not change with the speed
+    dynamics: SpeedPolynomial  # A(v) (n, n), without side forces
     entry: Array  # B (n, curves)
     signals: Array  # H (signals, n): slips and, where apart, slips that stand for camber
     friction: float | None = None  # N m at the bar; with it the last curve and signal are those of the steering

@@ -73,7 +73,7 @@ def entries_of(key: str, known: Container[str]) -> tuple[str, ...]:
 class ParameterCovariance(JointCovariance):
     """Covariance of parameters, ``effect.name[.wheel]`` or bicycle keys, and where it comes from."""
 
-    origin: str = TABLE
+    origin: str = TABLE  # what states it: TABLE, FILE or MODEL_FILE
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:

@@ -91,7 +91,7 @@ def inertia_coordinates(values: Mapping[str, float], sd: Mapping[str, float]) ->
 class _Body:
     """Part of :class:`InertiaCoordinates` of one body."""
 
-    keys: tuple[str, ...]
+    keys: tuple[str, ...]  # of its m inertias that float
     turn: Array  # (m, m)
     relative: Array  # (3, m)
     lowest: Array  # (m,)

@@ -21,15 +21,16 @@ Row = NDArray[Any]  # shape (2 + number of joints,), dtype object or float
 class Body:
     """A rigid body: mass, mass centre (x, z) and inertia-tensor entries about it (Ixz as Meijaard tabulates it)."""
 
-    name: str
-    mass: Scalar
-    x: Scalar
-    z: Scalar
-    Ixx: Scalar
-    Izz: Scalar
-    Ixz: Scalar = 0
-    spin_inertia: Scalar = 0
-    radius: Scalar = 1
+    name: str  # by which joints carry it
+    mass: Scalar  # kg
+    x: Scalar  # m, of the mass centre, positive forward of the rear contact
+    z: Scalar  # m, of the mass centre, positive down
+    Ixx: Scalar  # kg m^2, about the mass centre
+    Izz: Scalar  # kg m^2, about the mass centre
+    Ixz: Scalar = 0  # kg m^2, tensor entry -sum m x z
+    spin_inertia: Scalar = 0  # kg m^2 about the axle; 0: it does not roll
+    radius: Scalar = 1  # m, of a wheel that rolls
+    # name of the body that it moves with; empty: the rear frame, unless a joint carries it
     fixed_to: str = field(default="", kw_only=True)
 
 
@@ -37,12 +38,12 @@ class Body:
 class Joint:
     """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies and hangs on a joint."""
 
-    name: str
-    axis_x: Scalar
-    axis_z: Scalar
-    x: Scalar
-    z: Scalar
-    carries: frozenset[str]
+    name: str  # of its angle, rad
+    axis_x: Scalar  # forward component of its unit vector
+    axis_z: Scalar  # downward component of its unit vector
+    x: Scalar  # m, of a point on the axis, positive forward of the rear contact
+    z: Scalar  # m, of a point on the axis, positive down
+    carries: frozenset[str]  # names of the bodies that turn with it
     hangs_on: str = field(default="", kw_only=True)  # name of a joint; empty: on the ground
 
     def lever(self, x: Scalar, z: Scalar) -> Scalar:

@@ -28,9 +28,9 @@ class RigidBody:
     Off-diagonal entries are tensor entries, Ixz = -sum m x z, as Meijaard et al. (2007) tabulate them.
     """
 
-    mass: float
-    centre: Array
-    inertia: Array
+    mass: float  # kg
+    centre: Array  # (3,), m
+    inertia: Array  # (3, 3), kg m^2, about the centre
 
 
 def join(bodies: Sequence[RigidBody]) -> RigidBody:
@@ -125,7 +125,7 @@ CONVERSION, TOTAL = "measurementconversionfactor", "totalmass"  # keys of a meas
 class RiderMeasurements:
     """A measured body."""
 
-    name: str
+    name: str  # packaged rider, file without its ending, or scaled_HEIGHTm_MASSkg
     lengths: Mapping[str, float]  # every key of :data:`KEYS`, m; the two sides are equal (averaged on reading)
     mass: float | None  # total mass, kg; None: as volume and mean densities give it
     relative_sd: float  # one sd of every group of :data:`GROUPS` over its value
@@ -269,11 +269,11 @@ TO_BICYCLE = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 class Segment:
     """A rigid part of the body on the bicycle, and sections along it for a drawing."""
 
-    name: str
-    body: RigidBody
-    sections: Array
-    wide: Array
-    deep: Array
+    name: str  # as ``yeadon`` calls it, such as Right upper arm
+    body: RigidBody  # mass, mass centre and inertia on the bicycle
+    sections: Array  # (k, 3), m: centres of both ends of each solid
+    wide: Array  # (k, 3), m: from a centre half the width of its section sideways
+    deep: Array  # (k, 3), m: from a centre half the depth of its section
 
 
 @lru_cache(maxsize=8)

@@ -27,9 +27,9 @@ ANGLE_SD = math.radians(5)
 class Angles(NamedTuple):
     """Joint angles that a posture leaves free, rad."""
 
-    torso_lean: float
-    back_rounding: float = 0.0
-    elbows_out: float = 0.0
+    torso_lean: float  # of the line from hip to shoulder from the vertical, positive forward
+    back_rounding: float = 0.0  # by which the chest leans farther forward than the pelvis
+    elbows_out: float = 0.0  # turn of the elbows about the line from shoulder to hand, positive outwards; 0: below it
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +37,13 @@ class RiderOnBicycle:
     """A bicycle with a rider."""
 
     frame: Bicycle  # without rider
-    rider: RiderMeasurements
-    posture: str
-    angles: Angles
+    rider: RiderMeasurements  # its ``mass`` is never None here
+    posture: str  # name in :data:`rider_posture.POSTURES`
+    angles: Angles  # as asked for, or of the posture
     geometry: SeatGeometry  # complete; its ``assumed`` keys were not measured
-    contacts: Contacts
-    seated: Seated
-    segments: tuple[Segment, ...]
+    contacts: Contacts  # hip, pedals and hands on this bicycle
+    seated: Seated  # joint angles that reach them
+    segments: tuple[Segment, ...]  # rigid parts of the body, on the bicycle
     body: RigidBody  # the rider alone
 
     @cached_property

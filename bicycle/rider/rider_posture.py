@@ -39,10 +39,11 @@ LEG_SHARE, LEG_SHARE_SD = 0.837, 0.033
 class SeatGeometry:
     """Seat and hands of a bicycle."""
 
+    # by key of :data:`RANGES`: m, or degrees where the key ends in _deg
     values: Mapping[str, float] = field(default_factory=dict)
-    sd: Mapping[str, float] = field(default_factory=dict)
-    assumed: tuple[str, ...] = ()
-    source: str = ""
+    sd: Mapping[str, float] = field(default_factory=dict)  # one sd of each value, in its unit
+    assumed: tuple[str, ...] = ()  # keys that were not measured but filled in by a rule
+    source: str = ""  # where the measurements come from, in words
 
     @property
     def has_hands(self) -> bool:
@@ -62,10 +63,10 @@ class SeatGeometry:
 class Contacts(NamedTuple):
     """Contacts of the rider: (x, z) of hip on the saddle, pedals and hands; half the distance of the hands."""
 
-    hip: Array
-    pedals: Array
-    hands: Array
-    half_width: float
+    hip: Array  # (2,), (x, z) of the hip joint over the saddle, m; x forward of the rear contact, z down
+    pedals: Array  # (2,), (x, z) of the bottom bracket, the mean place of the pedals, m
+    hands: Array  # (2,), (x, z) of both hands, m
+    half_width: float  # m, from the mid-plane to either hand
 
 
 def contacts(geometry: SeatGeometry, bicycle: Mapping[str, float]) -> Contacts:
@@ -124,11 +125,11 @@ def with_hands(geometry: SeatGeometry, hands: Array, *, sd: float) -> SeatGeomet
 class Posture(NamedTuple):
     """A way to sit: lean of the torso from the vertical, and where a bar would be that suits it (rad, m)."""
 
-    torso_lean: float
-    arm_to_torso: float
-    elbow_flexion: float
-    hand_width: float
-    source: str
+    torso_lean: float  # rad from the vertical, positive forward: line from hip to shoulder
+    arm_to_torso: float  # rad, line from shoulder to hand against the torso; 0: arms hang along it
+    elbow_flexion: float  # rad; 0: straight
+    hand_width: float  # m, from hand to hand
+    source: str  # who measured or advises it, in words
 
 
 POSTURES: Mapping[str, Posture] = MappingProxyType(
@@ -164,14 +165,14 @@ LEAN_LIMITS = (-60.0, 90.0)  # degrees
 class Lengths(NamedTuple):
     """Link lengths of a body, m: hip to lowest rib, on to the nipple, on to the shoulder, half the shoulders; limbs."""
 
-    pelvis: float
-    thorax: float
-    chest: float
-    half_shoulders: float
-    thigh: float
-    shank: float
-    upper_arm: float
-    forearm: float
+    pelvis: float  # m, hip to lowest rib
+    thorax: float  # m, lowest rib to nipple
+    chest: float  # m, nipple to shoulder
+    half_shoulders: float  # m, mid-plane to shoulder joint
+    thigh: float  # m, hip to knee
+    shank: float  # m, knee to heel
+    upper_arm: float  # m, shoulder to elbow
+    forearm: float  # m, elbow to base of the thumb
 
     @classmethod
     def of(cls, m: Mapping[str, float]) -> "Lengths":
@@ -192,11 +193,11 @@ class Lengths(NamedTuple):
 class Seated:
     """A solved posture: the 21 joint angles of ``yeadon`` (rad) and the angles a bicycle fitter would read."""
 
-    configuration: Mapping[str, float]
-    torso_lean: float
-    knee_flexion: float
-    elbow_flexion: float
-    thigh_to_torso: float
+    configuration: Mapping[str, float]  # joint angle of ``yeadon`` -> rad
+    torso_lean: float  # rad from the vertical, positive forward: line from hip to shoulder
+    knee_flexion: float  # rad at mid-stroke; 0: straight
+    elbow_flexion: float  # rad; 0: straight
+    thigh_to_torso: float  # rad, enclosed by thigh and trunk; small: they touch
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -27,9 +27,9 @@ DESTABILISING, STABILISING = "destabilising", "stabilising"
 class CrossingIdentity(NamedTuple):
     """Which crossing it is, whatever its speed: the mode, which way, and its number among these from slow to fast."""
 
-    mode: str
-    destabilising: bool
-    occurrence: int = 1
+    mode: str  # its name
+    destabilising: bool  # it is unstable above the speed
+    occurrence: int = 1  # 1 for the slowest
 
     def __str__(self) -> str:
         number = f" ({self.occurrence})" if self.occurrence > 1 else ""

@@ -52,11 +52,11 @@ NODES = np.concatenate([np.arange(1, 32) * 0.1, np.arange(32, 208, 8) * 0.1])
 class Zeros(NamedTuple):
     """Crossings (k,) of bicycles ``owner``: speed (m/s), rad/s, d(lambda)/dv, and how well the speed is known (m/s)."""
 
-    owner: Whole
-    speed: Array
-    omega: Array
-    slope: Complex
-    doubt: Array
+    owner: Whole  # (k,), numbers of the bicycles
+    speed: Array  # (k,), m/s
+    omega: Array  # (k,), rad/s; 0: a real root
+    slope: Complex  # (k,), d(lambda)/dv of the crossing root, 1/m
+    doubt: Array  # (k,), m/s: uncertainty of the speed from rounding
 
     def take(self, index: Whole | Mask) -> "Zeros":
         """Take the crossings at ``index``."""
@@ -79,9 +79,9 @@ def find_crossings(polynomial: SpeedPolynomial, unit: Array, limits: Array) -> Z
 class Search:
     """The bicycles of a search, low < v <= high (m/s) of each in ``limits`` (m, 2), and what is known at nodes."""
 
-    polynomial: SpeedPolynomial
-    unit: Array
-    limits: Array
+    polynomial: SpeedPolynomial  # A(v) (m, n, n) of all bicycles, 1/s
+    unit: Array  # (m,), sqrt(g w), m/s
+    limits: Array  # (m, 2), m/s
 
     def run(self) -> Zeros:
         """All crossings, completed until the number of unstable roots adds up."""

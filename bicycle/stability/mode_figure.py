@@ -19,10 +19,10 @@ EXTRAPOLATED: Mapping[str, Any] = MappingProxyType({"hatch": "//", "edgecolor": 
 class Look(NamedTuple):
     """Colour, line style and marker of one series; the colours differ in lightness too."""
 
-    colour: str
-    line: Any
-    marker: str
-    bare: Any = None
+    colour: str  # hexadecimal
+    line: Any  # line style of matplotlib: its sign, or offset and dashes in points
+    marker: str  # of matplotlib
+    bare: Any = None  # line style where no markers are drawn; None: the same
 
     @property
     def plot(self) -> dict[str, Any]:

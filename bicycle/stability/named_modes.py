@@ -41,11 +41,11 @@ COMPONENTS = ("lean", "steer", "yaw", "lateral")
 class ModeEvent:
     """Something happens to named modes at a speed (m/s)."""
 
-    speed: float
-    kind: str
-    modes: tuple[str, ...]
-    eigenvalue: float = float("nan")
-    pair: tuple[str, ...] = ()
+    speed: float  # m/s
+    kind: str  # merge, split, exchange or switch
+    modes: tuple[str, ...]  # names of the modes that it happens to
+    eigenvalue: float = float("nan")  # 1/s, the double real root of a merge or split; else NaN
+    pair: tuple[str, ...] = ()  # name of the pair that is born or split, both names if it is in doubt
 
     def __str__(self) -> str:
         said = {
@@ -63,7 +63,7 @@ class ModeShape:
     """Phasors (m, n) of ``components`` at m speeds: lean, steer, yaw (rad), lateral displacement of the rear contact
     (m) and the model's further joint angles (rad)."""
 
-    phasors: Complex
+    phasors: Complex  # (m, 4 + joints), rad and m, the largest angle of each row being 1 rad, lean with phase 0
     components: tuple[str, ...] = COMPONENTS
 
     @property
@@ -101,7 +101,7 @@ class Modes:
     eigenvalues: Complex
     branches: Mapping[str, Complex]
     anchor: float
-    model: LinearModel = field(repr=False)
+    model: LinearModel = field(repr=False)  # whose eigenvalues they are
 
     def __repr__(self) -> str:
         many = len(self.speeds)

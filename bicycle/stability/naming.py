@@ -154,10 +154,10 @@ class Rules:
 class Named(NamedTuple):
     """Roots (k, n) in 1/s, and the places of their names in ``Rules.names``."""
 
-    values: Complex
-    first: Whole
-    second: Whole
-    clear: Mask
+    values: Complex  # (k, n), 1/s
+    first: Whole  # (k, n), place of the name
+    second: Whole  # (k, n), place of a second name: of a pair in doubt, of capsize and castering as a pair; else NONE
+    clear: Mask  # (k,); False: four real core roots, whose names follow from the next speed at which weave is a pair
 
     def take(self, points: slice) -> "Named":
         """Take some of the points."""

@@ -85,11 +85,11 @@ class Sensitivities:
 class PairSensitivities:
     """Derivatives of sum (1/s) and product (1/s^2) of two roots with each parameter, smooth where the two meet."""
 
-    sum: float
-    product: float
-    parameters: tuple[str, ...]
-    of_sum: Array
-    of_product: Array
+    sum: float  # 1/s
+    product: float  # 1/s^2
+    parameters: tuple[str, ...]  # p bicycle keys and ``effect.name[.wheel]``
+    of_sum: Array  # (p,), 1/s per SI unit of the parameter
+    of_product: Array  # (p,), 1/s^2 per SI unit of the parameter
 
 
 def sensitivities(model: Model, speeds: ArrayLike) -> Sensitivities:

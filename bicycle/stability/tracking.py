@@ -26,11 +26,11 @@ MAX_NODES = 20_000
 class Nodes:
     """Eigenvalues and their slopes (m, n) at ``v`` (m,), right (columns) and left (rows) eigenvectors (m, n, n)."""
 
-    v: Array
-    values: Complex
-    slopes: Complex
-    right: Complex
-    left: Complex
+    v: Array  # (m,), m/s or what else the roots are followed over
+    values: Complex  # (m, n), 1/s
+    slopes: Complex  # (m, n), 1/s per unit of ``v``
+    right: Complex  # (m, n, n), columns
+    left: Complex  # (m, n, n), rows
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """Take those at ``index`` (k,)."""
@@ -50,29 +50,29 @@ class Branches:
     """Followed roots: nodes ``v`` (m,), ``values`` (m, n), one column a branch; ``order`` (m, n) of the roots in
     these."""
 
-    v: Array
-    values: Complex
-    order: NDArray[np.intp]
-    smooth: NDArray[np.bool_]
+    v: Array  # (m,), m/s or what else the roots are followed over
+    values: Complex  # (m, n), 1/s
+    order: NDArray[np.intp]  # (m, n), place of each branch's root among those of the node
+    smooth: NDArray[np.bool_]  # (m - 1,), steps over which each root clearly follows one; else they are matched as sets
 
 
 class Meeting(NamedTuple):
     """Two real roots meet and leave as a pair (``merge``, as the number grows) or come from one (``split``)."""
 
-    at: float
-    kind: str
-    branches: tuple[int, int]
-    value: float
-    step: int
+    at: float  # m/s or what else the roots are followed over
+    kind: str  # merge or split
+    branches: tuple[int, int]  # numbers of the two
+    value: float  # 1/s, the double root
+    step: int  # from node ``step`` to the next
 
 
 class BranchCrossing(NamedTuple):
     """Branch number ``branch`` crosses the imaginary axis at ``value`` with the root ``root`` (1/s)."""
 
-    branch: int
-    value: float
-    root: complex
-    destabilising: bool
+    branch: int  # column of the eigenvalues
+    value: float  # of the number that is varied
+    root: complex  # 1/s, the upper half of a pair
+    destabilising: bool  # its real part grows with the number
 
 
 def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
