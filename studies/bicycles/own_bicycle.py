@@ -31,14 +31,14 @@ class Limits:
 
     flattened: float = 0.93  # of the height of a tyre, left under a rider: 23 mm of a racing tyre roll on 332 mm
     rim_sd: float = 0.003  # m, of a radius from the words on a tyre
-    spread: tuple[float, float] = (0.05, 0.95)
-    draws: int = 300
-    wobble_draws: int = 100
+    spread: tuple[float, float] = (0.05, 0.95)  # quantiles of the plausible bicycles between which a speed is given
+    draws: int = 300  # plausible bicycles for weave and capsize
+    wobble_draws: int = 100  # of these for wobble, which takes longer
     fewest: int = 10  # of them that wobble, for an interval of its onset
     fastest: float = 15.0  # m/s, up to which weave and capsize are looked for
     ridden: float = 20.0  # m/s, and wobble
-    tyre: str = "Tyre1"
-    bar: float = 5.5
+    tyre: str = "Tyre1"  # packaged tyre on both wheels for wobble
+    bar: float = 5.5  # bar, its pressure
     stiffness: tuple[float, float] = Ranges.stiffness  # of a flexible front, N m/rad, drawn evenly in its logarithm
     damping: tuple[float, float] = Ranges.damping  # N m s/rad, likewise
     # m, of its hinge on the steer axis
@@ -52,20 +52,21 @@ LIMITS = Limits()
 class Asked:
     """Measurements of an owner: lengths in m, the head angle in degrees from the horizontal, masses in kg."""
 
-    wheelbase: float
-    head_angle: float
-    wheel: str
-    mass: float
+    wheelbase: float  # m
+    head_angle: float  # degrees, steer axis above the horizontal
+    wheel: str  # size in words as on a tyre, such as 28-622
+    mass: float  # kg, of the bicycle without rider
+    # m, positive where the steer axis meets the ground before the contact; None: from the fork offset
     trail: float | None = None
-    fork_offset: float | None = None
-    rider_height: float | None = None
-    rider_mass: float | None = None
+    fork_offset: float | None = None  # m, wheel centre before the steer axis; None: the trail is measured
+    rider_height: float | None = None  # m, standing; None: no rider, or one by mass and place
+    rider_mass: float | None = None  # kg; None: no rider
     rider_place: tuple[float, float] | None = None  # of the rider's mass centre: m before the rear contact, m up
     rider_inertia: tuple[float, ...] | None = None  # Ixx, Iyy, Izz, perhaps Ixz about it, kg m^2, z down
-    posture: str = "hoods"
-    front_wheel_mass: float | None = None
-    fork_mass: float | None = None
-    front_wheel_inertia: float | None = None
+    posture: str = "hoods"  # how the rider sits, one of POSTURES
+    front_wheel_mass: float | None = None  # kg, with tyre; None: guessed
+    fork_mass: float | None = None  # kg, of fork and handlebar; None: guessed
+    front_wheel_inertia: float | None = None  # kg m^2, about the axle; None: guessed
 
     @property
     def geometry(self) -> scaled.Geometry:
@@ -146,9 +147,9 @@ class Asked:
 class Band:
     """A speed (m/s), and the ends between which nine of ten plausible bicycles have it; NaN without one."""
 
-    value: float
-    low: float
-    high: float
+    value: float  # m/s, of the guessed bicycle
+    low: float  # m/s
+    high: float  # m/s
     share: float  # of the plausible bicycles that have it
 
 
@@ -156,9 +157,9 @@ class Band:
 class Help:
     """Options of a measurement that would help, and the sd (m/s) of weave and capsize without and with it."""
 
-    options: str
-    weave: tuple[float, float]
-    capsize: tuple[float, float]
+    options: str  # as typed in a terminal, with a placeholder for each number
+    weave: tuple[float, float]  # m/s
+    capsize: tuple[float, float]  # m/s
 
 
 @dataclass(frozen=True)

@@ -108,9 +108,9 @@ class NamedBoundary:
     """A boundary, and at each point (m) the name of its mode and the number of unstable roots on its stable side."""
 
     curve: Boundary
-    names: tuple[str, ...]
-    beside: NDArray[np.intp]
-    growth_sd: Array
+    names: tuple[str, ...]  # m; two joined by a plus where in doubt, empty where unknown
+    beside: NDArray[np.intp]  # (m,), unstable roots just off the boundary, on its stable side
+    growth_sd: Array  # (m,), 1/s, of the real part of the crossing root
 
     @property
     def distinct(self) -> tuple[str, ...]:

@@ -17,12 +17,12 @@ EDGE, CLOSED, DOUBLE_ZERO, LOST = "edge", "closed", "double zero", "lost"
 class Boundary:
     """A curve on which a root lies on the imaginary axis."""
 
-    shares: Array
-    roots: Complex
-    gradients: Complex
-    sizes: Array
-    real: bool
-    ends: tuple[str, str]
+    shares: Array  # (m, 2), shares of the two axes, 0 to 1
+    roots: Complex  # (m,), 1/s, on the imaginary axis
+    gradients: Complex  # (m, 2), 1/s, derivatives of the root with the shares
+    sizes: Array  # (m,), 1/s, modulus of the largest root, to which rounding is relative
+    real: bool  # True: a root crosses at zero; False: a pair
+    ends: tuple[str, str]  # EDGE, CLOSED, DOUBLE_ZERO or LOST, of the first and the last point
 
     def __len__(self) -> int:
         return len(self.shares)
@@ -76,12 +76,12 @@ class Boundary:
 class AxisRoot(NamedTuple):
     """The root that crosses the axis near m points."""
 
-    root: Complex
-    gradient: Complex
-    height: Array
-    uphill: Array
-    size: Array
-    rival: Array
+    root: Complex  # (m,), 1/s
+    gradient: Complex  # (m, 2), 1/s, derivatives of the root with the shares
+    height: Array  # (m,), what must vanish: real part in 1/s, of a real root the smallest singular value of the matrix
+    uphill: Array  # (m, 2), derivatives of ``height`` with the shares
+    size: Array  # (m,), 1/s, modulus of the largest root
+    rival: Array  # (m,), 1/s, distance to the nearest other root
 
 
 def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoot:
@@ -110,9 +110,9 @@ def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoo
 class Sharp(NamedTuple):
     """Points (m, 2) on the axis, what crosses there, and which of them Newton reached."""
 
-    shares: Array
+    shares: Array  # (m, 2), shares of the two axes, 0 to 1
     at: AxisRoot
-    reached: NDArray[np.bool_]
+    reached: NDArray[np.bool_]  # (m,), False: no such root on the axis near here
 
 
 def sharpened(
@@ -157,10 +157,10 @@ STRIDES = (4, 1)  # steps that a walk takes at once, the points between sharpene
 class Seed:
     """A point (2,) of a boundary in shares of the axes, its root (1/s), whether real, and the root's gradient (2,)."""
 
-    shares: Array
-    root: complex
+    shares: Array  # (2,), 0 to 1
+    root: complex  # 1/s
     real: bool
-    gradient: Array
+    gradient: Array  # (2,), 1/s, derivatives of the root with the shares
 
     @property
     def normal(self) -> Array:
@@ -171,10 +171,10 @@ class Seed:
 
 @dataclass
 class _Walker:
-    plane: Plane
-    seed: Seed
-    step: float
-    slow: float
+    plane: Plane  # the two axes
+    seed: Seed  # where both ways begin
+    step: float  # length of a step in shares of the axes
+    slow: float  # 1/s, a pair slower than this is about to become real
 
     def walk(self, way: float) -> tuple[list[Array], list[complex], str]:
         """Points and roots from the seed on, without it, and how the way ends."""

@@ -78,10 +78,10 @@ def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
 class Look(NamedTuple):
     """Roots (m, n) in 1/s at m points, their derivatives (m, n, 2) with the shares of both axes, and the matrices."""
 
-    values: Complex
-    gradients: Complex
-    matrices: Array
-    slopes: Array
+    values: Complex  # (m, n), 1/s
+    gradients: Complex  # (m, n, 2), 1/s, with the shares
+    matrices: Array  # (m, n, n), state matrices
+    slopes: Array  # (m, 2, n, n), derivatives of the matrices with the shares
 
 
 class Plane:
@@ -191,9 +191,9 @@ class Mark:
     """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one above."""
 
     kind: str
-    label: str
-    x: float
-    y: float
+    label: str  # words beside the mark
+    x: float  # in the unit of the first axis; NaN: a line at ``y``
+    y: float  # in the unit of the second axis; NaN: a line at ``x``
 
 
 def marks(plane: Plane) -> list[Mark]:

@@ -104,11 +104,11 @@ ROUNDS = 3
 class Check:
     """Unstable roots on a grid: counted, and as the boundaries tell them at points ``apart`` from every boundary."""
 
-    unstable: NDArray[np.intp]
-    told: NDArray[np.intp]
-    apart: NDArray[np.bool_]
-    sides: int
-    compared: int
+    unstable: NDArray[np.intp]  # (k, k), number of unstable roots, counted
+    told: NDArray[np.intp]  # (k, k), the same number as it follows from the boundaries crossed
+    apart: NDArray[np.bool_]  # (k, k), True: more than a cell from every boundary
+    sides: int  # points of boundaries whose two sides do not differ by the roots that cross there
+    compared: int  # points of boundaries whose two sides were counted
 
     @property
     def wrong(self) -> NDArray[np.bool_]:

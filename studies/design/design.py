@@ -27,9 +27,9 @@ from tyre.ground.errors import InputError
 class Certainty:
     """Share of draws of a design that keep its demands."""
 
-    excess: Mapping[Demand, Array]
-    unknown: int
-    refused: int
+    excess: Mapping[Demand, Array]  # (n,), 1/s, by which each draw misses the demand; below 0: keeps it, NaN: not told
+    unknown: int  # draws of which some demand is not told
+    refused: int  # draws that are no bicycle, left out
 
     @property
     def known(self) -> Array:
@@ -115,11 +115,12 @@ class Design:
     problem: Problem
     before: Answer
     after: Answer
-    agreed: tuple[int, int]
+    agreed: tuple[int, int]  # searches that came to this cost, and all searches
+    # before and after: mode -> lowest and highest unstable speed (m/s), largest growth (1/s)
     unstable: tuple[Unstable, Unstable]
     certainty: Certainty | None
-    margins: Mapping[Demand, float]
-    probability: float | None
+    margins: Mapping[Demand, float]  # 1/s, by which each demand is kept so that it holds with the probability
+    probability: float | None  # with which the demands are to be kept; None: of the nominal model only
     amplitude: float | None = None  # degrees at the bar of the demand on one
 
     @property
@@ -153,13 +154,13 @@ class Design:
 class Wanted:
     """Wishes for a design besides demands: costs of a change by one unit, standard deviations (SI), limits by key."""
 
-    costs: Mapping[str, float]
-    sd: Mapping[str, float]
-    limits: Mapping[str, tuple[float, float]]
-    assume: bool = False
-    probability: float | None = None
-    samples: int = 1000
-    seed: int = 0
+    costs: Mapping[str, float]  # key -> cost of a change by one unit of the key; empty: none is stated
+    sd: Mapping[str, float]  # parameter -> standard deviation, SI
+    limits: Mapping[str, tuple[float, float]]  # key -> lowest and highest value in its unit
+    assume: bool = False  # True: default standard deviations where none is stated
+    probability: float | None = None  # with which the demands are to be kept, 0 to 1; None: of the nominal model only
+    samples: int = 1000  # random bicycles
+    seed: int = 0  # of all random numbers
 
 
 def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:

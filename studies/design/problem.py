@@ -33,10 +33,10 @@ class Demand:
     With an ``amplitude`` (degrees at the bar) it may grow by ``growth`` (1/s), if motions that last stay below.
     """
 
-    mode: str
-    ratio: float = 0.0
-    amplitude: float = 0.0
-    growth: float = 0.0
+    mode: str  # name of a mode, or EVERY
+    ratio: float = 0.0  # least damping ratio, 0 to below 1
+    amplitude: float = 0.0  # degrees at the bar, largest of a motion that lasts; 0: no demand on one
+    growth: float = 0.0  # 1/s, largest growth rate
 
     def __str__(self) -> str:
         if self.amplitude:
@@ -117,9 +117,9 @@ class Peak:
     """A demand, a speed (m/s), the root there (1/s) and by how much it misses the demand (1/s; below 0: keeps it)."""
 
     demand: Demand
-    speed: float
-    root: complex
-    excess: float
+    speed: float  # m/s
+    root: complex  # 1/s
+    excess: float  # 1/s, below 0: the demand is kept
 
 
 def peaks(linear: LinearModel, asked: Sequence[Demand], speeds: Array) -> list[Peak]:
@@ -178,17 +178,17 @@ BY_COST, BY_SD, RELATIVE = "stated costs", "standard deviations", "shares of the
 class Limits:
     """Lowest and highest value (d,) of each number in its unit, and what sets the two."""
 
-    low: Array
-    high: Array
-    why: tuple[str, ...]
+    low: Array  # (d,), each in the unit of its number
+    high: Array  # (d,), likewise
+    why: tuple[str, ...]  # d, what sets the two
 
 
 @dataclass(frozen=True)
 class Cost:
     """``scale`` (d,), the change of each number that counts as one, in its unit; ``kind`` says what that is."""
 
-    scale: Array
-    kind: str
+    scale: Array  # (d,), each in the unit of its number
+    kind: str  # BY_COST, BY_SD or RELATIVE
 
     def of(self, change: Array) -> float:
         """Cost of a ``change`` (d,) in the units of the numbers: the root of the sum of squares."""
@@ -325,11 +325,11 @@ class Problem:
     """The numbers that are varied and where they stand, their cost and limits, the demands, and speeds (m,) in m/s."""
 
     space: ModelSpace
-    start: Array
+    start: Array  # (d,), the numbers as they stand, in their units
     cost: Cost
     limits: Limits
     demands: tuple[Demand, ...]
-    speeds: Array
+    speeds: Array  # (m,), m/s, rising
 
     def answer(self, x: Array, margins: Mapping[Demand, float]) -> "Answer":
         """Cost and misses of numbers (d,), in their units, with margins (1/s) by which demands are to be kept."""
@@ -342,10 +342,10 @@ class Problem:
 class Answer:
     """Numbers ``x`` (d,), their cost, the peaks there, and by how much the worst demand is missed (1/s, < 0: kept)."""
 
-    x: Array
-    cost: float
+    x: Array  # (d,), in the units of the numbers
+    cost: float  # root of the sum of squared changes, each over its scale
     peaks: tuple[Peak, ...]
-    missed: float
+    missed: float  # 1/s, of the worst demand; below 0: all are kept
 
     @property
     def kept(self) -> bool:

@@ -17,8 +17,8 @@ class Slider(NamedTuple):
     parameter: str
     words: str
     unit: str
-    low: float
-    high: float
+    low: float  # in ``unit``
+    high: float  # in ``unit``
 
 
 SLIDERS = {

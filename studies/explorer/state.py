@@ -147,8 +147,8 @@ class State:
     rider: str = ""  # a packaged body put on the bicycle; empty: none
     posture: str = "upright"
     slow: float = 1.0  # speed range and chosen speed, m/s
-    fast: float = 10.0
-    at: float = 5.0
+    fast: float = 10.0  # m/s, highest speed
+    at: float = 5.0  # m/s, chosen speed
     mode: str = ""  # whose sensitivities and shape are shown; empty: the first
     pins: tuple[str, ...] = ()  # addresses of what is shown for comparison
     x: str = ""  # axes of the stability chart, as ``velotyre chart`` takes them; empty: no chart

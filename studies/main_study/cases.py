@@ -30,18 +30,18 @@ GIVEN = "as given"
 class TyreCase:
     """One tyre condition on both wheels at their static loads."""
 
-    name: str
-    contact: Array
-    covariance: Array
-    table: Table
-    pressures_bar: tuple[float, ...]
-    properties: tuple[TyreProperties, ...] = ()
-    tyre: str = ""
-    surface: str = ""
-    packaged: bool = True
-    synthetic: bool = False
-    width: float | None = None
-    out_of_reach: bool = False
+    name: str  # tyre, or rear / front tyre, and surface
+    contact: Array  # (4,), N/rad and m: cornering stiffness and relaxation length, rear then front
+    covariance: Array  # (4, 4) of ``contact``, in products of its units
+    table: Table  # of the contact law, as a model file has it
+    pressures_bar: tuple[float, ...]  # bar, rear and front; empty: none is known
+    properties: tuple[TyreProperties, ...] = ()  # rear and front; empty for a tyre given as numbers
+    tyre: str = ""  # the name without its surface
+    surface: str = ""  # as the tyre's file names it; of the rear tyre
+    packaged: bool = True  # False: a file of the user, or numbers of a model file
+    synthetic: bool = False  # True: computed by a model, not measured
+    width: float | None = None  # m, of the rear tyre; None: not known
+    out_of_reach: bool = False  # True: a wheel's load or pressure is far outside of what was measured
 
     @property
     def pressure_bar(self) -> float:
@@ -86,7 +86,7 @@ class Cases:
     """Conditions that are studied, and those that could not be, each with the reason."""
 
     found: tuple[TyreCase, ...]
-    left_out: tuple[str, ...]
+    left_out: tuple[str, ...]  # tyre, condition and reason, a sentence each
 
 
 def tyre_cases(settings: Settings) -> Cases:

@@ -38,12 +38,12 @@ DAMPING, CRITICAL = "damping_ratio", "critical_speed_m_s"
 class Change:
     """Change of one quantity between two pressures, split by varying one pair of tyre numbers and holding the other."""
 
-    of: str | CrossingIdentity
-    quantity: str
-    before: float
-    after: float
-    stiffness_part: float
-    length_part: float
+    of: str | CrossingIdentity  # name of the mode, or the critical speed
+    quantity: str  # DAMPING (a ratio) or CRITICAL (m/s), in which the four numbers are
+    before: float  # at the higher pressure
+    after: float  # at the lower pressure
+    stiffness_part: float  # change if the cornering stiffness alone went to its value at the lower pressure
+    length_part: float  # change if the relaxation length alone did
 
     @property
     def total(self) -> float:
@@ -69,7 +69,7 @@ class Decomposition:
     higher: TyreCase
     lower: TyreCase
     setup: Setup
-    changes: tuple[Change, ...]
+    changes: tuple[Change, ...]  # of critical speeds and of damping ratios at the report speed
 
     def change(self, of: str | CrossingIdentity, quantity: str = CRITICAL) -> Change | None:
         """Change of a mode's damping ratio or of a critical speed; None if it is not there at both pressures."""
@@ -122,16 +122,16 @@ def _follow_roots(
 class End:
     """Wobble at one end of a range: the value of the end, where it is unstable, and its least damping when ridden."""
 
-    what: str
-    span: Span | None
-    least: LeastDamped | None
+    what: str  # value with its unit, or name of the choice
+    span: Span | None  # None: stable up to the highest speed
+    least: LeastDamped | None  # None: no oscillation of wobble where it is ridden
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
     """One thing that is varied, at both ends of its range."""
 
-    what: str
+    what: str  # name in words
     low: End
     high: End
 
@@ -234,11 +234,11 @@ class ContactModels:
 
     case: TyreCase
     half_length: tuple[float, float]
-    trail: tuple[float, float]
-    estimated: bool
-    lag: End
-    trailing: End
-    string: End
+    trail: tuple[float, float]  # m, of the string, rear and front
+    estimated: bool  # ``half_length`` from load, pressure and width; False: the default of the effect
+    lag: End  # single lag without trail
+    trailing: End  # single lag with the trail of the string
+    string: End  # string in contact over its length
 
 
 def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[ContactModels, ...]:
@@ -280,7 +280,7 @@ class Amplitude:
     traces: tuple[Trace, ...] = ()
     wobble: Extent | None = None
     peak_factor: float | None = None  # assumed; None: the tyre file holds whole curves
-    refused: str = ""
+    refused: str = ""  # reason; empty: they could be followed
 
     @property
     def jumps(self) -> bool:
@@ -308,9 +308,10 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
 class Sources:
     """Sources of the uncertainty of one case in the reference world."""
 
+    # of each critical speed's variance (sum 1), by what is uncertain
     shares: Mapping[CrossingIdentity, Mapping[str, float]]
-    exact: Mapping[str, str]
-    assumed: Mapping[str, tuple[float, float]]
+    exact: Mapping[str, str]  # parameter -> why no standard deviation of it counts
+    assumed: Mapping[str, tuple[float, float]]  # parameter -> value and assumed standard deviation, SI
 
 
 def sources(settings: Settings, case: TyreCase) -> Sources:
@@ -333,7 +334,7 @@ class Check:
 
     result: Result
     quantities: tuple[Quantity, ...]
-    failure: str = ""
+    failure: str = ""  # reason; empty: it could be computed
 
 
 def check(settings: Settings, result: Result) -> Check:
@@ -365,10 +366,10 @@ class Plausible:
 
     case: TyreCase
     setup: Setup
-    onset: Array
-    end: Array
-    computed: NDArray[np.bool_]
-    growth: Array
+    onset: Array  # (n,), m/s; NaN: stable up to the highest speed, or not computed
+    end: Array  # (n,), m/s, at most the highest speed; NaN likewise
+    computed: NDArray[np.bool_]  # (n,), False: the draw makes no model
+    growth: Array  # (n, speeds), 1/s; NaN without such an oscillation
 
     @property
     def count(self) -> int:

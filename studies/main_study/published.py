@@ -15,14 +15,14 @@ from tyre.ground.files import data_root, read_toml
 class Finding:
     """A published range."""
 
-    who: str
-    quantity: str
-    low: float
-    high: float
-    words: str
-    read: str
-    source: str
-    hands: str = ""
+    who: str  # authors and year
+    quantity: str  # name with its unit, a key of :func:`measured`
+    low: float  # in the unit of the quantity
+    high: float  # likewise
+    words: str  # finding in a few words
+    read: str  # what was read of it, and how it was taken
+    source: str  # where it was published
+    hands: str = ""  # ``on`` or ``off`` the bar; empty: of the tyre alone
 
 
 @dataclass(frozen=True)

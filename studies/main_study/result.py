@@ -127,8 +127,8 @@ def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int
 class UncertainCriticalSpeed(CriticalSpeed):
     """Critical speed with standard deviations (m/s): of tyre data and bicycle, and of the tyre data alone."""
 
-    sd: float
-    tyre_sd: float
+    sd: float  # m/s, of tyre data and bicycle
+    tyre_sd: float  # m/s, of the tyre data alone
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,9 @@ class Band:
 class Span:
     """Unstable wobble from its first onset to its last end, m/s; from 0 at rest on, to infinity beyond ``limit``."""
 
-    low: float
-    high: float
-    limit: float
+    low: float  # m/s; 0: unstable from rest on
+    high: float  # m/s; infinite: unstable beyond the limit
+    limit: float  # m/s, highest speed that is looked at
 
 
 def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
@@ -192,17 +192,17 @@ def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
 class Uncertain:
     """A number, its standard deviation, and that of the tyre data alone."""
 
-    value: float
-    sd: float
-    tyre_sd: float
+    value: float  # in the unit of the quantity, as both sds
+    sd: float  # of tyre data and bicycle
+    tyre_sd: float  # of the tyre data alone
 
 
 @dataclass(frozen=True)
 class LeastDamped:
     """Least damped wobble at the speeds that are ridden: eigenvalue (1/s) and speed (m/s)."""
 
-    eigenvalue: complex
-    speed: float
+    eigenvalue: complex  # 1/s, upper half plane
+    speed: float  # m/s
 
     @property
     def damping_ratio(self) -> float:
@@ -217,10 +217,10 @@ class Result:
     case: TyreCase
     setup: Setup
     modes: Modes
-    crossings: tuple[UncertainCriticalSpeed, ...]
+    crossings: tuple[UncertainCriticalSpeed, ...]  # up to the highest speed of the search, rising
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing if it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
-    least: LeastDamped | None
+    least: LeastDamped | None  # None: wobble is no oscillation at the speeds that are ridden
 
     def bands(self, limit: float) -> list[Band]:
         """Bands of unstable wobble that begin up to ``limit`` (m/s); one without edges if it is unstable throughout."""

@@ -43,12 +43,12 @@ class World:
 class Answer:
     """Facts of the first screen on the tyre in question."""
 
-    word: str
-    worlds: tuple[World, ...]
+    word: str  # YES, NO_DIFFERENCE, NO or UNKNOWN
+    worlds: tuple[World, ...]  # reference first
     longer: int  # plausible bicycles that less air brings closer
-    shorter: int
-    count: int
-    hinges: tuple[Hinge, ...]
+    shorter: int  # plausible bicycles from which less air takes wobble farther away
+    count: int  # plausible bicycles that are compared
+    hinges: tuple[Hinge, ...]  # the largest change of the least damping ratio first
 
     @property
     def whole(self) -> bool:

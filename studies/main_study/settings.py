@@ -78,13 +78,14 @@ LIMITS = Limits()
 class Front:
     """Flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units."""
 
-    stiffness: float = 5000.0
-    damping: float = 20.0
-    joint_height: float = 0.65
-    joint_x: float | None = None
+    stiffness: float = 5000.0  # N m/rad, of the hinge
+    damping: float = 20.0  # N m s/rad, of the hinge
+    joint_height: float = 0.65  # m above the ground
+    joint_x: float | None = None  # m before the rear contact; None: where the steer axis has the height of the hinge
+    # rad, hinge axis above the horizontal, forward end up; None: perpendicular to the steer axis
     axis_tilt: float | None = None
-    friction: float = 0.0
-    given: bool = False
+    friction: float = 0.0  # N m s/rad, damping of the steering, added to that of a steer damper
+    given: bool = False  # True: of a model file; False: assumed
 
     def hinge_x(self, p: Table) -> Any:
         """Place of the hinge, m before the rear contact of a parameter set."""
@@ -95,26 +96,26 @@ class Front:
 class Arms:
     """Both hands on the bar: what the arms add to the steering, SI units (effect ``rider_arms``)."""
 
-    inertia: float = 0.1
-    stiffness: float = 5.0
-    damping: float = 1.0
-    given: bool = False
+    inertia: float = 0.1  # kg m^2, about the steer axis
+    stiffness: float = 5.0  # N m/rad, against steering
+    damping: float = 1.0  # N m s/rad, against steering
+    given: bool = False  # True: of a model file; False: assumed
 
 
 @dataclass(frozen=True)
 class Ranges:
     """Plausible values of what nobody measured: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
 
-    stiffness: tuple[float, float] = (2500.0, 10000.0)
-    damping: tuple[float, float] = (5.0, 40.0)
-    hinge: tuple[float, float] = (-0.1, 0.1)
-    friction: tuple[float, float] = (0.0, 1.0)
-    camber_share: tuple[float, float] = LIMITS.camber_range
-    trail: tuple[float, float] = LIMITS.trail_range
-    twisting: tuple[float, float] = LIMITS.twisting_range
-    arm_inertia: tuple[float, float] = (0.05, 0.2)
-    arm_stiffness: tuple[float, float] = (0.0, 30.0)
-    arm_damping: tuple[float, float] = (0.2, 3.0)
+    stiffness: tuple[float, float] = (2500.0, 10000.0)  # N m/rad, of the front
+    damping: tuple[float, float] = (5.0, 40.0)  # N m s/rad, of the front
+    hinge: tuple[float, float] = (-0.1, 0.1)  # m, added to the height of the hinge
+    friction: tuple[float, float] = (0.0, 1.0)  # N m s/rad, added to that of the front
+    camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber thrust a factor
+    trail: tuple[float, float] = LIMITS.trail_range  # m, of either tyre
+    twisting: tuple[float, float] = LIMITS.twisting_range  # N m/rad, of either tyre
+    arm_inertia: tuple[float, float] = (0.05, 0.2)  # kg m^2
+    arm_stiffness: tuple[float, float] = (0.0, 30.0)  # N m/rad
+    arm_damping: tuple[float, float] = (0.2, 3.0)  # N m s/rad
 
 
 PerWheel = float | tuple[float, float]
@@ -156,23 +157,25 @@ class Settings:
     """One main study."""
 
     bicycle: Bicycle
+    # (n,), m/s, rising, at which modes are computed
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
     front: Front | None = field(default_factory=Front)  # None: nobody knows it, and none is assumed
     arms: Arms = field(default_factory=Arms)
-    camber_share: float = LIMITS.camber_share
-    trail: float = LIMITS.trail
-    twisting: float = LIMITS.twisting
+    camber_share: float = LIMITS.camber_share  # 1/rad of the load, assumed camber stiffness of a tyre that states none
+    trail: float = LIMITS.trail  # m, likewise
+    twisting: float = LIMITS.twisting  # N m/rad, likewise
+    # effects of the model file besides contact law, front and arms: identifier -> table
     further: Mapping[str, Table] = field(default_factory=dict)
     tyre: str = ""  # packaged, or a file; empty: every packaged one
-    surface: str | None = None
-    pressures: tuple[float, ...] = ()
-    contact: Table | None = None
-    postures: tuple[Bicycle, ...] = ()
-    report_speed: float = 15.0
-    max_speed: float = 60.0
-    samples: int = 500
-    seed: int = 0
-    fronts: int = 64
+    surface: str | None = None  # of the tyre, as its file names it; None: not chosen
+    pressures: tuple[float, ...] = ()  # bar, rising; empty: those that were measured
+    contact: Table | None = None  # table of the contact law in the model file; None: tyres are measured ones
+    postures: tuple[Bicycle, ...] = ()  # the same bicycle with its rider in each posture; empty: none is known
+    report_speed: float = 15.0  # m/s, at which frequency and damping ratio are reported
+    max_speed: float = 60.0  # m/s, up to which critical speeds are searched
+    samples: int = 500  # random bicycles that check each linear standard deviation
+    seed: int = 0  # of all random numbers
+    fronts: int = 64  # plausible bicycles that are drawn for each case
 
     @property
     def fastest(self) -> float:

@@ -20,17 +20,18 @@ class Study:
     """Everything the main study found; ``left_out`` holds what could not be computed, and why."""
 
     settings: Settings
-    cases: tuple[TyreCase, ...]
-    focus: TyreCase
-    left_out: tuple[str, ...]
-    results: tuple[Result, ...]
+    cases: tuple[TyreCase, ...]  # by tyre and surface, then rising pressure
+    focus: TyreCase  # case of the tyre in question that is nearest to the typical pressure
+    left_out: tuple[str, ...]  # tyre, condition, world and reason, a sentence each
+    results: tuple[Result, ...]  # of every case in the reference world, of the tyre in question in all
+    # of each tyre and surface measured at two pressures, in each world
     decompositions: tuple[compare.Decomposition, ...]
-    plausible: tuple[compare.Plausible, ...]
-    hinges: tuple[compare.Hinge, ...]
+    plausible: tuple[compare.Plausible, ...]  # lowest and highest pressure of the tyre in question, reference world
+    hinges: tuple[compare.Hinge, ...]  # the largest change first
     contact_models: tuple[compare.ContactModels, ...]
-    sources: compare.Sources
-    checks: tuple[compare.Check, ...]
-    amplitudes: tuple[compare.Amplitude, ...]
+    sources: compare.Sources  # of the case in focus
+    checks: tuple[compare.Check, ...]  # lowest and highest pressure of the tyre in question, reference world
+    amplitudes: tuple[compare.Amplitude, ...]  # likewise
 
     @property
     def names(self) -> list[str]:

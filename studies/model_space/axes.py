@@ -26,10 +26,10 @@ Value = TypeVar("Value")
 class Axis:
     """A number that runs: its key, the unit of its values, and its lowest and highest possible value."""
 
-    key: str
-    unit: str
-    wheels: tuple[str, ...] = ()
-    bounds: tuple[float, float] = (-math.inf, math.inf)
+    key: str  # parameter, condition of a tyre, or the speed
+    unit: str  # as in tables; "1": a plain number
+    wheels: tuple[str, ...] = ()  # of a tyre's condition the wheels that it is of; else empty
+    bounds: tuple[float, float] = (-math.inf, math.inf)  # in ``unit``
 
     @property
     def condition(self) -> str:

@@ -47,11 +47,11 @@ def one_by_one(tyre: TyreSource, name: str, load: Array, pressure: Array) -> Arr
 class TyreConditions:
     """The tyres of a model file: pressure and load as they stand, and the parameters of effects that they give."""
 
-    sources: Mapping[str, TyreSource]
-    pressure_bar: dict[str, float]
-    load_N: dict[str, float]
+    sources: Mapping[str, TyreSource]  # wheel -> tyre
+    pressure_bar: dict[str, float]  # wheel -> bar, as it stands
+    load_N: dict[str, float]  # wheel -> N, as it stands
     given: dict[str, str]
-    extrapolate: bool
+    extrapolate: bool  # True: beyond what was measured too
 
     @classmethod
     def of(cls, content: Mapping[str, Any], model: Model) -> "TyreConditions | None":

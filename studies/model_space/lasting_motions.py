@@ -42,7 +42,7 @@ def with_onsets(
 class Trace(NamedTuple):
     """Numbers along a branch, for tables and figures; at rest the amplitude is 0."""
 
-    mode: str
+    mode: str  # name, two joined by a plus where in doubt
     speed: Array  # (m,), m/s
     amplitude: Array  # degrees at the bar
     frequency: Array  # Hz
@@ -88,7 +88,7 @@ class Extent(NamedTuple):
     """Speeds between which a mode has a motion that lasts, and the largest amplitude at the bar."""
 
     low: float  # m/s
-    high: float
+    high: float  # m/s
     largest: float  # degrees
     at: float  # m/s
     followed: bool  # False if larger motions than could be followed may exist

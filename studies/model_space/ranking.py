@@ -24,13 +24,13 @@ class Change:
     """Changes of a mode for one standard deviation of a parameter, to first order."""
 
     parameter: str
-    unit: str
-    value: float
-    sd: float
+    unit: str  # SI, of the parameter
+    value: float  # in ``unit``
+    sd: float  # in ``unit``
     origin: str
-    growth: float
-    frequency: float
-    critical: tuple[float, ...]
+    growth: float  # 1/s, of the real part of the root
+    frequency: float  # Hz
+    critical: tuple[float, ...]  # m/s, of each of the ranking's critical speeds
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class Ranking:
     """Changes of one mode at one speed, the largest change of the growth rate first."""
 
     mode: str
-    speed: float
-    eigenvalue: complex
-    meeting: bool
-    critical_speeds: tuple[float, ...]
+    speed: float  # m/s
+    eigenvalue: complex  # 1/s, Im >= 0; of two real roots that meet their mean
+    meeting: bool  # True: two real roots of the mode meet near this speed
+    critical_speeds: tuple[float, ...]  # m/s, of this mode, rising
     changes: tuple[Change, ...]
-    total: float
-    correlated: bool
-    others: tuple[float, ...] = ()
+    total: float  # 1/s, standard deviation of the growth rate by all parameters together
+    correlated: bool  # True: some of the parameters are correlated
+    others: tuple[float, ...] = ()  # 1/s, further real roots of the mode
 
 
 def rank(

@@ -86,9 +86,9 @@ def modal_motion(model: LinearModel, *, speed: float, eigenvalue: complex, ampli
 class Part:
     """A polyline (k, 3) in m, axes x forward, y right, z down, fixed to a body; ``wheel_radius`` of parts that roll."""
 
-    body: str
-    points: Array
-    wheel_radius: float = 0.0
+    body: str  # name of the body it moves with
+    points: Array  # (k, 3), m
+    wheel_radius: float = 0.0  # m; 0: does not roll
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class BicycleDrawing:
     """Parts in the upright position and the hinges, from the ground outward, that move them."""
 
     parts: tuple[Part, ...]
-    joints: tuple[Joint, ...]
+    joints: tuple[Joint, ...]  # from the ground outward
 
     def pose(self, coordinates: Mapping[str, float], *, rolled: float = 0.0) -> list[Array]:
         """Points (k, 3) of every part in a posture, m."""

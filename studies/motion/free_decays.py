@@ -45,9 +45,9 @@ class Judged:
     mode: str
     decay: Decay
     rejected: str  # why the run is not used, by what it says alone
-    repeats: int = 0
-    widened: bool = False
-    aside: bool = False
+    repeats: int = 0  # runs at about this speed, itself among them; 0: the run is not used
+    widened: bool = False  # True: its sd is more than 5 % above what the fit says
+    aside: bool = False  # True: far outside the scatter of its repeats
 
 
 def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:

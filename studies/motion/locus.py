@@ -75,11 +75,11 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
 class AxisCrossing:
     """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows."""
 
-    value: float
-    mode: str
-    frequency_hz: float
-    destabilising: bool
-    extrapolated: bool = False
+    value: float  # in the unit of the parameter
+    mode: str  # name, two joined by a plus where in doubt
+    frequency_hz: float  # Hz; 0: a real root
+    destabilising: bool  # True: unstable above ``value``
+    extrapolated: bool = False  # True: a tyre is outside of its measured range
 
 
 @dataclass(frozen=True)
@@ -88,12 +88,12 @@ class RootLocus:
 
     key: str
     unit: str
-    values: Array
+    values: Array  # (m,), in ``unit``, rising
     eigenvalues: Complex
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # n
     crossings: tuple[AxisCrossing, ...]
-    asked: NDArray[np.bool_]
-    inside: NDArray[np.bool_]
+    asked: NDArray[np.bool_]  # (m,), False: added by the tracking, not in tables
+    inside: NDArray[np.bool_]  # (m,), True: tyres are within their measured range
 
     @property
     def unstable_throughout(self) -> tuple[str, ...]:

@@ -190,10 +190,11 @@ TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what
 class Points:
     """Parameters of items by key, SI, a number or (m,) each; speeds (m, k) or (1, k) in m/s; and tyre flags (m,)."""
 
-    values: Mapping[str, Any]
-    speeds: Array
-    nominal: Mapping[str, float]
+    values: Mapping[str, Any]  # a number, or (m,)
+    speeds: Array  # (m, k) or, alike for all, (1, k), m/s
+    nominal: Mapping[str, float]  # parameter -> value of the model file, SI
     refused: Refused
+    # (m,), True outside of a tyre's measured range; None: no tyre is read
     extrapolated: NDArray[np.bool_] | None = field(default=None)
 
     def value(self, key: str, item: int) -> float:

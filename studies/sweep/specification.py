@@ -40,7 +40,7 @@ TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
 class GridAxis:
     """A parameter and its grid values: numbers, or names for ``tyre`` and ``surface``."""
 
-    name: str
+    name: str  # parameter, condition of a tyre, ``speed_m_s`` or ``bicycle``
     values: tuple[Any, ...]
 
 
@@ -48,8 +48,9 @@ class GridAxis:
 class Normal:
     """Jointly normal parameters: ``factor`` times its transpose is their covariance."""
 
-    names: tuple[str, ...]
-    mean: tuple[float, ...]
+    names: tuple[str, ...]  # p parameters
+    mean: tuple[float, ...]  # (p,), SI
+    # p rows of as many numbers as there are draws, SI for one standard deviation of each
     factor: tuple[tuple[float, ...], ...]
 
 
@@ -57,29 +58,31 @@ class Normal:
 class Uniform:
     """A parameter spread evenly between ``low`` and ``high``."""
 
-    name: str
-    low: float
-    high: float
+    name: str  # parameter
+    low: float  # SI
+    high: float  # SI
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """Everything a worker needs to know; plain data."""
 
-    model: Mapping[str, Any]
-    axes: tuple[GridAxis, ...]
-    speeds: tuple[float, ...]
-    samples: int
-    seed: int
-    normals: tuple[Normal, ...]
+    model: Mapping[str, Any]  # content of the model file, with absolute paths
+    axes: tuple[GridAxis, ...]  # grid of bicycles, the speeds not among them
+    speeds: tuple[float, ...]  # m/s, rising; empty: each bicycle at its own, or none is needed
+    samples: int  # random draws in each cell of the grid
+    seed: int  # of all draws
+    normals: tuple[Normal, ...]  # groups that are independent of each other
     uniforms: tuple[Uniform, ...]
-    tyre_covariance: bool
-    relative_cornering_stiffness_sd: float
-    outputs: tuple[str, ...]
-    max_speed: float
-    quantiles: tuple[float, ...] | None
-    points_per_part: int
+    tyre_covariance: bool  # True: tyres are drawn from the covariance of their measurement
+    relative_cornering_stiffness_sd: float  # share of the value, for a tyre that states none; 0: none is assumed
+    outputs: tuple[str, ...]  # names in OUTPUTS
+    max_speed: float  # m/s, up to which critical speeds are searched
+    quantiles: tuple[float, ...] | None  # 0 to 1, over the samples, kept in place of them; None: every sample is kept
+    points_per_part: int  # bicycles times speeds that a worker computes before it writes
+    # bicycle of the grid -> parameter -> value, SI
     bicycles: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # bicycle of the grid -> parameter -> standard deviation to be drawn, SI
     bicycle_sd: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property

@@ -115,7 +115,7 @@ class Stability:
     """Largest growth rates (cells, samples), 1/s, of bicycles at a speed (m/s; None: each at its own)."""
 
     speed: float | None
-    growth: Array
+    growth: Array  # (cells, samples), 1/s, above 0: unstable
     anew: bool = False
 
     @property

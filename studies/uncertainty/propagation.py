@@ -34,13 +34,13 @@ LOOK = 0.5  # m/s between the speeds at which unstable roots are counted
 class Quantity:
     """One result with its uncertainty."""
 
-    name: str
-    unit: str
-    value: float
-    gradient: Array
-    shares: Mapping[str, float]
-    samples: Array
-    crossing: CrossingIdentity | None = None
+    name: str  # with the speed, as in tables
+    unit: str  # of value, gradient and samples
+    value: float  # of the nominal model, in ``unit``
+    gradient: Array  # (p,), in ``unit`` for one standard deviation of each independent draw
+    shares: Mapping[str, float]  # of the linear variance (sum 1), by what was measured together
+    samples: Array  # (n,), in ``unit``; NaN: a random bicycle without it
+    crossing: CrossingIdentity | None = None  # which critical speed it is; None: another quantity
 
     @property
     def linear_sd(self) -> float:
