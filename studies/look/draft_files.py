@@ -27,9 +27,9 @@ FILL = "FILL IN"
 class Draft:
     """A file to be written: ``name``, ``text``, and what it is for."""
 
-    name: str
-    text: str
-    purpose: str
+    name: str  # of the file
+    text: str  # content of the file
+    purpose: str  # in words, for a list of the drafts
 
     @property
     def marks(self) -> int:

@@ -33,15 +33,15 @@ LONGEST_STEP = 1.0  # s; a column of times with longer steps is rather in ms, or
 class Opened:
     """A file with all that can be read of it."""
 
-    path: Path
+    path: Path  # of the file
     signals: Signals  # of the channels that hold numbers
     unread: dict[str, str]  # column -> why it cannot be read
     columns: tuple[Column, ...]  # all that the file lists
-    quality: dict[str, Quality]
+    quality: dict[str, Quality]  # whole name of a column -> what its samples are like
     clock: Guess | None  # the column that is taken as the time
     time: Array | None  # (n,) s, of the channels that follow ``clock``; None where nothing says the time
     clock_notes: tuple[str, ...]  # what is odd about the times, or why there are none
-    reading: Reading
+    reading: Reading  # how the file was read
 
     def time_of(self, name: str) -> Array:
         """Times of the channel ``name``, s; numbers of samples from 0 where nothing says them."""
@@ -233,7 +233,7 @@ ORIGINS = {
 class Roles:
     """Channels of one file."""
 
-    opened: Opened
+    opened: Opened  # the file
     given: ChannelMap | None  # of the command line
     sidecar: Sidecar | None  # beside the file
     guessed: Mapping[str, Guess]  # channels guessed, where no map is given; their units may be unknown

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class Look:
     """Content of one recording and its uses."""
 
-    opened: Opened
-    roles: Roles
+    opened: Opened  # the file
+    roles: Roles  # channels that its columns are taken as
     uses: "tuple[Use, ...]"  # in the order of :data:`USES`
     rig: "list[Supposed]"  # of the drafts of a sidecar
     motion: "Motion | None"  # of the drafts for a bicycle's recording

@@ -53,7 +53,7 @@ class Use:
     remedies: tuple[str, ...] = ()  # what to do about that
     next_step: str = ""  # a command
     provided: str = ""  # what the user must still say for the answer to hold
-    windows: bool = False
+    windows: bool = False  # True if a draft cuts the events out by windows
 
     @property
     def usable(self) -> bool:
@@ -84,9 +84,9 @@ ALL_PULL = (*PULL, "rim_displacement")
 class Found(NamedTuple):
     """An event: its window, its condition by the levels of the channels, and whether it is a step."""
 
-    window: Window
-    condition: Condition
-    step: bool
+    window: Window  # from and to in s
+    condition: Condition  # by the levels of the channels
+    step: bool  # a slip step rather than a sweep
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,11 @@ class Supposed:
 
     known: Sidecar | None = None  # that the constants of a TYDEX file make
     axes: str = ""  # under which the signs are right; empty where none was found
-    windows: tuple[Found, ...] = ()
+    windows: tuple[Found, ...] = ()  # events of several conditions; none: the whole recording is one
     condition: Condition | None = None  # of the whole, by the channels
     load: float = np.nan  # median of the whole, N
     rigid_rim: bool = False  # a pull test without rim displacement
-    pull: bool = False
+    pull: bool = False  # a pull test rather than a rolling tyre
     step: bool = False  # the whole recording is a step
     steady: bool = False  # settled points, without time
     levels: tuple[Condition, ...] = ()  # of settled points

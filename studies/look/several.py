@@ -22,13 +22,13 @@ MOST_REMARKS, MOST_COMMANDS, MOST_FILES = 3, 6, 40  # of a group of recordings a
 class Group:
     """Recordings with the same channels, taken as the same, and the same uses."""
 
-    looks: tuple[Look, ...]
+    looks: tuple[Look, ...]  # one a recording
     taken: tuple[str, ...]  # channel = column [unit]
     others: tuple[str, ...]  # columns that are no channel
     files: tuple[str, ...]  # a line each: name, samples, what it can be used for
     unusable: Mapping[str, Sequence[str]]  # why -> uses
-    remarks: tuple[str, ...]
-    commands: tuple[str, ...]
+    remarks: tuple[str, ...]  # a line each, on any of the recordings
+    commands: tuple[str, ...]  # next commands, without repetition
 
 
 def recordings_of(given: Sequence[Path]) -> list[Path]:

@@ -98,12 +98,12 @@ _WINDOWS = list_of(anything, "must be tables: write [[windows]] with from_s and 
 class MappedColumn:
     """A channel of a map: sign * (scale * number in the file + offset), in a unit (empty: as the file writes it)."""
 
-    column: str
-    unit: str = ""
-    sign: float = 1.0
-    scale: float | None = None
-    offset: float | None = None
-    instead_of: str = ""
+    column: str  # name in the file
+    unit: str = ""  # of scale * number + offset; empty: as the file writes it
+    sign: float = 1.0  # +1 or -1
+    scale: float | None = None  # factor on the number in the file; None: 1
+    offset: float | None = None  # in ``unit``, added after the scale; None: 0
+    instead_of: str = ""  # wrong unit in the file that ``unit`` replaces
 
     @property
     def scaled(self) -> bool:
@@ -135,15 +135,15 @@ class Clock:
 class Reading:
     """Ways to read a file that does not say it itself; empty and 0 are found out."""
 
-    delimiter: str = ""
-    decimal: str = ""
-    encoding: str = ""
-    names_line: int = 0
-    units_line: int = 0
-    first_line: int = 0
-    sheet: str = ""
-    table: str = ""
-    dbc: tuple[Path, ...] = ()
+    delimiter: str = ""  # between cells, or ``blanks``
+    decimal: str = ""  # decimal sign
+    encoding: str = ""  # of the text, a name of Python's codecs
+    names_line: int = 0  # line of the names of columns, from 1
+    units_line: int = 0  # line of their units, from 1
+    first_line: int = 0  # line of the first sample, from 1
+    sheet: str = ""  # of a spreadsheet
+    table: str = ""  # table or group to read, of a file with several
+    dbc: tuple[Path, ...] = ()  # files that decode messages of a CAN bus
 
     @classmethod
     def from_table(cls, content: Any, folder: Path, *, where: str) -> "Reading":
@@ -158,9 +158,10 @@ class Reading:
 class Mounting:
     """Rotation of three channels from the axes of a sensor to those of the vehicle: v = R v_sensor; its sd in rad."""
 
+    # names of the channels along the sensor's x, y and z axis; the vehicle's once turned
     channels: tuple[str, str, str]
-    rotation: Array
-    sd: float = 0.0
+    rotation: Array  # (3, 3), R
+    sd: float = 0.0  # rad, standard deviation of the angles; 0 if none is stated
 
     def turned(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Turn the three channels of ``values``, each of shape (n,) in one SI unit."""
@@ -183,19 +184,19 @@ class Resampling:
 class Trigger:
     """A level, ``above`` it or below it, in ``unit``, that ``channel`` crosses; ``before`` and ``after`` it in s."""
 
-    channel: str
-    level: float
-    above: bool
-    unit: str
-    before: float
-    after: float
+    channel: str  # name
+    level: float  # in ``unit``
+    above: bool  # True: an event begins where the channel rises above the level
+    unit: str  # of the level
+    before: float  # s, of the event before the crossing
+    after: float  # s, of the event after the crossing
 
 
 @dataclass(frozen=True)
 class Window:
     """A stretch: from ``first`` to ``last`` s after the first sample, or one about every crossing of a ``trigger``."""
 
-    name: str = ""
+    name: str = ""  # of the event, or of its events before their numbers
     first: float = 0.0
     last: float = math.inf
     trigger: Trigger | None = None
@@ -205,13 +206,13 @@ class Window:
 class ChannelMap:
     """Which column is which channel (``time`` is the ``clock``); without ``resampling`` several rates are refused."""
 
-    channels: Mapping[str, MappedColumn] = field(default_factory=dict)
+    channels: Mapping[str, MappedColumn] = field(default_factory=dict)  # name of a channel -> its column
     clock: Clock | None = None
-    mountings: tuple[Mounting, ...] = ()
+    mountings: tuple[Mounting, ...] = ()  # sensors whose axes are not the vehicle's
     resampling: Resampling | None = None
-    windows: tuple[Window, ...] = ()
-    reading: Reading = field(default_factory=Reading)
-    source: str = "channel map"
+    windows: tuple[Window, ...] = ()  # events that are cut out; none: the whole recording
+    reading: Reading = field(default_factory=Reading)  # how the file is to be read
+    source: str = "channel map"  # what messages call the map
 
     @classmethod
     def from_table(cls, content: Mapping[str, Any], folder: Path, *, where: str) -> "ChannelMap":

@@ -55,17 +55,17 @@ class _Layout:
     """Layout of a text table; ``first_line`` counts from 1, ``dates`` and ``numeric`` are numbers of columns from
     0."""
 
-    encoding: str
+    encoding: str  # name of a codec of Python
     line_end: str | None  # between lines; None if it is a carriage return, which may else be a damaged byte
-    delimiter: str
-    decimal: str
-    names: tuple[str, ...]
-    units: tuple[str, ...]
+    delimiter: str  # between cells, or ``blanks``
+    decimal: str  # decimal sign
+    names: tuple[str, ...]  # of the columns
+    units: tuple[str, ...]  # of the columns, as the file writes them; empty if it does not
     dates: frozenset[int]
     numeric: tuple[int, ...]
     first_line: int
-    trailing: bool
-    notes: tuple[str, ...]
+    trailing: bool  # True if each line of samples ends with a delimiter, an empty cell more
+    notes: tuple[str, ...]  # a line each, for the reader
     rates: tuple[float, ...] = ()  # Hz, that the lines above the samples state
 
     @property

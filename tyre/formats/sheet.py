@@ -22,9 +22,9 @@ Rows = list[tuple[str, tuple[Any, ...]]]
 class Sheet:
     """A table as it stands in a file: its header, and rows of a place (``line 3``) and cells, texts or numbers each."""
 
-    path: Path
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Any, ...]], ...]
+    path: Path  # of the file
+    header: tuple[str, ...]  # names of the columns
+    rows: tuple[tuple[str, tuple[Any, ...]], ...]  # place, such as ``line 3``, and its cells
 
 
 def read_sheet(path: Path, *, kind: str) -> Sheet:

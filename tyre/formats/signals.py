@@ -34,7 +34,7 @@ class Column:
 class Signal:
     """One channel of a file: ``values`` (n,) in ``unit``, NaN if missing; ``time`` (s) if it has its own time base."""
 
-    name: str
+    name: str  # of its column in the file
     values: Array
     unit: str = ""
     time: Array | None = None
@@ -44,9 +44,9 @@ class Signal:
 class Signals:
     """Signals of one file by name, and notes on lines passed over or an encoding that was taken."""
 
-    source: str
-    signals: Mapping[str, Signal]
-    notes: tuple[str, ...] = ()
+    source: str  # path, for messages
+    signals: Mapping[str, Signal]  # by the whole name of the column
+    notes: tuple[str, ...] = ()  # a line each, for the reader
     rates: tuple[float, ...] = ()  # Hz, rates of sampling that the header states
 
     def __getitem__(self, name: str) -> Signal:
@@ -88,10 +88,10 @@ Load = Callable[[Sequence[str], int | None], Iterable[Signal]]
 class Contents:
     """Columns that a file lists, and how to load some of them, at most so many first samples of each (None: all)."""
 
-    columns: tuple[Column, ...]
-    load: Load
-    notes: list[str] = field(default_factory=list)
-    own_times: bool = False
+    columns: tuple[Column, ...]  # in the order of the file
+    load: Load  # names of columns and most samples -> their signals
+    notes: list[str] = field(default_factory=list)  # a line each, for the reader
+    own_times: bool = False  # True if the file itself holds the times of its channels
     rates: tuple[float, ...] = ()  # Hz, rates of sampling that the header states
 
 

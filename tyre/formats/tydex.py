@@ -37,19 +37,19 @@ _TOO_WIDE = "{source}: channel {name} reaches {largest:g}, too wide for its fiel
 class Entry:
     """One line of ``**HEADER`` or ``**CONSTANTS``; ``value`` is None if the file says NOTAVAIL or nothing."""
 
-    name: str
-    description: str
-    unit: str
-    value: str | None
+    name: str  # as in column 1, such as FZW
+    description: str  # in words
+    unit: str  # as the file writes it
+    value: str | None  # as the file writes it
 
 
 @dataclass(frozen=True)
 class ChannelEntry:
     """One line of ``**MEASURCHANNELS``: (measured + ``measured_offset``) * ``factor`` + ``physical_offset``."""
 
-    name: str
-    description: str
-    unit: str
+    name: str  # as in column 1, such as SLIPANGL
+    description: str  # in words
+    unit: str  # of the result
     factor: float = 1.0
     measured_offset: float = 0.0
     physical_offset: float = 0.0
@@ -62,9 +62,9 @@ E = TypeVar("E", Entry, ChannelEntry)
 class TydexDocument:
     """Text under every keyword of a TYDEX file, the words behind ``**MEASURDATA``, and its name in messages."""
 
-    bodies: Mapping[str, str]
-    announced: str
-    source: str
+    bodies: Mapping[str, str]  # keyword without its ** -> lines below it
+    announced: str  # number of rows as the file writes it behind ``**MEASURDATA``; empty if none
+    source: str  # path, for messages
 
     @cached_property
     def header(self) -> dict[str, Entry]:

@@ -43,8 +43,8 @@ NOTATIONS = "0.375, 0.375+/-0.026, 0.375(26) or 0.375 +/- 7 %"
 class MeasuredNumber:
     """A number in SI units and its standard deviation, None if none is written."""
 
-    value: float
-    sd: float | None = None
+    value: float  # SI
+    sd: float | None = None  # SI, one standard deviation
 
 
 def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str = "") -> MeasuredNumber:

@@ -145,9 +145,9 @@ def any_table(value: Any) -> Mapping[str, Any]:
 class Key:
     """A key of a table: its name, the words about a table without it (if needed), and its default."""
 
-    name: str
-    missing: str = ""
-    default: Any = None
+    name: str  # of the key in the file
+    missing: str = ""  # refusal of a table without the key; empty: it may be left out
+    default: Any = None  # of a key that is left out; None: none
 
 
 def needed(key: str, says: str = "") -> Key:
@@ -164,7 +164,8 @@ def maybe(key: str, default: Any = None) -> Key:
 class Table:
     """A declared table: called with a mapping, it gives the checked values."""
 
-    declared: Mapping[Key, Check]
+    declared: Mapping[Key, Check]  # key -> check of its value
+    # checks of the name and of the value of every other key; None: others are passed over
     wildcard: tuple[Check, Check] | None = None
 
     @property

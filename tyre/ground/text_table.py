@@ -105,18 +105,18 @@ def fast_numbers(
 class Columns:
     """Columns with numbers and with words, and the line of each row in the file."""
 
-    numbers: Mapping[str, Array]
-    texts: Mapping[str, list[str]]
-    lines: tuple[int, ...]
+    numbers: Mapping[str, Array]  # name -> (n,), in the unit of the file
+    texts: Mapping[str, list[str]]  # name -> a text for each of the n rows
+    lines: tuple[int, ...]  # (n,), line in the file of each row, from 1
 
 
 @dataclass(frozen=True)
 class Cells:
     """A table as text; ``logged`` as in :func:`read_cells`, ``example`` names columns for messages."""
 
-    path: Path | Traversable
-    text: str
-    separator: str
+    path: Path | Traversable  # of the file, for messages
+    text: str  # of the whole file
+    separator: str  # between cells
     logged: bool
     example: str
 

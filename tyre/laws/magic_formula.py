@@ -16,7 +16,7 @@ class Curve(NamedTuple):
     ``by_slip`` is with respect to the reduced slip u = B x, ``by_shape`` to C, ``by_curvature`` to E.
     """
 
-    value: Array
+    value: Array  # -1 to 1
     by_slip: Array
     by_shape: Array
     by_curvature: Array
@@ -169,8 +169,8 @@ class Law(NamedTuple):
     """A law of MF6.1 over load and pressure that can be fitted to measured conditions."""
 
     names: tuple[str, ...]  # of the coefficients that are fitted
-    value: Callable[..., Array]
-    gradient: Callable[..., Array]
+    value: Callable[..., Array]  # of loads (n,), N, pressures (n,), Pa, and coefficients by name: (n,), N/rad or N/m
+    gradient: Callable[..., Array]  # of the same: (n, p), derivatives with respect to the p ``names``
 
 
 # saturating in load, with pressure terms; and linear in load and in pressure

@@ -30,12 +30,12 @@ SLIP_UNITS = {"deg": DEGREE, "rad": 1.0}
 class _Formula:
     """Magic Formula at one load and camber, in the units of the coefficients."""
 
-    shape: float
-    peak: Array
-    slope: Array
-    curvature: Array
-    shift: Array
-    offset: Array
+    shape: float  # C
+    peak: Array  # D, N or N m
+    slope: Array  # B C D, N or N m per unit of slip
+    curvature: Array  # E
+    shift: Array  # Sh, in the unit of slip
+    offset: Array  # Sv, N or N m
 
     def value(self, slip: Array) -> Array:
         return np.asarray(self.peak * self._unit_curve(slip).value + self.offset)
@@ -139,12 +139,12 @@ class Pacejka89:
 class Pacejka89Tyre(FormulaTyre):
     """A tyre with one fit per pressure; between them values are linear."""
 
-    tyre: str
+    tyre: str  # name of the tyre
     surface: str  # ``flat`` or ``drum``
     sets: tuple[Pacejka89, ...]  # by rising pressure
     source: str  # of the coefficients
     notes: tuple[str, ...] = ()  # to be told to a reader of any value
-    surface_stated: bool = True
+    surface_stated: bool = True  # False: the source names no surface, a flat one is taken
 
     def __post_init__(self) -> None:
         super().__post_init__()

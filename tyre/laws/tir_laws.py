@@ -42,10 +42,10 @@ DEFAULTS = {"PTY2": 1.0, "LATERAL_STIFFNESS": nan, "UNLOADED_RADIUS": nan, "NOMP
 class Coefficients:
     """Coefficients by their names in a .tir file, SI, and their ranges; ISO signs with PKY1 < 0, else adapted SAE."""
 
-    values: Mapping[str, float]
-    version: Version
-    load_range: tuple[float, float]
-    pressure_range: tuple[float, float] = (0.0, inf)
+    values: Mapping[str, float]  # by name, such as PKY1
+    version: Version  # law that the coefficients belong to
+    load_range: tuple[float, float]  # N, lowest and highest vertical load
+    pressure_range: tuple[float, float] = (0.0, inf)  # Pa, lowest and highest
     # the book's moment of a leaning tyre is -t F with the camber force in F, that of the software is without it
     camber_in_trail: bool = False
 
@@ -256,11 +256,11 @@ class Coefficients:
 class _Force:
     """A side force in the axes of the file, and what the moment takes from it."""
 
-    value: Array
-    slip: Array
+    value: Array  # N, the side force
+    slip: Array  # rad; its tangent under 6.1
     away: Array  # slip from where the side force is zero
-    slope: Array
-    peak: Array
+    slope: Array  # N/rad, at zero slip
+    peak: Array  # N, D of the formula
 
 
 def _angle(reduced_slip: Array, shape: float, curvature: ArrayLike) -> Array:

@@ -61,9 +61,9 @@ TYPING_ERROR = 0.85  # share of letters in common with a known name: vertical_ a
 class Column(NamedTuple):
     """A column of a plain table."""
 
-    quantity: str
+    quantity: str  # name in velotyre, a key of :data:`UNITS`
     spread: bool  # it holds standard deviations
-    unit: str
+    unit: str  # in which the cells are written; ``%`` of some standard deviations
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class PlainTable:
     columns: Mapping[str, Array]  # by the names of velotyre, such as load_N
     places: list[str]  # of the rows in the file: line 3
     words: dict[str, str]  # tyre and surface, where a column names them
-    notes: list[str]
+    notes: list[str]  # a line each, for the reader
 
 
 def read_plain_table(path: Path, *, tyre: str = "") -> PlainTable:

@@ -37,10 +37,10 @@ RARE_SLIPS = MappingProxyType({"m": ((0.0254, "inches"),), "m/s^2": ((0.3048, "f
 class Doubt:
     """A value ``key`` outside its typical range: the words, what may explain it, and if it is far beyond."""
 
-    key: str
-    outside: str
+    key: str  # name of the value in its file
+    outside: str  # words: the value and its usual range
     why: str  # `` (millimetres?)``; empty where nothing explains it
-    absurd: bool
+    absurd: bool  # True if it is beyond the range by a factor of :data:`ABSURD`
 
     @property
     def text(self) -> str:

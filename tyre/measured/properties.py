@@ -18,9 +18,9 @@ from tyre.measured.tables import CommonCalibration
 class Estimate:
     """One value, its standard uncertainty and the effective degrees of freedom behind that uncertainty."""
 
-    value: float
-    sd: float
-    dof: float = np.inf
+    value: float  # in any unit
+    sd: float  # standard uncertainty, in the unit of the value
+    dof: float = np.inf  # effective ones behind ``sd``; infinite: it is known exactly
 
     @property
     def ci95(self) -> tuple[float, float]:
@@ -74,10 +74,10 @@ def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[floa
 class Calibration(CommonCalibration):
     """Relative standard uncertainties that the rig's certificates leave, common to a whole campaign."""
 
-    force: float = 0.003
-    slip: float = 0.003
-    displacement: float = 0.002
-    repeatability: float = 0.01
+    force: float = 0.003  # gain of the side-force cell; 0.003 is 0.3 %
+    slip: float = 0.003  # gain of the slip-angle sensor
+    displacement: float = 0.002  # gain of the dial gauges
+    repeatability: float = 0.01  # of a stiffness from one recording to the next
 
     def estimate(self, value: float, fit_sd: float, dof: float, other: float) -> Estimate:
         """A fitted value with its repeatability, and the gains of the load cell and of another sensor, in its sd."""

@@ -21,13 +21,13 @@ from tyre.recordings.draft import refuse_unmapped
 class Record:
     """One event of a recording: ``time`` (n,) in s, rising, and ``values`` (n,) in SI units, NaN if missing."""
 
-    source: str
+    source: str  # path, with ``#event`` if it holds several
     time: Array
     values: Mapping[str, Array]
-    mountings: tuple[Mounting, ...] = ()
-    notes: tuple[str, ...] = ()
-    event: str = ""
-    timed: bool = True
+    mountings: tuple[Mounting, ...] = ()  # that turned channels to the vehicle's axes
+    notes: tuple[str, ...] = ()  # a line each, for the reader
+    event: str = ""  # name of the event; empty of a whole recording
+    timed: bool = True  # False: there are no times, ``time`` counts samples from 0
 
 
 def read_records(

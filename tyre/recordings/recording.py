@@ -34,15 +34,15 @@ class Condition:
     Load, pressure and camber may be NaN until :mod:`tyre.fits.segments` has taken them from the channels.
     """
 
-    tyre: str
-    load: float
-    pressure: float
-    surface: str
-    drum_radius: float | None = None
-    rim: str | None = None
-    speed: float | None = None
-    temperature: float | None = None
-    camber: float = 0.0
+    tyre: str  # name of the tyre
+    load: float  # N, nominal vertical load, > 0
+    pressure: float  # Pa, inflation pressure
+    surface: str  # ``flat`` or ``drum``
+    drum_radius: float | None = None  # m; None on a flat track
+    rim: str | None = None  # name of the rim
+    speed: float | None = None  # m/s, of rolling
+    temperature: float | None = None  # degrees Celsius
+    camber: float = 0.0  # rad, positive to the right
 
 
 SIMULATED_NOTE = "synthetic: computed by the rig simulator, not measured"
@@ -58,21 +58,21 @@ class RigRun:
     Settled points have no time: there it is their number, and nothing is made of it.
     """
 
-    condition: Condition
-    axes: str
-    time: Channel
-    slip_angle: Channel
-    side_force: Channel
-    vertical_load: Channel
-    aligning_moment: Channel | None = None
-    inclination: Channel | None = None
-    speed: Channel | None = None
-    temperature: Channel | None = None
-    pressure: Channel | None = None
-    source: Path | None = None
-    synthetic: bool = False
-    kind: Literal["slip_sweep", "slip_step", "steady"] = "slip_sweep"
-    notes: tuple[str, ...] = ()
+    condition: Condition  # what the laboratory set and stated
+    axes: str  # one of :data:`CONVENTIONS`, in which the file counts; the channels are in adapted SAE
+    time: Channel  # (n,), s; of settled points their number
+    slip_angle: Channel  # (n,), rad, positive for a side force to the right
+    side_force: Channel  # (n,), N, positive to the right
+    vertical_load: Channel  # (n,), N, positive
+    aligning_moment: Channel | None = None  # (n,), N m, positive turns the wheel to the right
+    inclination: Channel | None = None  # (n,), rad, positive to the right
+    speed: Channel | None = None  # (n,), m/s
+    temperature: Channel | None = None  # (n,), degrees Celsius
+    pressure: Channel | None = None  # (n,), Pa
+    source: Path | None = None  # file of the recording
+    synthetic: bool = False  # True if a program computed it
+    kind: Literal["slip_sweep", "slip_step", "steady"] = "slip_sweep"  # how the slip was driven
+    notes: tuple[str, ...] = ()  # what a reader of any result must know
 
 
 @dataclass(frozen=True)
@@ -82,15 +82,15 @@ class PullTest:
     The tyre's own deflection is plate minus rim (Dell'Orto et al., eq. 8).
     """
 
-    condition: Condition
-    axes: str
-    side_force: Channel
-    plate_displacement: Channel
-    rim_displacement: Channel
-    time: Channel | None = None
-    source: Path | None = None
-    synthetic: bool = False
-    notes: tuple[str, ...] = ()
+    condition: Condition  # what the laboratory set and stated
+    axes: str  # one of :data:`CONVENTIONS`, in which the file counts; the channels are in adapted SAE
+    side_force: Channel  # (n,), N, positive to the right
+    plate_displacement: Channel  # (n,), m, positive to the right
+    rim_displacement: Channel  # (n,), m, positive to the right
+    time: Channel | None = None  # (n,), s
+    source: Path | None = None  # file of the recording
+    synthetic: bool = False  # True if a program computed it
+    notes: tuple[str, ...] = ()  # what a reader of any result must know
 
     @property
     def tyre_deflection(self) -> Channel:
@@ -107,11 +107,11 @@ class PullTest:
 class ChannelKind:
     """A channel of a rig: its quantity, the unit of its column with the factor from SI, its largest magnitude (SI)."""
 
-    quantity: str
-    unit: str
-    factor: float = 1.0
-    limit: float = np.inf
-    signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    quantity: str  # name of the quantity, as units know it
+    unit: str  # of a column that is written, as its name ends
+    factor: float = 1.0  # number in ``unit`` over that in SI
+    limit: float = np.inf  # largest magnitude of a sound recording, SI
+    signs: tuple[float, float, float] = (1.0, 1.0, 1.0)  # factors from :data:`CONVENTIONS` to adapted SAE
 
 
 CONVENTIONS = ("ISO", "SAE", "adapted SAE")

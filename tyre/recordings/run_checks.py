@@ -20,7 +20,7 @@ class Tolerance:
     first fitting one of ``steps`` of that unit.
     """
 
-    channel: str
+    channel: str  # name of the channel of a recording that holds the quantity
     relative: float
     absolute: float
     unit: str
@@ -70,8 +70,8 @@ class _Limits:
     correlation: float = 0.5  # of side force and slip or displacement
     stuck_slip: float = 0.2  # deg; travel that cannot leave a live side force unchanged
     least_pull: float = 0.3e-3  # m
-    gauge_steps: int = 20
-    pull_samples: int = 8
+    gauge_steps: int = 20  # steps of the displacement gauge that a pull covers at least
+    pull_samples: int = 8  # complete samples that a pull holds at least
     rim_share: float = 0.5  # of the displacement of the plate
     gap: float = 5.0  # usual steps of time
     missing_share: float = 0.2  # of the samples of a channel
@@ -86,11 +86,11 @@ _LIMITS = _Limits()
 class Preflight:
     """Verdict on one recording: what is there, what is missing and cannot be had without it, what is wrong."""
 
-    source: str
-    present: list[str] = field(default_factory=list)
-    missing: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    usable: bool = True
+    source: str  # file, or kind of recording
+    present: list[str] = field(default_factory=list)  # what the recording holds, a phrase each
+    missing: list[str] = field(default_factory=list)  # what it lacks, and what cannot be had without, a phrase each
+    problems: list[str] = field(default_factory=list)  # what is wrong, a phrase each
+    usable: bool = True  # False if a problem forbids a fit
 
     def forbids(self, text: str) -> None:
         """Note a problem that forbids a fit."""

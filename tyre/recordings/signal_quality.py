@@ -15,25 +15,25 @@ _FEW = 8  # a channel of so few values is a switch or a counter of states
 class Quality:
     """Findings in the samples of one channel, in its own unit; samples are numbered from 1, ``noise`` is 1 sd."""
 
-    samples: int
-    missing: int
-    longest_missing: int
-    first_missing: int
-    lowest: float
-    median: float
-    highest: float
-    step: float
-    noise: float
-    held_low: int
-    held_high: int
-    frozen: int
-    frozen_from: int
-    spikes: int
-    levels: int
+    samples: int  # number of all samples
+    missing: int  # number of samples without a value
+    longest_missing: int  # samples of the longest run without a value
+    first_missing: int  # first sample of that run; 0 if none is missing
+    lowest: float  # smallest value; NaN without a valid sample
+    median: float  # NaN without a valid sample
+    highest: float  # largest value; NaN without a valid sample
+    step: float  # resolution, that all values are multiples of; 0 if it is not seen
+    noise: float  # 1 sd of white noise; 0 if it is not seen
+    held_low: int  # number of samples that stay at the lowest value (saturated)
+    held_high: int  # number of samples that stay at the highest value (saturated)
+    frozen: int  # samples of the longest run of one value between the extremes; 0 if it is usual
+    frozen_from: int  # first sample of that run; 0 if none
+    spikes: int  # number of single samples far off both neighbours
+    levels: int  # number of different values; 9 for more than 8
     dropouts: int = 0  # stretches in which it falls to one value and comes back
-    dropout_samples: int = 0
-    dropout_from: int = 0
-    dropout_value: float = 0.0
+    dropout_samples: int = 0  # number of samples in all dropouts
+    dropout_from: int = 0  # first sample of the first dropout; 0 if none
+    dropout_value: float = 0.0  # value to which it falls
 
     @property
     def dead(self) -> bool:

@@ -55,7 +55,7 @@ Contribution = Array | float
 class RigParameter:
     """A number of a rig effect."""
 
-    name: str
+    name: str  # of the field of the effect, or of the term
     unit: str  # SI; ``1`` of a pure number
     typical: tuple[float, float]  # range that occurs; a size begins or ends at, or goes through, zero
     bounds: tuple[float, float] = (-math.inf, math.inf)  # possible values
@@ -124,7 +124,7 @@ class PullTerms(_Terms):
 class Needs:
     """Reasons why recordings cannot show an effect: the first whose field of :class:`Recorded` is false, else ''."""
 
-    reasons: tuple[tuple[str, str], ...] = ()
+    reasons: tuple[tuple[str, str], ...] = ()  # field of :class:`Recorded`, and why its lack hides the effect
 
     def __call__(self, recorded: Recorded) -> str:
         return next((why for name, why in self.reasons if not getattr(recorded, name)), "")
@@ -146,12 +146,12 @@ class Term:
     name, or the name of the contribution that the only parameter is.
     """
 
-    identifier: str
+    identifier: str  # such as ``slip_scale``
     signature: str  # its trace in the recordings, in words
     parameters: tuple[RigParameter, ...]
     sweep: Callable[..., None] | str | None = None
     pull: Callable[..., None] | str | None = None
-    needs: Callable[[Recorded], str] = Needs()
+    needs: Callable[[Recorded], str] = Needs()  # of what is recorded: why it cannot show the effect, or ''
 
     def key(self, parameter: RigParameter) -> str:
         """Name of one ``parameter`` of its own among those of all effects."""

@@ -27,20 +27,20 @@ from tyre.rig.effects.tyre import DrumCurvature, PlySteer, TemperatureDrift
 class Protocol:
     """Drive of a recording: speeds in m/s, slip in rad, rates in rad/s, times in s, lengths in m."""
 
-    speed: float = 9.3 / 3.6
-    slip_amplitude: float = np.deg2rad(4.0)
-    slip_rate: float = np.deg2rad(1.0)
-    cycles: int = 3
-    sample_rate: float = 200.0
-    step_slip: float = np.deg2rad(1.0)
-    step_speed: float = 0.5
-    step_rise: float = 0.06
-    step_wait: float = 1.0
-    step_distance: float = 1.2
-    pull_force: float = 150.0
-    pull_readings: int = 20
-    pull_cycles: int = 2
-    pull_duration: float = 120.0
+    speed: float = 9.3 / 3.6  # m/s, of a slip sweep
+    slip_amplitude: float = np.deg2rad(4.0)  # rad
+    slip_rate: float = np.deg2rad(1.0)  # rad/s
+    cycles: int = 3  # 0, +amplitude, -amplitude, 0: so many times
+    sample_rate: float = 200.0  # Hz
+    step_slip: float = np.deg2rad(1.0)  # rad, slip after the step
+    step_speed: float = 0.5  # m/s, of a slip step
+    step_rise: float = 0.06  # s, of the slip
+    step_wait: float = 1.0  # s of rolling straight before
+    step_distance: float = 1.2  # m of rolling after the rise
+    pull_force: float = 150.0  # N, at the end of a stroke
+    pull_readings: int = 20  # per stroke, out or back
+    pull_cycles: int = 2  # out and back
+    pull_duration: float = 120.0  # s, of the whole test
 
 
 def simulate_sweep(
@@ -149,17 +149,17 @@ def _roll(
 class CampaignPlan:
     """Conditions of a synthetic campaign (SI units) and the number of recordings at each."""
 
-    tyre: str = "Synthetic tyre"
-    loads: tuple[float, ...] = (340.0, 400.0, 490.0)
-    pressures: tuple[float, ...] = (3.5e5, 5.5e5, 7.5e5)
-    surfaces: tuple[str, ...] = ("flat",)
-    rates: tuple[float, ...] = (float(np.deg2rad(1.0)), float(np.deg2rad(2.0)))
-    sweeps: int = 1
-    pulls: int = 2
-    steps: int = 0
-    drum_radius: float = 1.3
-    axes: str = "adapted SAE"
-    file_format: str = "csv"
+    tyre: str = "Synthetic tyre"  # name of the tyre
+    loads: tuple[float, ...] = (340.0, 400.0, 490.0)  # N
+    pressures: tuple[float, ...] = (3.5e5, 5.5e5, 7.5e5)  # Pa
+    surfaces: tuple[str, ...] = ("flat",)  # ``flat`` and ``drum``
+    rates: tuple[float, ...] = (float(np.deg2rad(1.0)), float(np.deg2rad(2.0)))  # rad/s, slip rates of the sweeps
+    sweeps: int = 1  # at each condition and rate
+    pulls: int = 2  # at each condition on the flat surface
+    steps: int = 0  # at each condition
+    drum_radius: float = 1.3  # m
+    axes: str = "adapted SAE"  # convention that the recordings declare
+    file_format: str = "csv"  # ``csv``, ``tdx`` or ``mixed``
 
 
 def synthetic_tyre(*, load: float, pressure: float) -> RigTyre:

@@ -147,8 +147,9 @@ class SensorGain(RigEffect):
     A wrong gain of the load cell shows in a fit as the stiffness of another load.
     """
 
-    force: float = declared(RigParameter("force", "1", (-0.05, 0.05)), 0.0)
-    slip: float = declared(RigParameter("slip", "1", (-0.05, 0.05)), 0.0)
+    force: float = declared(RigParameter("force", "1", (-0.05, 0.05)), 0.0)  # indicated over true side force, less one
+    slip: float = declared(RigParameter("slip", "1", (-0.05, 0.05)), 0.0)  # indicated over true slip, less one
+    # indicated over true displacement, less one
     displacement: float = declared(RigParameter("displacement", "1", (-0.05, 0.05)), 0.0)
 
     terms = (

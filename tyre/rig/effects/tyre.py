@@ -22,7 +22,8 @@ class DrumCurvature(RigEffect):
     Empirical form of physics.md section 3; lateral stiffness unchanged, so the relaxation length falls alike.
     """
 
-    exponent: float = declared(_EXPONENT, 0.6)
+    exponent: float = declared(_EXPONENT, 0.6)  # of 1 + R / R_drum
+    # R, m
     wheel_radius: float = declared(RigParameter("wheel_radius", "m", (0.3, 0.36), (0.05, 1.0), size=False), 0.34)
 
     terms = (
