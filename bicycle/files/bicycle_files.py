@@ -104,7 +104,7 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
 
 
 def _placed(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]]:
-    """Key -> place and value, of tables likewise."""
+    """Give every key of ``content`` its place in the file: key -> (place, value), of tables likewise."""
     return {
         key: (where, _placed(value, f"{where}: [{key}]") if isinstance(value, Mapping) else value)
         for key, value in content.items()
@@ -306,7 +306,7 @@ def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bi
 
 
 def _one_of_table(text: str, *, allow_unusual: bool) -> Bicycle:
-    """The bicycle ``FILE#NAME``, or the only one of ``FILE``."""
+    """Read the bicycle ``FILE#NAME`` of a table of bicycles, or the only one of ``FILE``."""
     path, name = split_row(text)
     found = {one.name: one for one in read_bicycles(path, allow_unusual=allow_unusual)}
     if not name and len(found) > 1:

@@ -12,7 +12,7 @@ REFUSAL = "holds matrices M, C1, K0, K2, on which no tyre or effect can be put"
 
 
 def holds_matrices(path: str | Path) -> bool:
-    """Whether a file gives canonical matrices: a ``.m`` or ``.txt`` of assignments, or a TOML file."""
+    """True if a file gives canonical matrices: a ``.m`` or ``.txt`` of assignments, or a TOML file."""
     file = Path(path)
     if file.suffix.lower() not in (".m", ".txt", ".toml") or not file.is_file():
         return False
@@ -23,7 +23,7 @@ def holds_matrices(path: str | Path) -> bool:
 
 
 def matrix_content(file: Path) -> dict[str, Any]:
-    """What a ``file`` of matrices assigns, by name: matrices as rows of numbers, SI, and numbers."""
+    """Read the assignments of a ``file`` of matrices, by name: matrices as rows of numbers, SI, and numbers."""
     if file.suffix.lower() == ".toml":
         return dict(read_toml(file, "file of matrices"))
     text = "\n".join(line.partition("%")[0].partition("#")[0] for line in read_text(file).splitlines())

@@ -69,7 +69,7 @@ class Geometry:
 
 
 def features_of(p: Mapping[str, float]) -> Array:
-    """The :data:`FEATURES` of a parameter set (SI)."""
+    """The :data:`FEATURES` (17,), no unit, of a parameter set (SI)."""
     log, r, whole = math.log, (p["rR"] + p["rF"]) / 2, SCALING.power * math.log(Geometry.of(p).mass)
     return np.array(
         [
@@ -95,7 +95,7 @@ def features_of(p: Mapping[str, float]) -> Array:
 
 
 def values_of(features: Array, q: Geometry) -> dict[str, float]:
-    """The parameter set (SI) that has these features."""
+    """The parameter set (SI) of a bicycle of the geometry ``q`` that has these ``features`` (17,)."""
     z, r = dict(zip(FEATURES, features.tolist(), strict=True)), (q.rR + q.rF) / 2
     p = {"w": q.w, "c": q.c, "lam": q.lam, "g": q.g, "rR": q.rR, "rF": q.rF}
     parts = {key: math.exp(z[key]) * q.mass**SCALING.power for key in ("mR", "mF", "mH")}
@@ -121,7 +121,7 @@ def measured_bicycles() -> Mapping[str, Bicycle]:
 
 
 def _mean(*without: str) -> Array:
-    """Mean of the features over the makes, each with one vote, without some of them."""
+    """Mean (17,) of the features over the makes, each with one vote, leaving out those named ``without``."""
     rows: dict[str, list[Array]] = {}
     for name, bicycle in measured_bicycles().items():
         rows.setdefault(MAKES[name], []).append(features_of(bicycle.values))
@@ -149,7 +149,7 @@ class Guess:
         return values_of(self.mean, self.geometry)
 
     def draws(self, rng: np.random.Generator, count: int) -> list[dict[str, float]]:
-        """Plausible parameter sets (SI)."""
+        """Draw ``count`` plausible parameter sets (SI) from the normal distribution of the features."""
         z = rng.standard_normal((count, len(FEATURES))) @ self._root().T
         return [values_of(self.mean + one, self.geometry) for one in z]
 

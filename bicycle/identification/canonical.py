@@ -34,7 +34,7 @@ class Canonical:
 
     @property
     def free(self) -> Array:
-        """The coefficients that an identification leaves free (9,)."""
+        """The coefficients that an identification leaves free (9,): of the roll row, the steer row and H of steer."""
         m, c1, k0, k2 = self.mass, self.c1, self.k0, self.k2
         return np.array([m[0, 1], c1[0, 1], k0[0, 1], m[1, 1], c1[1, 0], c1[1, 1], k0[1, 1], k2[1, 1], self.force[1]])
 
@@ -52,7 +52,7 @@ class Motion:
 
 
 def identify(motion: Motion, fixed: Canonical) -> Array:
-    """The nine coefficients (K, 9) by least squares of the roll equation, then of the steer equation."""
+    """The nine coefficients (K, 9) of :attr:`Canonical.free`, by least squares of roll, then steer equation."""
     phi, delta, s, v, g = motion.lean, motion.steer, motion.s, motion.v, fixed.gravity
     m, c1, k0, k2 = fixed.mass, fixed.c1, fixed.k0, fixed.k2
     known = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta

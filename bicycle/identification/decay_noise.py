@@ -56,7 +56,7 @@ class Window:
 
 
 def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window:
-    """Cut a window, both ends in s after the first sample of the run; ``block`` samples are made one."""
+    """Cut a window, both ends in s after the first sample of the run; its samples are means of ``block`` samples."""
     keep = (run.time >= run.time[0] + first_s - 1e-9) & (run.time <= run.time[0] + last_s + 1e-9)
     where = f"between {first_s:g} and {last_s:g} s"
     if keep.sum() < FEWEST:
@@ -185,7 +185,7 @@ class Solved:
     samples: int  # in the window
 
     def at(self, kept: NDArray[np.bool_]) -> "Solved":
-        """Keep some of the points."""
+        """Keep the points at which ``kept`` (points,) is true."""
         return Solved(self.logs[kept], self.gram[kept], self.right[kept], self.squares[kept], self.samples)
 
     def log(self) -> Array:
@@ -193,7 +193,7 @@ class Solved:
         return np.asarray(log_sum(np.swapaxes(self.logs, 0, 1)).sum(-1))
 
     def colour(self) -> NDArray[np.intp]:
-        """Number of the most probable coefficient of each channel at the first point."""
+        """Place (channels,) among the window's ``colours`` of the most probable one, at the first point."""
         return np.asarray(self.logs[0].argmax(0))
 
     def linear(self) -> Linear:
@@ -214,7 +214,7 @@ class Evidence:
     noise: Array  # (c,), in units of the window's scale
 
     def solved(self, modes: Array, rates: Array | None = None) -> Solved:
-        """Solve for all coefficients at ``modes`` (points, m, 2) and ``rates`` (points,) of a real mode."""
+        """Solve for amplitudes at ``modes`` (points, m, 2; 1/s, rad/s) and ``rates`` (points,; 1/s) of a real mode."""
         w = self.window
         columns, sums, spread, _ = self._fixed
         waves = np.swapaxes(basis(modes, w.time, rates), 1, 2)

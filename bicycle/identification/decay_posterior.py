@@ -181,7 +181,10 @@ def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) ->
 def sought(
     cut: Callable[[int], noise.Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
 ) -> Estimate | None:
-    """Seek ``count`` modes from the peaks of the spectrum; ``cut`` gives the window with some samples made one."""
+    """Seek ``count`` modes from the peaks of the spectrum, one after the other; ``further``: one more if it is clear.
+
+    ``cut`` gives the window whose samples are means of so many of the recording.
+    """
     whole = cut(1)
     whole = cut(max(1, min(len(whole.time) // 4000, whole.seeking_block)))
 
@@ -213,7 +216,7 @@ def sought(
 
 
 def _beside(few: Array, more: Array) -> bool:
-    """Tell if one ``more`` mode (m + 1, 2) leaves the ``few`` (m, 2) what they are and is none of their kind."""
+    """True if ``more`` modes (m + 1, 2) keep the ``few`` (m, 2), and the further one differs in size by factor 2."""
     stays, other = few[:, 0] + 1j * few[:, 1], more[:, 0] + 1j * more[:, 1]
     away = np.abs(other[:, None] - stays) / np.abs(stays)
     further = int(away.min(1).argmax())
@@ -226,7 +229,7 @@ def _log_odds(more: Posterior, few: Posterior) -> float:
 
 
 def clearer(more: Posterior, few: Posterior) -> bool:
-    """Tell if the odds of ``more`` modes over ``few`` are 20 or higher."""
+    """True if the odds of ``more`` modes over ``few`` are 20 or higher."""
     return _log_odds(more, few) > CLEAR
 
 
@@ -265,7 +268,7 @@ def prepared(w: noise.Window, modes: Array) -> tuple[noise.Evidence, Array]:
 
 
 def interval(x: Array, weights: Array) -> tuple[float, float]:
-    """Ends of the central 95 % of weighted points."""
+    """Ends of the central 95 % of points ``x`` (points,) with ``weights`` (points,), in the unit of ``x``."""
     order = np.argsort(x)
     low, high = np.interp((0.025, 0.975), np.cumsum(weights[order]) - 0.5 * weights[order], x[order])
     return float(low), float(high)

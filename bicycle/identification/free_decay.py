@@ -61,7 +61,7 @@ class Break(Shift):
 
 
 def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
-    """Fit a window again from three later starts; None if no later window is long enough."""
+    """Movement of mode ``number`` of a fit when its window begins later, at three starts; None if it gets too short."""
     fits = [(found, number)]
     cycle = 2 * math.pi / float(found.mean[number, 1])
     for step in dict.fromkeys(max(round(REACH * cycle * k / 3 / run.step), 1) * run.step for k in (1, 2, 3)):
@@ -102,7 +102,7 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
 def _again(
     run: Run, whole: tuple[Estimate, int], first_s: float, last_s: float, *, beside: bool
 ) -> tuple[Estimate, int] | None:
-    """Fit a part of the window; the place of the mode in it."""
+    """Fit the part of a window from ``first_s`` to ``last_s``; its fit and the place of the mode in it, or None."""
     found, number = whole
     likely, known = [drift for drift, weight in found.kinds.items() if weight > 0.05], found.best.best
     try:

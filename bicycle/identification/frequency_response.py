@@ -117,7 +117,7 @@ def _peaks(x: Array, step: float, known: Array) -> Array:
 
 
 def _refined(hertz: Array, x: Array, step: float) -> Array:
-    """One step of Gauss and Newton on the frequencies."""
+    """Frequencies ``hertz`` (m,), Hz, after one step of Gauss and Newton on the residual of their lines."""
     size, m = len(x), len(hertz)
     found, left = fitted(hertz, [x], step)
     of_cos, of_sin = found[:m, 0], found[m : 2 * m, 0]
@@ -145,7 +145,7 @@ class LineResponse:
 
 
 def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineResponse:
-    """Response of one record at known lines."""
+    """Response of one record at the lines ``hertz`` (m,), Hz, sampled by ``step`` (s)."""
     size, m = len(given), len(hertz)
     found, (rest_u, rest_y) = fitted(hertz, [given, seen], step)
     u, y = (found[:m] - 1j * found[m : 2 * m]).T
@@ -342,7 +342,7 @@ def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], w
 
 
 def _segments(signals: Sequence[Array], size: int, hop: int) -> list[Complex]:
-    """Transforms (segments, bins) of each recording."""
+    """Windowed Fourier transforms (segments, bins) of each recording, in segments of ``size`` samples every ``hop``."""
     cuts = (np.lib.stride_tricks.sliding_window_view(np.asarray(x, float), size)[::hop] for x in signals)
     return [np.asarray(np.fft.rfft(_off_a_line(cut) * np.hanning(size + 1)[:-1], axis=1)) for cut in cuts]
 

@@ -47,7 +47,7 @@ class _Group:
     slope: float  # of the number over the speed, per m/s, as the neighbouring groups show it
 
     def left(self) -> tuple[Array, Array]:
-        """Residual of each run, and the share of it that the law leaves."""
+        """Residual (runs,) of each run about the law, and the share (runs,) of its variance that the fit leaves."""
         hat = self.law @ np.linalg.pinv(self.law)
         return self.level - hat @ self.level, np.maximum(1 - np.diag(hat), 0.0)
 

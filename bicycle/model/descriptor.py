@@ -35,7 +35,7 @@ class DescriptorPolynomial:
         return replace(self, dynamics=SpeedPolynomial(dynamics, shape=self.dynamics.shape))
 
     def take(self, bicycles: slice) -> "DescriptorPolynomial":
-        """Take some ``bicycles`` (0 ...)."""
+        """Take the ``bicycles`` of a slice of their numbers."""
         parts = (part.take(bicycles) for part in (self.dynamics, self.input, self.output))
         return DescriptorPolynomial(self.mass[bicycles], *parts)
 
@@ -50,7 +50,7 @@ class DescriptorStack:
     output: Array  # (m, k, outputs, n), C
 
     def frequency_response(self, angular_frequency: Array, *, inputs: Sequence[int], outputs: Sequence[int]) -> Complex:
-        """Gain C (i omega E - F)^-1 B."""
+        """Gain C (i omega E - F)^-1 B (m, k, f, outputs, inputs), SI, at ``angular_frequency`` (f,), rad/s."""
         pencil = 1j * angular_frequency[:, None, None] * self.mass[:, :, None] - self.dynamics[:, :, None]
         states = np.linalg.solve(pencil, self.input[:, :, None][..., list(inputs)] + 0j)
         return np.asarray(self.output[:, :, None, list(outputs)] @ states)

@@ -60,18 +60,18 @@ def _rounding(time: Array) -> Array:
 
 
 def step(size: float, *, start: float = 0.0) -> InputHistory:
-    """``size`` (SI) from ``start`` (s) on."""
+    """An input that is zero until ``start`` (s) and ``size`` (SI) from then on."""
     return InputHistory(np.array([start]), np.array([size]))
 
 
 def pulse(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
-    """``size`` (SI) from ``start`` (s) for ``duration`` (s)."""
+    """An input that is ``size`` (SI) from ``start`` (s) for ``duration`` (s), and else zero."""
     _check_duration("pulse", duration)
     return InputHistory(np.array([start, start + duration]), np.array([size, 0.0]))
 
 
 def doublet(size: float, *, start: float = 0.0, duration: float) -> InputHistory:
-    """``size`` (SI) from ``start`` (s), then ``-size``, each for half of ``duration`` (s)."""
+    """An input that is ``size`` (SI) from ``start`` (s), then ``-size``, each for half of ``duration`` (s)."""
     _check_duration("doublet", duration)
     return InputHistory(start + duration * np.array([0.0, 0.5, 1.0]), np.array([size, -size, 0.0]))
 

@@ -39,7 +39,7 @@ class Rest(NamedTuple):
 
 
 def padded(vector: Array, length: int) -> Array:
-    """Vector of unknowns with zeros for higher harmonics."""
+    """The ``vector`` of unknowns with zeros for higher harmonics, (``length``,): omega and number stay last."""
     return np.concatenate([vector[:-2], np.zeros(length - len(vector)), vector[-2:]])
 
 
@@ -50,7 +50,7 @@ def cosine(one: Point, other: Point) -> float:
 
 
 def unit_at(length: int, place: int) -> Array:
-    """Row that is 1 at a ``place``."""
+    """Row (``length``,) that is 1 at a ``place`` and else 0."""
     row = np.zeros(length)
     row[place] = 1.0
     return row
@@ -67,17 +67,17 @@ class Balance:
     make: Callable[[float], tuple[SlipSystem, float]] | None = None  # number -> system and speed; None: it is the speed
 
     def unpack(self, unknowns: Array) -> tuple[Complex, float, float]:
-        """Slips (orders, signals), omega and the number of ``unknowns``."""
+        """Slips (orders, signals) in rad, omega in rad/s and the number that ``unknowns`` (u,) stand for."""
         parts = UNIT_SLIP * unknowns[:-2].reshape(-1, len(self.system.signals), 2)
         return parts[..., 0] + 1j * parts[..., 1], float(unknowns[-2] * self.omega), float(unknowns[-1] * self.unit)
 
     def pack(self, slips: Complex, omega: float, number: float) -> Array:
-        """Unknowns of ``slips`` (orders, signals), ``omega`` and ``number``."""
+        """Unknowns (u,), no unit, of ``slips`` (orders, signals) in rad, ``omega`` in rad/s and ``number``."""
         parts = np.stack([slips.real, slips.imag], -1).ravel() / UNIT_SLIP
         return np.array([*parts, omega / self.omega, number / self.unit])
 
     def _equations(self, slips: Complex, omega: float, number: float) -> tuple[Complex, Array, Complex, float]:
-        """Residual, jacobian to omega and number, states and speed."""
+        """Residual (orders, signals), its jacobian by slips, omega and number, states (orders, n) and speed (m/s)."""
         if self.make is None:
             return (*self.system.balance(slips, omega, number), number)
         system, speed = self.make(number)
@@ -122,7 +122,7 @@ class Balance:
         return None
 
     def phase(self, slips: Complex) -> Array:
-        """Row that holds the first harmonic in phase with that of ``slips``."""
+        """Row (u,), of length 1, that is 0 times unknowns whose first harmonic is in phase with that of ``slips``."""
         turned = np.zeros_like(slips)
         turned[0] = 1j * slips[0]
         row = self.pack(turned, 0.0, 0.0)
@@ -136,12 +136,12 @@ class Balance:
         return Point(self.pack(slips, omega, at.number), tangent / np.linalg.norm(tangent), still, at.number)
 
     def start(self, cycle: Cycle, number: float) -> Point | None:
-        """Point of a ``cycle`` known at a ``number``, whose tangent goes up in it."""
+        """Point of a ``cycle`` near a ``number``, its tangent upwards in the number; None where Newton fails."""
         guess = self.pack(cycle.slips, cycle.angular_frequency, number)
         return self.correct(guess, unit_at(len(guess), -1), self.phase(cycle.slips))
 
     def between(self, one: Point, other: Point, number: float) -> Point | None:
-        """Point at a ``number`` between those of two neighbours on a branch."""
+        """Point at a ``number`` between those of two neighbours on a branch; None at rest or where Newton fails."""
         length = max(len(one.unknowns), len(other.unknowns))
         first, second = (padded(end.unknowns, length) for end in (one, other))
         share = (number - one.number) / (other.number - one.number)
@@ -263,7 +263,7 @@ def follow_both_ways(
     critical: CriticalSpeed,
     rests: Sequence[Rest] = (),
 ) -> Branch:
-    """Follow a branch from a motion up and down in the number; the end told is the upper one, if there are two."""
+    """Follow a branch from a motion up and down in the number; of two ends the upper one is the branch's."""
     up = follow(balance, begin, leaves, mode, critical, rests)
     if up.reason == "closed":
         return up

@@ -237,7 +237,7 @@ def find_limit_cycles(
 def find_onsets(
     model: Model, critical: Sequence[CriticalSpeed], *, rear: Tyre | None = None, front: Tyre | None = None
 ) -> tuple[Onset, ...]:
-    """Tell how the motion begins at the critical speeds of modes that swing."""
+    """Find how the motion begins at each oscillatory one of the ``critical`` speeds, over the band of the curves' E."""
     tyres = [(rear, front), *((with_curvature(rear, by), with_curvature(front, by)) for by in BAND)]
     systems = [SlipSystem.of(model, rear=one, front=other) for one, other in tyres]
     bends = {one: [bend_of(each, one) for each in systems] for one in critical if one.oscillatory}
@@ -256,7 +256,7 @@ def branches_from(rests: Sequence[Rest], at: Sequence[Balance], max_speed: float
 
 
 def leaver(system: SlipSystem, max_speed: float = np.inf) -> Callable[[Point], str]:
-    """Reason, or empty, for which a branch is given up at a point."""
+    """A function of a point: the reason for which a branch ends there (geometry, speed, slow, sticks), or empty."""
 
     def leaves(point: Point) -> str:
         cycle = point.cycle
@@ -271,7 +271,7 @@ def leaver(system: SlipSystem, max_speed: float = np.inf) -> Callable[[Point], s
 
 
 def with_curvature(tyre: Tyre | None, by: float) -> Tyre:
-    """Tyre with another E, at most 1; whole curves stay as they are."""
+    """Tyre with its curvature factor E changed ``by`` a number, to at most 1; whole curves stay as they are."""
     if isinstance(tyre, CurveTyre):
         return tyre
     given = tyre or MagicTyre()
@@ -279,7 +279,7 @@ def with_curvature(tyre: Tyre | None, by: float) -> Tyre:
 
 
 def critical_mode(system: SlipSystem, critical: CriticalSpeed) -> tuple[Complex, Complex]:
-    """Right and left eigenvector of the root on the axis, with left . right = 1 and 1 rad at the bar."""
+    """Right and left eigenvector (n,) of the root on the axis, with left . right = 1 and 1 rad at the bar."""
     values, vectors = np.linalg.eig(system.linear(critical.speed))
     place = int(np.abs(values - 1j * critical.angular_frequency).argmin())
     scale = system.row("steer") @ vectors

@@ -62,7 +62,7 @@ class OpenContact(Effect):
 
 
 def takes_magic_tyres(law: type[Effect]) -> bool:
-    """True of a contact law that is a slope at zero slip, at once or after one relaxation length."""
+    """True of a contact law whose side force is linear in slip, at once or after one relaxation length."""
     lags = LAGS in law.provides
     needed = {"cornering_stiffness", "relaxation_length"} if lags else {"cornering_stiffness"}
     one_lag = lags or "lagged force" not in law.provides
@@ -207,7 +207,7 @@ class MagicFormulaModel:
         return np.stack([getattr(tyre, what)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
 
     def rate(self, state: Array, inputs: Array) -> Array:
-        """dx/dt (n,)."""
+        """dx/dt (n,), SI, at ``state`` (n,) and ``inputs`` (inputs,)."""
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
         force = self.force_matrix @ self.side_forces(slip, camber) + self.input_matrix @ inputs
         if self.trail_matrix.any():
@@ -215,7 +215,7 @@ class MagicFormulaModel:
         return np.asarray(self.state_matrix @ state + force)
 
     def jacobian(self, state: Array, inputs: Array) -> Array:
-        """d(dx/dt)/dx (n, n)."""
+        """d(dx/dt)/dx (n, n), SI, at ``state`` (n,) and ``inputs`` (inputs,)."""
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
         found = self.state_matrix.copy()
         for of, matrix in (("force", self.force_matrix), ("by_trail", self.trail_matrix)):
@@ -226,7 +226,7 @@ class MagicFormulaModel:
         return found
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Steady motion (state -> value) under constant inputs and tyre offsets, by Newton's method."""
+        """Steady motion (state -> value, SI) under constant ``inputs`` (SI) and tyre offsets, by Newton's method."""
         refuse_unknown("input", inputs or {}, self.inputs)
         u = np.array([(inputs or {}).get(name, 0.0) for name in self.inputs])
         x = np.zeros(len(self.states))

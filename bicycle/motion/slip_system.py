@@ -180,7 +180,7 @@ class SlipSystem:
         return y[..., wheel], (y[..., 2 + wheel] if self._tyre_signals > 2 else np.zeros(()))
 
     def row(self, output: str) -> Array:
-        """Row (n,) that makes an ``output`` of the model of the states."""
+        """Row (n,) of the output matrix: its product with the states is the ``output`` of the model."""
         one = self.at_one_speed
         return np.asarray(one.output_matrix[one.outputs.index(output)])
 

@@ -59,7 +59,7 @@ motorcycles are up to twenty times as stiff (sets of Sharp 1971, 1994 and Sharp,
 
 
 def of_kind(kind: str) -> tuple[Mapping[str, tuple[float, float]], float]:
-    """Give the entry of :data:`KINDS`; an unknown ``kind`` is refused."""
+    """Typical ranges (SI) of a ``kind``, and how many times those of a bicycle's effects; another is refused."""
     refuse_unknown("kind of vehicle", [kind], KINDS)
     return KINDS[kind]
 

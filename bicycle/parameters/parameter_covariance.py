@@ -34,7 +34,7 @@ class ParameterKey:
 
     @classmethod
     def parse(cls, text: "str | ParameterKey") -> "ParameterKey":
-        """The key that is written so."""
+        """The key that a ``text`` such as effect.name.wheel writes."""
         if isinstance(text, ParameterKey):
             return text
         head, _, last = text.rpartition(".")
@@ -77,7 +77,7 @@ class ParameterCovariance(JointCovariance):
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:
-    """The covariance of parameters as an array (p, p)."""
+    """The ``covariance`` (SI) of parameters ``names`` (p,) as an array (p, p), refused unless it can be one."""
     if not names:
         raise InputError("no parameter is uncertain: give at least one name with its covariance")
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)

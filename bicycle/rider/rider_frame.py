@@ -53,7 +53,7 @@ class RiderOnBicycle:
 
     @property
     def values(self) -> dict[str, float]:
-        """Meijaard's keys of rear frame and rider."""
+        """Meijaard's keys (SI) of rear frame and rider as one rigid body."""
         return rider_body.as_rear_frame(rider_body.join([self.body, rider_body.rear_frame(self.frame.values)]))
 
     @property
@@ -64,7 +64,7 @@ class RiderOnBicycle:
 
     @property
     def sd(self) -> dict[str, float]:
-        """One standard deviation of each of :attr:`values`."""
+        """One standard deviation (SI) of each of :attr:`values`."""
         spread = dict(zip(FRAME_KEYS, np.sqrt(np.diag(self.covariance)), strict=True))
         return {key: float(spread[key]) for key in self.values}
 
@@ -93,7 +93,7 @@ class RiderOnBicycle:
 
     @property
     def _joint_covariance(self) -> ParameterCovariance:
-        """Of a frame whose numbers are known together: their covariance with the rider on it; else an empty one."""
+        """Covariance (SI) of the numbers that a frame states together, with the rider on it; empty without any."""
         if not self.frame.covariance.names:
             return ParameterCovariance()
         names = tuple(dict.fromkeys((*self.frame.covariance.names, *self.values)))
@@ -138,7 +138,7 @@ def rider_on_bicycle(
     back_rounding: float = 0.0,
     elbows_out: float = 0.0,
 ) -> RiderOnBicycle:
-    """Put a rider on a bicycle."""
+    """Put a ``rider`` on a ``frame`` without one; angles in rad, by default those of the ``posture``."""
     if frame["mB"] > 60:
         raise InputError(
             f"bicycle {frame.name!r}: the rear frame weighs {frame['mB']:g} kg, so it carries a rider already "
@@ -167,7 +167,7 @@ def rider_on_bicycle(
 
 
 def _steps_together(frame: Bicycle) -> dict[str, dict[str, float]]:
-    """Changes of a frame's numbers by one sd of each independent cause of those that are known together."""
+    """Changes (SI) of a frame's numbers by 1 sd of each independent cause of its covariance: cause, key -> change."""
     names, matrix = frame.covariance.names, frame.covariance.matrix
     sd = np.sqrt(np.diag(matrix))
     scale = np.where(sd > 0, sd, 1.0)

@@ -47,7 +47,7 @@ class SeatGeometry:
 
     @property
     def has_hands(self) -> bool:
-        """True if it holds the place of the hands."""
+        """True if it holds the place of the hands, measured from the hubs or from the saddle."""
         return HUBS[0] in self.values or SADDLE[0] in self.values
 
     def changed(self, key: str, by: float) -> "SeatGeometry":
@@ -70,7 +70,7 @@ class Contacts(NamedTuple):
 
 
 def contacts(geometry: SeatGeometry, bicycle: Mapping[str, float]) -> Contacts:
-    """Points of contact of a complete geometry on a bicycle with ``w``, ``rR``, ``rF``."""
+    """Contacts (m) of a complete geometry on a ``bicycle`` with wheelbase ``w`` and wheel radii ``rR``, ``rF`` (m)."""
     v, w, rear, front = geometry.values, bicycle["w"], bicycle["rR"], bicycle["rF"]
     stay, bracket = v["chain_stay_m"], v["bottom_bracket_height_m"]
     if stay < abs(rear - bracket):
@@ -89,7 +89,7 @@ def contacts(geometry: SeatGeometry, bicycle: Mapping[str, float]) -> Contacts:
 
 
 def _above(rear: Array, front: Array, to_rear: float, to_front: float, half: float) -> Array:
-    """The point above the line of the hubs at given distances in space, ``half`` beside the mid-plane."""
+    """Hands (x, z), m, above the line of the hubs, ``to_rear`` and ``to_front`` (m) from them, ``half`` m aside."""
     apart = front - rear
     base = float(np.hypot(*apart))
     squares = to_rear**2 - half**2, to_front**2 - half**2
@@ -118,7 +118,7 @@ def completed(
 
 
 def with_hands(geometry: SeatGeometry, hands: Array, *, sd: float) -> SeatGeometry:
-    """A geometry with hands that are assumed."""
+    """A geometry with assumed ``hands`` (2,), m forward of the hip and below it, and their ``sd`` (m)."""
     return geometry.assuming({key: (float(x), sd) for key, x in zip(SADDLE, hands, strict=True)})
 
 
@@ -223,7 +223,7 @@ def shoulder(hip: Array, body: Lengths, *, torso_lean: float, back_rounding: flo
 
 
 def fitting_hands(body: Lengths, posture: Posture, *, torso_lean: float) -> Array:
-    """Hands (x, z) relative to the hip where a posture's arm ends, for a bar that was not measured."""
+    """Hands (x, z), m from the hip, where the arm of a ``posture`` ends, for a bar that was not measured."""
     top, _ = shoulder(np.zeros(2), body, torso_lean=torso_lean, back_rounding=0.0)
     u, f = body.upper_arm, body.forearm
     reach = math.sqrt(u * u + f * f + 2 * u * f * math.cos(posture.elbow_flexion))
@@ -241,7 +241,10 @@ def sit(
     elbows_out: float = 0.0,
     strict: bool = True,
 ) -> Seated:
-    """Joint angles of a body seated at three contacts."""
+    """Joint angles (rad) of a body seated at three contacts; ``strict`` refuses limbs that are too short.
+
+    Angles are in rad: the torso leans forward, the back rounds forward, elbows turn outwards.
+    """
     top, pelvis = shoulder(at.hip, body, torso_lean=torso_lean, back_rounding=back_rounding)
     down = at.pedals - at.hip
     to_pedals, leg = float(np.hypot(*down)), body.thigh + body.shank
@@ -306,7 +309,7 @@ def _arm_angles(upper: Array, hinge: Array, *, chest_lean: float) -> tuple[float
 
 
 def _across(line: Array, direction: Array, other: Array | None = None) -> Array:
-    """Unit vector of what a direction has across a line (and across another unit vector)."""
+    """Unit vector (3,) of the part of ``direction`` at right angles to the unit vector ``line``, and to ``other``."""
     rest = direction - line * (line @ direction)
     if other is not None:
         rest = rest - other * (other @ rest)

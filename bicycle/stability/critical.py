@@ -197,7 +197,7 @@ def _check_max_speed(max_speed: float) -> None:
 def crossings_of(
     rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, limits: Array
 ) -> list[list[CriticalSpeed]]:
-    """Named crossings of many bicycles, those of each by speed."""
+    """Named crossings of bicycles A(v), with sqrt(g w) = ``unit`` (m,), in ``limits`` (m, 2), m/s; of each by speed."""
     zeros = find_crossings(polynomial, unit, limits)
     result: list[list[CriticalSpeed]] = [[] for _ in unit]
     if not len(zeros.speed):

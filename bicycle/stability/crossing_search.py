@@ -84,7 +84,7 @@ class Search:
     limits: Array  # (m, 2), m/s
 
     def run(self) -> Zeros:
-        """All crossings, completed until the number of unstable roots adds up."""
+        """All crossings; more are sought until they explain every change of the number of unstable roots."""
         zeros = self.newton(*self.candidates())
         self.count_at_nodes()
         turns = self.turns()
@@ -99,7 +99,7 @@ class Search:
 
     @staticmethod
     def with_these(zeros: Zeros, more: tuple[Whole, Array]) -> tuple[Whole, Array]:
-        """Candidates: crossings that are known, and ``more``."""
+        """Bicycles and speeds (m/s) of candidates: the crossings ``zeros``, and ``more``."""
         return np.concatenate([zeros.owner, more[0]]), np.concatenate([zeros.speed, more[1]])
 
     def candidates(self) -> tuple[Whole, Array]:

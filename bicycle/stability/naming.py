@@ -168,7 +168,7 @@ class Named(NamedTuple):
 def name_points(
     rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, owner: Whole, speeds: Array
 ) -> Named:
-    """Roots of many bicycles and their names, each point by itself."""
+    """Roots and names at k points: bicycle ``owner`` (k,) at ``speeds`` (k,), m/s, with sqrt(g w) = ``unit`` (m,)."""
 
     def named(owner: Whole, speeds: Array) -> Named:
         parts = []
@@ -228,7 +228,7 @@ def stack_of_one(model: LinearModel, number: int) -> SpeedPolynomial:
 
 
 def name_roots(rules: Rules, rate: Array, at: Participation) -> Named:
-    """Names of the roots of many matrices, each by itself."""
+    """Names of the roots of k matrices, each by itself; ``rate`` (k,) is sqrt(g / w), 1/s."""
     values, share, steering = at
     size = np.abs(values)
     first, second = (np.full(values.shape, NONE) for _ in range(2))

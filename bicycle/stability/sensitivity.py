@@ -57,7 +57,7 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
 
 
 def _added(terms: Sequence[Matrices]) -> Matrices:
-    """Sum of E and of F."""
+    """The sum of the mass matrices E and dynamics F of several ``terms``."""
     first = terms[0].dynamics
     total = {power: sum(term.dynamics[power] for term in terms) for power in first}
     mass = np.asarray(sum(term.mass for term in terms))
@@ -136,7 +136,7 @@ def _derivatives(
 
 
 def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]) -> PairSensitivities:
-    """Sum and product of two roots at a speed, with derivatives.
+    """Sum (1/s) and product (1/s^2) of two roots at a ``speed`` (m/s), and their derivatives by each parameter.
 
     The two span an invariant subspace with right basis X and left basis U, U X = 1, on which the state matrix acts as B
     = U A X; the sum is tr B, the product det B, and dB = U dA X to first order in both.

@@ -33,7 +33,7 @@ class Nodes:
     left: Complex  # (m, n, n), rows
 
     def take(self, index: NDArray[np.intp]) -> Self:
-        """Take those at ``index`` (k,)."""
+        """Take the nodes at the places ``index`` (k,)."""
         return type(self)(*(part[index] for part in vars(self).values()))
 
     def joined(self, new: Self) -> tuple[Self, NDArray[np.intp]]:
@@ -143,7 +143,7 @@ def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[
 
 
 def meetings(branches: Branches) -> list[Meeting]:
-    """Real roots that become a pair, or the reverse, on the tiny steps of ``branches``."""
+    """Find where real roots become a pair, or the reverse, on the last tiny steps of ``branches``."""
     found = []
     for step in np.flatnonzero(~branches.smooth).tolist():
         v, values = branches.v[step : step + 2], branches.values[step : step + 2]
@@ -160,7 +160,7 @@ def meetings(branches: Branches) -> list[Meeting]:
 
 
 def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
-    """Follow every eigenvalue along any one number that the state matrix depends on."""
+    """Follow every eigenvalue through rising ``values`` of a number: nodes (m,) that it took, branches (m, n), 1/s."""
     low, high = values[0], values[-1]
 
     def compute(at: Array) -> Nodes:
