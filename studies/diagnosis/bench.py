@@ -62,8 +62,8 @@ TEXTS = ("test", "condition", "direction", "group")
 
 @dataclass(frozen=True)
 class Reading:
-    test: str
-    condition: str
+    test: str  # hold, sweep or damper
+    condition: str  # lifted, free_plate or floor
     steer: float  # rad
     rate: float  # rad/s, 0 unless a damper test
     direction: float  # +1 turning right, -1 left, 0 held
@@ -71,7 +71,7 @@ class Reading:
     sd: float  # N m
     arm: float = 0.0  # m, lever arm of a force; 0 if the torque was read
     load: float = math.nan  # N on the front wheel; nan if not measured
-    group: str = ""
+    group: str = ""  # what readings share that lie together, such as a day; "" if not stated
 
 
 def _read_readings(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Reading, ...], tuple[str, ...]]:
@@ -267,7 +267,7 @@ class Bench(BicycleKind, kind="bench"):
 
     keys: ClassVar[Any] = table(path_key("table", "FILE.csv"))
     columns: ClassVar[tuple[str, ...]] = (*TEXTS, *(f"{name}_..." for name in QUANTITIES))
-    readings: tuple[Reading, ...]
+    readings: tuple[Reading, ...]  # one a row of the table, in its order
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Bench":

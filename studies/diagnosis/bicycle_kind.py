@@ -43,8 +43,8 @@ class BicycleKind(Kind):
     uncertainty: Mapping[str, float] = field(default_factory=dict)  # 1-sigma by ``key`` or ``effect.parameter``, SI
     # ``effect -> {parameter: value}`` of candidates, SI
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    description: str = ""
-    source: str = ""
+    description: str = ""  # words of the file
+    source: str = ""  # words of the file: who measured, and where it was published
     notes: tuple[str, ...] = ()  # assumptions in reading; of a kind that is ready, all of them
     nuisances: tuple[UncertainParameter, ...] = ()  # filled by :meth:`ready`
     candidates: Candidates = ()  # filled by :meth:`ready`

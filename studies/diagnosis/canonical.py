@@ -83,12 +83,13 @@ def _ascending(highest: float, what: str, *, pair: bool = False) -> Check:
 class CanonicalTable:
     """Coefficients (subsets, 9) in the order of :data:`COEFFICIENTS`, SI, and how they were excited."""
 
-    subsets: tuple[str, ...]
-    value: Array
-    sd: Array
+    subsets: tuple[str, ...]  # "rider on environment" of each row
+    value: Array  # (subsets, 9), SI
+    sd: Array  # (subsets, 9), SI: as stated, with the scatter between subsets and the rounding
+    # (subsets, 9), SI, of each rider's Whipple model; None if the table has no differences
     whipple: Array | None
-    speeds: tuple[float, ...] = SPEEDS
-    band: tuple[float, float] = BAND
+    speeds: tuple[float, ...] = SPEEDS  # m/s, ascending, at which the bicycle was excited
+    band: tuple[float, float] = BAND  # Hz, lowest and highest frequency of the excitation
 
 
 Cells = dict[tuple[str, str, str], tuple[float, float, float]]

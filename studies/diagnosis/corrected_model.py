@@ -31,8 +31,8 @@ class Corrected:
     """Texts of the corrected models by bicycle ("" is the one at the top); none of a tyre."""
 
     texts: Mapping[str, str]
-    error: str = ""
-    of_others: str = ""
+    error: str = ""  # why there are none; "" if there are
+    of_others: str = ""  # why there are none of the other bicycles; "" if there are, or no others
 
 
 def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Corrected:

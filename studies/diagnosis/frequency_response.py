@@ -94,7 +94,7 @@ class ResponsePoint:
     frequency: float  # Hz
     speed: float  # m/s
     value: complex
-    sd: float
+    sd: float  # in the unit of ``value``, of the real as of the imaginary part
     group: str = ""
 
     @property
@@ -133,8 +133,8 @@ class ResponsePoint:
 class Accelerometer:
     """Place of a lateral accelerometer that is fixed to the rear frame, m: ahead of the rear contact, z down."""
 
-    x: float
-    z: float
+    x: float  # m, ahead of the rear contact
+    z: float  # m, down from the ground: above it negative
 
 
 def spoken(name: str) -> str:
@@ -286,10 +286,10 @@ def _noise(path: Path, columns: Columns, gain: Complex, relative: float | None) 
 class Wanted:
     """Responses (n,) to be predicted: frequencies (Hz), speeds (m/s), names of inputs and outputs."""
 
-    frequency: Array
-    speed: Array
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    frequency: Array  # (n,), Hz
+    speed: Array  # (n,), m/s, as recorded
+    inputs: tuple[str, ...]  # (n,)
+    outputs: tuple[str, ...]  # (n,)
 
     @cached_property
     def s(self) -> Complex:
@@ -377,7 +377,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         }
     )
     columns: ClassVar[tuple[str, ...]] = (*TEXTS, *NUMBERS)
-    points: tuple[ResponsePoint, ...]
+    points: tuple[ResponsePoint, ...]  # one a measured response
     accelerometer: Accelerometer | None = None
 
     @classmethod

@@ -41,12 +41,12 @@ class JointData(Joint, kind="joint"):
 
     of_bicycle: ClassVar[bool] = True
     whole: ClassVar[bool] = True
-    name: str = field()
+    name: str = field()  # the file's name
     model: Model = field()
     uncertainty: Mapping[str, float] = field(default_factory=dict)  # as of a single measurement
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # as of a single measurement
-    description: str = ""
-    source: str = ""
+    description: str = ""  # words of the file
+    source: str = ""  # words of the file: who measured, and where it was published
     common: tuple[str, ...] = ()  # effects that all bicycles share; those of :func:`tyre_effects` if none are given
 
     @classmethod

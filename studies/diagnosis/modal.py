@@ -93,12 +93,13 @@ FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
 
 @dataclass(frozen=True)
 class ModalPoint:
-    """One eigenvalue (1/s; imaginary part >= 0) with 1-sigma of its parts, and shape ratios ``name -> (value, sd)``."""
+    """A measured eigenvalue (imaginary part >= 0), the sd of its parts, and shape ratios ``name -> (value, sd)``."""
 
-    speed: float
-    mode: str
-    eigenvalue: complex  # a part that was not measured is NaN
+    speed: float  # m/s
+    mode: str  # weave, capsize ... of :func:`known_modes`
+    eigenvalue: complex  # 1/s and rad/s; a part that was not measured is NaN
     sd: tuple[float, float]  # 1/s and rad/s; 0 of the frequency of a real root, which has none to be measured
+    # of two rates, -; one sd for both parts of the number
     ratios: Mapping[str, tuple[complex, float]] = field(default_factory=dict)
     group: str = ""
     settings: Settings = ()  # parameters of effects that were set otherwise in this row, exactly
@@ -363,7 +364,7 @@ class Modal(BicycleKind, kind="modal"):
 
     keys: ClassVar[Any] = table(path_key("table", "FILE.csv"))
     columns: ClassVar[tuple[str, ...]] = ("mode", "group", *NUMBERS)
-    points: tuple[ModalPoint, ...]
+    points: tuple[ModalPoint, ...]  # one a row of the table; :meth:`ready` sorts them by mode, settings and speed
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Modal":

@@ -27,8 +27,8 @@ SD = "_sd"
 class Quantity:
     """What a column may hold: its ``names``, its units with their factors to SI, and the ``column`` of the table."""
 
-    names: tuple[str, ...]
-    units: Mapping[str, float]
+    names: tuple[str, ...]  # headings that people write
+    units: Mapping[str, float]  # factor to SI by unit
     column: str = ""  # empty: of what a root is computed from
 
 
@@ -54,7 +54,7 @@ DAMPED = (
 class Heading:
     """A column of a file: what it holds (a key of :data:`QUANTITIES`, or that of its sd, or a column of the table)."""
 
-    column: str
+    column: str  # as the file spells it
     holds: str  # empty where it is not understood
     factor: float = 1.0  # to SI
 

@@ -115,9 +115,9 @@ def _more_chi2(point: "ModalPoint", root: complex, named: complex | None) -> flo
 class Wanted:
     """Modes (m,) to be predicted: their recorded speeds, names, and eigenvalues ``near`` which they lie."""
 
-    speed: Array
-    mode: tuple[str, ...]
-    near: Complex
+    speed: Array  # (m,), m/s
+    mode: tuple[str, ...]  # (m,)
+    near: Complex  # (m,), 1/s
 
     @cached_property
     def crowded(self) -> list[list[NDArray[np.intp]]]:

@@ -48,10 +48,10 @@ SENSED = (mistakes.LOWPASS, mistakes.DELAY, mistakes.GAIN)
 class Driven(NamedTuple):
     """Equations of K bicycles and R runs: dx/dt = state x + inputs u, and the channels, seen x + direct u."""
 
-    state: Array
-    inputs: Array
-    seen: Array
-    direct: Array | None  # None if the inputs are not seen
+    state: Array  # (K, R, n, n)
+    inputs: Array  # (K, R, n, m)
+    seen: Array  # (K, R, C, n): channels by states
+    direct: Array | None  # (K, R, C, m): channels by inputs; None if the inputs are not seen
 
 
 class Along(NamedTuple):
@@ -60,20 +60,20 @@ class Along(NamedTuple):
     change: Array  # d (K, R, T), m/s
     step: tuple[Array, Array]  # (K, R, n, n)
     before: tuple[Array, Array]  # (K, R, n, m)
-    after: tuple[Array, Array]
+    after: tuple[Array, Array]  # (K, R, n, m)
     seen: tuple[Array, Array]  # (K, R, C, n)
 
 
 class Sampled(NamedTuple):
     """Equations from sample to sample: x_(k+1) = step x_k + before u_k + after u_(k+1), with u (K or 1, R, m, T)."""
 
-    step: Array
-    before: Array
-    after: Array
-    seen: Array
-    direct: Array | None
-    u: Array
-    along: Along | None = None
+    step: Array  # (K, R, n, n)
+    before: Array  # (K, R, n, m), by the inputs at the sample before
+    after: Array  # (K, R, n, m), by the inputs at the sample itself
+    seen: Array  # (K, R, C, n): channels by states
+    direct: Array | None  # (K, R, C, m): channels by inputs; None if the inputs are not seen
+    u: Array  # (K or 1, R, m, T)
+    along: Along | None = None  # change with the speed; None if the speed is constant
 
     @property
     def first(self) -> tuple[Array, Array, Array, Array, Array | None, Array]:
@@ -86,8 +86,8 @@ class Sampled(NamedTuple):
 class Replay:
     """Runs of one set of torques, replayed at once."""
 
-    runs: tuple[Run, ...]
-    channels: tuple[str, ...]
+    runs: tuple[Run, ...]  # with the same inputs
+    channels: tuple[str, ...]  # columns that are computed, C of them
     riding: Callable[[], Mapping[str, Course]] = dict  # sizes of torques that nobody recorded, dear; 1 N m without
 
     @cached_property

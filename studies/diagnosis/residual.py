@@ -33,8 +33,8 @@ PAIRS: tuple[Pair, ...] = tuple((torque, state) for torque in TORQUES for state 
 class SpeedScale:
     """The coordinate x = (v - middle) / span in which coefficients change with the speed v, m/s."""
 
-    middle: float
-    span: float
+    middle: float  # m/s, between the slowest and the fastest measured speed
+    span: float  # m/s, half of the range of speeds; a tenth of ``middle`` or more
     most: int  # terms of a pair that the number of distinct speeds allows
 
     @classmethod
@@ -118,7 +118,7 @@ class Selector:
     """Search over the number of terms of each pair; ``floating`` columns of ``linear`` stand before the terms."""
 
     linear: Linear
-    floating: int
+    floating: int  # how many
     scale: SpeedScale
 
     def columns(self, degrees: Degrees) -> NDArray[np.intp]:
@@ -192,9 +192,9 @@ class Changed:
     name: str
     unit: str
     effect: str  # whose it is; "" of the bicycle and the measurement
-    named: float  # its value without the torque
-    value: float
-    sd: float
+    named: float  # its value without the torque, in ``unit``
+    value: float  # with the torque, in ``unit``
+    sd: float  # of ``value``, in ``unit``
     replaced: bool  # it is the size of an effect that is no longer significant beside the torque
 
 

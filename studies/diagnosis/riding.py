@@ -50,8 +50,8 @@ NODES, KEPT = 200, 0.995  # at which a process is known, share of its variance t
 class Course(NamedTuple):
     """Most probable size of one torque: its sd in N m (N of a force), and the frequency of each run in Hz, if any."""
 
-    sd: float
-    hertz: tuple[float, ...] = ()
+    sd: float  # N m, of side gusts N
+    hertz: tuple[float, ...] = ()  # (R,), cadence of each run; () where a torque has none
 
 
 def riding_candidates() -> tuple[Candidate, ...]:

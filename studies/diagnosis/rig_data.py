@@ -53,10 +53,10 @@ class SweepBlocks(Reduced):
     """Block means of one slip sweep."""
 
     time: Array  # (n,), s
-    slip: Array  # rad
-    force: Array  # N
-    direction: Array  # sign of d(slip)/dt
-    branch: NDArray[np.int64]
+    slip: Array  # (n,), rad
+    force: Array  # (n,), N
+    direction: Array  # (n,), sign of d(slip)/dt
+    branch: NDArray[np.int64]  # (n,), number of the up or down branch, from 0
     slip_time: Array  # (m,), s, also where the blocks are not compared
     slip_history: Array  # (m,), rad
     speed: float | None  # rolling speed, m/s

@@ -62,7 +62,7 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
     )
     quantities: tuple[tuple[str, str], ...]  # quantity and wheel of each number
     values: Array  # (n,), SI units
-    covariance: Array  # (n,), SI units
+    covariance: Array  # (n, n), SI units
     load: float  # mean of the wheels, N
     pressures: tuple[float, ...]  # of rear and front, Pa
 

@@ -83,18 +83,17 @@ class RigRecordings(TyreKind, kind="rig"):
     )
     reference: Reference  # what was known of the tyre
     sweeps: tuple[tuple[str, RigRun], ...] = ()  # (name, recording); slip steps are not used, which ``notes`` says
-    pulls: tuple[tuple[str, PullTest], ...] = ()
+    pulls: tuple[tuple[str, PullTest], ...] = ()  # (name, recording)
     includes: tuple[str, ...] = ()  # rig effects that the base model contains
     pull_displacement: str = "tyre"  # ``tyre`` (plate minus rim) or ``plate``
     wheel_radius: float = WHEEL_RADIUS  # m, for the drum's curvature
     calibration: Calibration = Calibration()  # noqa: RUF009 - frozen
-    # filled by :meth:`ready`: reduced sweeps and pulls, all terms, candidates without a cause, the reference by the
-    # label of a condition
-    blocks: tuple[SweepBlocks, ...] = ()
-    readings: tuple[PullReadings, ...] = ()
-    terms: tuple[Term, ...] = ()
-    without_cause: Candidates = ()
-    curves: dict[str, Curve] = field(default_factory=dict)
+    # The following are filled by :meth:`ready`.
+    blocks: tuple[SweepBlocks, ...] = ()  # the sweeps as means of blocks
+    readings: tuple[PullReadings, ...] = ()  # the pulls
+    terms: tuple[Term, ...] = ()  # all that can act on a recording, phenomenological ones last
+    without_cause: Candidates = ()  # phenomenological terms
+    curves: Mapping[str, Curve] = field(default_factory=dict)  # the reference by the label of a condition
 
     def __post_init__(self) -> None:
         if not self.sweeps and not self.pulls:
@@ -289,10 +288,8 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def curve(self, condition: Condition) -> Curve:
         """The reference for a ``condition``."""
-        label = condition_label(condition)
-        if label not in self.curves:
-            self.curves[label] = self.reference.at(condition.load, condition.pressure)
-        return self.curves[label]
+        prepared = self.curves.get(condition_label(condition))
+        return prepared or self.reference.at(condition.load, condition.pressure)
 
     @property
     def data(self) -> tuple[Array, Array]:

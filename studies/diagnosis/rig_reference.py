@@ -27,15 +27,15 @@ Value = tuple[float, float]
 class Curve:
     """The tyre at one condition, SI: (value, sd) of C, K, relaxation length, and Magic Formula coefficients."""
 
-    load: float
-    pressure: float
-    cornering_stiffness: Value | None = None
-    lateral_stiffness: Value | None = None
-    relaxation_length: Value | None = None
-    peak: float | None = None  # N
-    shape: float = SHAPE
-    curvature: float = CURVATURE
-    drum_radius: float | None = None  # None on a flat track
+    load: float  # N
+    pressure: float  # Pa
+    cornering_stiffness: Value | None = None  # N/rad
+    lateral_stiffness: Value | None = None  # N/m
+    relaxation_length: Value | None = None  # m
+    peak: float | None = None  # D of the Magic Formula, N; None: not known
+    shape: float = SHAPE  # C of the Magic Formula, -
+    curvature: float = CURVATURE  # E of the Magic Formula, -
+    drum_radius: float | None = None  # m; None on a flat track
 
     @property
     def length(self) -> Value | None:

@@ -19,11 +19,11 @@ from tyre.recordings.draft import looking
 
 @dataclass(frozen=True)
 class RunResponse:
-    """The response ``found`` of one ``output`` to one ``input`` at a ``speed`` (m/s)."""
+    """The response ``found`` of the signal ``output`` to the signal ``input``, of the runs at one speed."""
 
     input: str
     output: str
-    speed: float
+    speed: float  # m/s
     found: SpectralResponse
 
 

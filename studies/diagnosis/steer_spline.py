@@ -99,7 +99,7 @@ class Shapes(NamedTuple):
     coefficients: Array  # of the functions (C, K)
     motions: Array  # (T, K)
     weight: Array  # variance if the differences have sd 1 (K,), infinite if a motion is free
-    free: int
+    free: int  # how many
 
 
 def shapes_of(functions: Functions, integrated: int) -> Shapes:
@@ -129,18 +129,18 @@ def shapes_of(functions: Functions, integrated: int) -> Shapes:
 class Likely(NamedTuple):
     """Log evidence of a record, its noise (sd), and the share of each shape that is taken for motion (K,)."""
 
-    evidence: float
-    noise: float
-    share: Array
+    evidence: float  # log of the probability of the record
+    noise: float  # sd, rad
+    share: Array  # (K,), 0 to 1: of the record along each shape, what is motion and not noise
 
 
 @dataclass(frozen=True)
 class Likelihood:
     """Probability of a record (T,), rad, as motion of these shapes with noise of sd ``least`` or more."""
 
-    recorded: Array
+    recorded: Array  # (T,), rad
     shapes: Shapes
-    least: float | None
+    least: float | None  # rad; None: the noise is estimated with no lower limit
 
     @cached_property
     def seen(self) -> Array:

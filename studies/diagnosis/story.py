@@ -17,12 +17,12 @@ LOUD = 2.0  # sd, from which a value is off
 class Gap:
     """chi^2 of each step of the story; None of a step that there is not, or where nothing could be left out."""
 
-    base: float | None
-    effect_alone: float | None
-    adjusted: float | None
+    base: float | None  # of the base model as stated
+    effect_alone: float | None  # of the named effect, with the parameters as stated
+    adjusted: float | None  # of the final hypothesis, its parameters adjusted
     with_torque: float | None  # of the model file, if what could not be named is kept in it as a torque
-    without_effect: float | None
-    without_effect_moved_sd: float
+    without_effect: float | None  # of the parameters adjusted without the effect
+    without_effect_moved_sd: float  # by how many prior sd the parameter that went farthest then moved
     noise: float  # what noise alone would leave: the count of the numbers
 
     @property
@@ -43,12 +43,12 @@ class Gap:
 class Where:
     """Series in which the base model is farthest off, from which to which place, and by how much."""
 
-    series: str
+    series: str  # channel and quantity
     speeds: tuple[float, float]  # or whatever ``axis`` says
-    axis: str
+    axis: str  # what ``speeds`` are of, with its unit
     by: float  # measured less computed: the mean if it has one sign, else the root mean square
-    unit: str
-    one_sign: bool
+    unit: str  # of ``by``
+    one_sign: bool  # measured lies on one side of computed
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class LookAlikes:
     unseen: bool  # on runs that were never fitted; else on the data that they were fitted to
     adjusted: float  # of the parameters alone
     nearest: str  # hypothesis that comes nearest to explaining the data; "" if none does
-    left: float  # what it leaves
+    left: float  # share that it leaves
     # hypotheses of one effect that leave at most twice as much and less than the parameters alone, the best first
     singles: tuple[tuple[str, float], ...]
     best_single: tuple[str, float] | None  # of all hypotheses of one effect
@@ -75,7 +75,7 @@ class Story:
     """Numbers of the first screen; ``far`` has the parameters that must be others without the effect."""
 
     gap: Gap
-    held_out: Gap | None
+    held_out: Gap | None  # on data that were left out of the fits; None if none could be
     unseen: bool  # what is held out are runs that were never fitted
     far: tuple[Moved, ...]  # at most three, the farthest first
     look_alikes: LookAlikes | None = None  # where nothing is named

@@ -31,10 +31,10 @@ WHEEL_RADIUS = 0.34  # m, for the drum's curvature
 class TyreKind(Kind):
     """A measurement of a tyre; ``nuisances``, ``candidates`` and ``refused`` are filled by :meth:`ready`."""
 
-    name: str = ""
-    description: str = ""
-    source: str = ""
-    notes: tuple[str, ...] = ()
+    name: str = ""  # the file's name
+    description: str = ""  # words of the file
+    source: str = ""  # words of the file: who measured, and where it was published
+    notes: tuple[str, ...] = ()  # assumptions in reading; of a kind that is ready, all of them
     nuisances: tuple[UncertainParameter, ...] = ()
     candidates: Candidates = ()
     refused: Mapping[str, str] = field(default_factory=dict)
