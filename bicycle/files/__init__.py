@@ -20,7 +20,7 @@ __getattr__, __dir__ = room(
             "MAKES",
             "feature",
             "features_of",
-            "guessed",
+            "guess_bicycle",
             "measured_bicycles",
             "values_of",
             "with_rider",

@@ -51,7 +51,7 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
     for line in path.read_bytes().decode("utf-8-sig", errors="replace").split("\n"):
         mark, _, text = line.strip().partition(":")
         word = mark.lstrip("#%").strip()
-        text = _unquoted(text.strip())
+        text = _unquote(text.strip())
         comment = word == "kind" and text not in KINDS
         if mark[:1] in ("#", "%") and word in WORDS and word not in found.words and not comment:
             found.words[word] = text
@@ -66,7 +66,7 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
     else:
         content = read_toml(path, "bicycle file") if ending == "toml" else _json(path)
         _refuse_model_file(content, path)
-        top = _placed(content, str(path))
+        top = _add_places(content, str(path))
     tables = {name: top.pop(name) for name in ("values", "sd", "units", COVARIANCE) if name in top}
     for name, (_, value) in tables.items():
         if not isinstance(value, Mapping):
@@ -103,10 +103,10 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
     return found
 
 
-def _placed(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]]:
+def _add_places(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]]:
     """Give every key of ``content`` its place in the file: key -> (place, value), of tables likewise."""
     return {
-        key: (where, _placed(value, f"{where}: [{key}]") if isinstance(value, Mapping) else value)
+        key: (where, _add_places(value, f"{where}: [{key}]") if isinstance(value, Mapping) else value)
         for key, value in content.items()
     }
 
@@ -173,7 +173,7 @@ def _yaml(path: Path | Traversable) -> dict[str, tuple[str, Any]]:
     return entries(node)
 
 
-def _unquoted(text: str) -> str:
+def _unquote(text: str) -> str:
     try:
         return str(json.loads(text)) if text.startswith('"') else text
     except ValueError:

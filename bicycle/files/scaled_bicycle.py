@@ -136,7 +136,7 @@ class Guess:
     mean: Array  # (p,), no unit
     covariance: Array  # (p, p), no unit
 
-    def knowing(self, known: Mapping[str, tuple[float, float]]) -> "Guess":
+    def condition_on(self, known: Mapping[str, tuple[float, float]]) -> "Guess":
         """The guess if some of the features are measured: value and sd of each, as of a normal distribution."""
         places = [FEATURES.index(name) for name in known]
         value, sd = np.array(list(known.values())).T.reshape(2, -1)
@@ -197,7 +197,7 @@ class Guess:
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def guessed(geometry: Geometry, without: str = "") -> Guess:
+def guess_bicycle(geometry: Geometry, without: str = "") -> Guess:
     """A bicycle of this geometry and mass, from the measured ones (for a test ``without`` one of the makes)."""
     used = {name: bicycle for name, bicycle in measured_bicycles().items() if MAKES[name] != without}
     off = np.array([features_of(b.values) - _mean(without, MAKES[name]) for name, b in used.items()])

@@ -142,13 +142,13 @@ class WheelSize(NamedTuple):
 
 def read_wheel_size(text: str) -> WheelSize:
     """Read the marking of a tyre; InputError with the candidates where it means several rims, or lacks the width."""
-    plain = _plain(text)
+    plain = _normalise(text)
     marked = ETRTO.search(plain)
     if marked and float(marked[1]) < float(marked[2]):
-        return _checked(text, float(marked[2]), float(marked[1]))
+        return _check_size(text, float(marked[2]), float(marked[1]))
     turned = TURNED.fullmatch(plain)
     if turned and int(turned[1]) in RIMS:
-        return _checked(text, float(turned[1]), float(turned[2]))
+        return _check_size(text, float(turned[1]), float(turned[2]))
     named = NAMED.fullmatch(re.sub(r"\(.*", "", plain).strip())
     if named is None:
         raise InputError(f"{text!r}: {HOW}")
@@ -166,13 +166,13 @@ def read_wheel_size(text: str) -> WheelSize:
         width_mm = _width_mm(width, meant[0].widths)
     except (ValueError, ZeroDivisionError):
         raise InputError(f"{text!r}: the width {width!r} is not read; {HOW}") from None
-    return _checked(text, meant[0].rim, width_mm)
+    return _check_size(text, meant[0].rim, width_mm)
 
 
 HOW = "give width and rim in mm as they stand on the tyre, such as 28-622; or 700x28C, 28 x 1.10, 26 x 1.75"
 
 
-def _plain(text: str) -> str:
+def _normalise(text: str) -> str:
     """Lower case, x between the numbers, no signs of inches, fractions of one letter (½) written out."""
     letters = [f" {unicodedata.normalize('NFKC', one)}" if unicodedata.category(one) == "No" else one for one in text]
     plain = "".join(letters).casefold().replace("\N{FRACTION SLASH}", "/")
@@ -214,7 +214,7 @@ def _candidates(sizes: Sequence[Size], *, without_width: bool) -> str:
     return f"{why}: {found}; "
 
 
-def _checked(text: str, rim: float, width: float) -> WheelSize:
+def _check_size(text: str, rim: float, width: float) -> WheelSize:
     if not WIDTHS[0] <= width <= WIDTHS[1]:
         raise InputError(f"{text!r}: a tyre {width:g} mm wide is outside {WIDTHS[0]:g} to {WIDTHS[1]:g} mm; {HOW}")
     if rim not in RIMS:

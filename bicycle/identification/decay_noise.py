@@ -167,7 +167,7 @@ class Linear:
     mean: Array  # (points, channels, p)
     covariance: Array  # (points, channels, p, p); channels are independent
 
-    def sorted(self, order: NDArray[np.intp]) -> "Linear":
+    def reorder(self, order: NDArray[np.intp]) -> "Linear":
         """Amplitudes with the modes in this ``order`` (m,)."""
         places = np.arange(self.mean.shape[-1])
         places[: 2 * order.size] = np.stack([2 * order, 2 * order + 1], 1).ravel()
@@ -184,7 +184,7 @@ class Solved:
     squares: Array  # (points, colours, channels), sum of squares that is left, the prior's share included
     samples: int  # in the window
 
-    def at(self, kept: NDArray[np.bool_]) -> "Solved":
+    def take(self, kept: NDArray[np.bool_]) -> "Solved":
         """Keep the points at which ``kept`` (points,) is true."""
         return Solved(self.logs[kept], self.gram[kept], self.right[kept], self.squares[kept], self.samples)
 
@@ -213,7 +213,7 @@ class Evidence:
     drift: str  # one of :data:`KINDS`
     noise: Array  # (c,), in units of the window's scale
 
-    def solved(self, modes: Array, rates: Array | None = None) -> Solved:
+    def solve(self, modes: Array, rates: Array | None = None) -> Solved:
         """Solve for amplitudes at ``modes`` (points, m, 2; 1/s, rad/s) and ``rates`` (points,; 1/s) of a real mode."""
         w = self.window
         columns, sums, spread, _ = self._fixed
@@ -227,7 +227,9 @@ class Evidence:
         full[..., :h, :h] = whole[:, :, None, :h, :h] + (ridge * (self.noise**2)[:, None, None])[:, None]
         full[..., h, :h] = whole[:, :, h:, :h]
         full[..., h, h] = np.diagonal(whole[:, :, h:, h:], axis1=2, axis2=3)
-        return _left(full, spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], len(w.time))
+        return _solve_normal_equations(
+            full, spread[:, None] - (ridges + 2 * h * np.log(self.noise))[:, None], len(w.time)
+        )
 
     @cached_property
     def _fixed(self) -> tuple[Array, Array, Array, Array]:
@@ -257,7 +259,7 @@ class Evidence:
         return ridge, logs[:, None] + np.log(fixed).sum(1)
 
 
-def _left(full: Array, logdet: Array, count: int) -> Solved:
+def _solve_normal_equations(full: Array, logdet: Array, count: int) -> Solved:
     """Solve normal equations ``full`` (..., h + 1, h + 1), whose last row holds right sides and the sum of squares."""
     h = full.shape[-1] - 1
     full.reshape(*full.shape[:-2], -1)[..., : h * (h + 2) : h + 2] *= 1 + TWINS

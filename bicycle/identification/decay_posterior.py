@@ -75,14 +75,14 @@ class Estimate:
 
     def curves(self) -> tuple[Array, Array]:
         """Fit and drift of the most probable kind, (n, c) each, in units of the window's scale."""
-        waves, amplitudes = self._best()
+        waves, amplitudes = self._best_fit()
         p = 2 * len(self.mean)
         drift = waves[:, p:] @ amplitudes[:, p:].T
         return np.asarray(waves[:, :p] @ amplitudes[:, :p].T + drift), np.asarray(drift)
 
     def energies(self) -> Array:
         """Sum of squares of each mode over the window and all channels, (m,)."""
-        waves, amplitudes = self._best()
+        waves, amplitudes = self._best_fit()
         places = [slice(k, k + 2) for k in range(0, 2 * len(self.mean), 2)]
         return np.array([((waves[:, two] @ amplitudes[:, two].T) ** 2).sum() for two in places])
 
@@ -95,23 +95,23 @@ class Estimate:
     @property
     def explained(self) -> float:
         """Share of the squares of all channels that modes and drift explain at most (R^2)."""
-        return 1 - float((self.left() ** 2).sum()) / self.window.signals.size
+        return 1 - float((self.residual() ** 2).sum()) / self.window.signals.size
 
-    def left(self) -> Array:
+    def residual(self) -> Array:
         """Residual of each channel with any amplitudes, (n, c), in units of the window's scale."""
-        waves, signals = self._best()[0], self.window.signals
+        waves, signals = self._best_fit()[0], self.window.signals
         return np.asarray(signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0])
 
-    def whitened(self, left: Array) -> Array:
+    def whiten(self, left: Array) -> Array:
         """Residual of each sample given the one before it, by the most probable noise of each channel."""
         best = self.best
-        phi = self.window.colours[best.evidence.solved(best.best[None], best.best_rate).colour()]
+        phi = self.window.colours[best.evidence.solve(best.best[None], best.best_rate).colour()]
         return np.asarray(left[1:] - phi * left[:-1])
 
-    def _best(self) -> tuple[Array, Array]:
+    def _best_fit(self) -> tuple[Array, Array]:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
         modes, rate = self.best.best[None], self.best.best_rate
-        amplitudes = self.best.evidence.solved(modes, rate).linear().mean[0]
+        amplitudes = self.best.evidence.solve(modes, rate).linear().mean[0]
         waves = noise.basis(modes, self.window.time, rate)[0]
         return np.hstack([waves, self.window.drift[:, : amplitudes.shape[1] - waves.shape[1]]]), amplitudes
 
@@ -130,7 +130,7 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
         ends = itertools.pairwise(middle[::2])
         places = [next(k for k in order if low <= trials[k, -1] <= high) for low, high in ends]
         likely = [trials[k] for k in dict.fromkeys(places)]
-    climbs = [_climbed(evidence, start, m) for start in likely]
+    climbs = [_climb_from(evidence, start, m) for start in likely]
     maxima = [(x, covariance) for x, covariance in climbs if covariance is not None]
     if not maxima:
         return None
@@ -150,18 +150,18 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
         log = np.where(np.isfinite(log), normal, -np.inf)
     total = float(noise.log_sum(log[:, None])[0])
     kept = log > log.max() - 30.0
-    (most,), best_rate = _parted(best[None], m)
+    (most,), best_rate = _split_rate(best[None], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
-    linear = solved.at(kept[inside]).linear().sorted(order)
-    modes = _parted(x[kept], m)[0][:, order]
+    linear = solved.take(kept[inside]).linear().reorder(order)
+    modes = _split_rate(x[kept], m)[0][:, order]
     evidence_log = total - math.log(points) - prior
     return Posterior(evidence, most[order], modes, np.exp(log - total)[kept], evidence_log, best_rate, linear)
 
 
 def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
     """Weigh the modes of a window over some kinds of drift, from ``starts`` (m, 2); None without a maximum."""
-    evidence, best = prepared(w, starts[0])
+    evidence, best = evidence_about(w, starts[0])
     tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
     found = tuple(one for one in tried if one is not None)
     if not found:
@@ -178,7 +178,7 @@ def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) ->
     return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
 
 
-def sought(
+def seek_modes(
     cut: Callable[[int], noise.Window], drifts: Sequence[str], start_hz: float | None, count: int, *, further: bool
 ) -> Estimate | None:
     """Seek ``count`` modes from the peaks of the spectrum, one after the other; ``further``: one more if it is clear.
@@ -194,7 +194,7 @@ def sought(
     starts = noise.guesses(whole, start_hz=start_hz)
     rough, w = starts, fine(starts)
     for _ in range(1, count):  # the next is sought in what the fitted ones leave; a guess leaves more of itself
-        starts, rough = noise.guesses(whole, prepared(w, starts[0])[1]), noise.guesses(whole, rough[0])
+        starts, rough = noise.guesses(whole, evidence_about(w, starts[0])[1]), noise.guesses(whole, rough[0])
         w = fine(starts)
     found = estimate(w, drifts, starts)
     if found is None and count > 1:  # if no more are there, little is left to begin from
@@ -254,16 +254,16 @@ def log_odds_of_each(found: Estimate) -> Array:
 def log_odds_of_any(found: Estimate) -> float:
     """Logarithm of the odds of the modes over a drift and noise alone."""
     none = np.empty((1, 0, 2))
-    without = [replace(found.best.evidence, drift=drift).solved(none).log()[0] for drift in noise.PLAIN]
+    without = [replace(found.best.evidence, drift=drift).solve(none).log()[0] for drift in noise.PLAIN]
     with_modes = [p.log_evidence - p.occam for p in found.posteriors]
     more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
     return float(more - less)
 
 
-def prepared(w: noise.Window, modes: Array) -> tuple[noise.Evidence, Array]:
+def evidence_about(w: noise.Window, modes: Array) -> tuple[noise.Evidence, Array]:
     """Evidence of a window about modes (m, 2) that are known roughly, for a parabola, and these modes more closely."""
     rough = noise.Evidence(w, "parabola", noise.noise_floor(w, modes))
-    best = _climbed(rough, modes.ravel(), len(modes))[0].reshape(modes.shape)
+    best = _climb_from(rough, modes.ravel(), len(modes))[0].reshape(modes.shape)
     return noise.Evidence(w, "parabola", noise.noise_floor(w, best)), best
 
 
@@ -312,7 +312,7 @@ def _ratios(found: Sequence[Posterior], weights: Array, number: int) -> dict[str
 
 
 @np.errstate(over="ignore")  # a trial far beyond the bounds, which is not used
-def _parted(x: Array, m: int) -> tuple[Array, Array | None]:
+def _split_rate(x: Array, m: int) -> tuple[Array, Array | None]:
     """Modes (points, m, 2) and rates (points,) of numbers (points, 2 m), or 2 m + 1 with the logarithm of a rate."""
     rates = np.exp(x[:, -1]) if x.shape[1] > 2 * m else None
     return x[:, : 2 * m].reshape(-1, m, 2), rates
@@ -326,7 +326,7 @@ def _rates(evidence: noise.Evidence) -> tuple[float, float] | None:
 
 def _solve(evidence: noise.Evidence, x: Array, m: int) -> tuple[Array, NDArray[np.bool_], noise.Solved | None]:
     """Log likelihood (minus infinity beyond the bounds), which points lie within, and their least squares."""
-    modes, rates = _parted(x, m)
+    modes, rates = _split_rate(x, m)
     sigma, omega = modes[..., 0], modes[..., 1]
     highest = min(noise.HIGHEST, 30.0 / evidence.window.length)  # e-folds over the window
     within = (sigma > noise.LOWEST) & (sigma < highest) & (omega > noise.SLOWEST) & (omega < noise.FASTEST)
@@ -337,12 +337,12 @@ def _solve(evidence: noise.Evidence, x: Array, m: int) -> tuple[Array, NDArray[n
     found = np.full(len(x), -np.inf)
     if not inside.any():
         return found, inside, None
-    solved = evidence.solved(modes[inside], None if rates is None else rates[inside])
+    solved = evidence.solve(modes[inside], None if rates is None else rates[inside])
     found[inside] = solved.log()
     return found, inside, solved
 
 
-def _climbed(evidence: noise.Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
+def _climb_from(evidence: noise.Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
     """The most probable numbers near a ``start`` (d,) and their covariance, if any."""
     steps = np.array([*np.stack([np.full(m, 0.1), 0.02 * start[1 : 2 * m : 2]], 1).ravel(), 0.1])[: start.size]
     return _climb(lambda x: _solve(evidence, x, m)[0], start, steps)

@@ -65,7 +65,7 @@ def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: b
     fits = [(found, number)]
     cycle = 2 * math.pi / float(found.mean[number, 1])
     for step in dict.fromkeys(max(round(REACH * cycle * k / 3 / run.step), 1) * run.step for k in (1, 2, 3)):
-        later = _again(run, fits[0], found.window.start + step, last_s, beside=beside)
+        later = _refit_part(run, fits[0], found.window.start + step, last_s, beside=beside)
         if later is None:
             break
         fits.append(later)
@@ -73,13 +73,13 @@ def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: b
         return None
     starts = [fit.window.start for fit, _ in fits]
     table, energy = [numbers_of(*fit) for fit in fits], found.energy_from(starts)
-    shifts, farthest, what = moved(table, energy, 0)
-    settled = next((place for place in range(1, len(fits) - 1) if moved(table, energy, place)[1] == 0), None)
-    refused = settled is not None and moved(table, energy, 0, CERTAIN)[1] > TOO_FAR
+    shifts, farthest, what = largest_shifts(table, energy, 0)
+    settled = next((place for place in range(1, len(fits) - 1) if largest_shifts(table, energy, place)[1] == 0), None)
+    refused = settled is not None and largest_shifts(table, energy, 0, CERTAIN)[1] > TOO_FAR
     return Movement(shifts, farthest, what, refused, None if settled is None else starts[settled])
 
 
-def broken(run: Run, found: Estimate, number: int) -> Break | None:
+def find_break(run: Run, found: Estimate, number: int) -> Break | None:
     """Find a second kick, a step of a sensor or a spike: a sample that the noise makes in one of 10,000 windows."""
     w = found.window
     large = np.abs(unforeseen(found))
@@ -89,17 +89,17 @@ def broken(run: Run, found: Estimate, number: int) -> Break | None:
     if -math.expm1(large.size * math.log1p(-2 * ndtr(-size))) > 1e-4:
         return None
     end, at = (float(w.start + w.time[k]) for k in (place - 1, place))
-    earlier = _again(run, (found, number), w.start, end, beside=False)
+    earlier = _refit_part(run, (found, number), w.start, end, beside=False)
     whole = numbers_of(found, number)
     shift = dict.fromkeys(whole, 0.0), 0.0, "", False  # too little lies before it to be fitted
     if earlier is not None:
         table, (every, after) = [whole, numbers_of(*earlier)], found.energy_from([w.start, at])
-        refused = moved(table, [every, every - after], 0, CERTAIN)[1] > TOO_FAR
-        shift = (*moved(table, [every, every - after], 0), refused)
+        refused = largest_shifts(table, [every, every - after], 0, CERTAIN)[1] > TOO_FAR
+        shift = (*largest_shifts(table, [every, every - after], 0), refused)
     return Break(*shift, at, end, w.channels[channel], size)
 
 
-def _again(
+def _refit_part(
     run: Run, whole: tuple[Estimate, int], first_s: float, last_s: float, *, beside: bool
 ) -> tuple[Estimate, int] | None:
     """Fit the part of a window from ``first_s`` to ``last_s``; its fit and the place of the mode in it, or None."""
@@ -127,7 +127,7 @@ def numbers_of(found: Estimate, number: int) -> Numbers:
     return parts | {name: (np.array([value.real, value.imag]), sd) for name, (value, sd) in ratios}
 
 
-def moved(
+def largest_shifts(
     table: Sequence[Numbers], energy: Sequence[float], place: int, chances: float = 2.5
 ) -> tuple[dict[str, float], float, str]:
     """Compare the numbers of the window at ``place`` with those of its parts that follow, as :class:`Shift` says."""
@@ -146,7 +146,7 @@ def moved(
 def unforeseen(found: Estimate, ordinary: float = 0.95) -> Array:
     """Residual of each sample given the one before it (n, c), over its sd; white and normal in a sound window."""
     left = found.window.signals - found.curves()[0]
-    left = np.vstack([left[:1], found.whitened(left)])
+    left = np.vstack([left[:1], found.whiten(left)])
     usual = np.sort(np.abs(left), axis=0)[: math.ceil(ordinary * len(left))]
     edge = -ndtri((1 - ordinary) / 2)
     density = math.exp(-(edge**2) / 2) / math.sqrt(2 * math.pi)
@@ -160,7 +160,7 @@ def probability_of_noise(found: Estimate) -> float:
 
     Portmanteau test of Ljung & Box (1978, Biometrika 65, 297-303), all channels together.
     """
-    left = found.whitened(found.left())
+    left = found.whiten(found.residual())
     n, channels = left.shape
     lags = np.arange(1, max(min(n // 5, 20), 3) + 1)
     left = left - left.mean(0)
@@ -275,7 +275,7 @@ def identify_modes(
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(kind for kind in KINDS if drift in (None, kind.partition("/")[0]))
     further = thorough and count == 1
-    found = posterior.sought(
+    found = posterior.seek_modes(
         lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count, further=further
     )
     if found is None:
@@ -288,10 +288,10 @@ def identify_modes(
         numbers = range(number, number + 1)
     decays = tuple(_decay(run, found, number, asked=len(found.mean) == count) for number in numbers)
     if thorough:
-        decays = tuple(_checked(run, decay, number, last_s) for decay, number in zip(decays, numbers, strict=True))
+        decays = tuple(_weigh_shifts(run, decay, number, last_s) for decay, number in zip(decays, numbers, strict=True))
     if count == 1:
         return decays
-    doubt = _fewer(found, min(decay.cycles for decay in decays))
+    doubt = _doubt_count(found, min(decay.cycles for decay in decays))
     return tuple(replace(decay, doubt=doubt if doubt[0] else decay.doubt) for decay in decays)
 
 
@@ -324,7 +324,7 @@ def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
     )
 
 
-def _fewer(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
+def _doubt_count(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     """Doubt if the window holds fewer modes than were fitted, or one that hardly turns: ``least`` cycles."""
     odds, count = posterior.log_odds_of_each(found), len(found.mean)
     there = int(np.isinf(odds).sum())
@@ -334,14 +334,14 @@ def _fewer(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     return ("slow", {"count": count, "cycles": least, "least": FEWEST_CYCLES}) if least < FEWEST_CYCLES else ("", {})
 
 
-def _checked(run: Run, decay: Decay, number: int, last_s: float) -> Decay:
+def _weigh_shifts(run: Run, decay: Decay, number: int, last_s: float) -> Decay:
     """Refuse a decay that moves too far with its window, or widen what it says by how far it moves."""
     if decay.estimate is not None and decay.doubt[0] == "disturbed":
-        return replace(decay, broken=broken(run, decay.estimate, number))
+        return replace(decay, broken=find_break(run, decay.estimate, number))
     if decay.rejected or decay.estimate is None:
         return decay
     moved = movement(run, decay.estimate, number, last_s, beside=bool(decay.beside))
-    decay = replace(decay, movement=moved, broken=broken(run, decay.estimate, number))
+    decay = replace(decay, movement=moved, broken=find_break(run, decay.estimate, number))
     moves: list[Shift] = [move for move in (decay.movement, decay.broken) if move is not None]
     if any(move.refused for move in moves):
         return decay

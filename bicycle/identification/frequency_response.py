@@ -41,13 +41,13 @@ def lines_of(signal: Array, step: float) -> Array:
         if not 0 < len(more) + len(found) <= MOST:
             break
         first = np.sort(np.concatenate([found, more]))
-        rest = fitted(first, [x], step)[1][0]
+        rest = fit_lines(first, [x], step)[1][0]
         if not number and float(weights(len(x)) @ rest**2) > 0.2 * total:
             return np.empty(0)
         found = first
         for _ in range(3):
-            found = _refined(found, x, step)
-        rest = fitted(found, [x], step)[1][0]
+            found = _refine_lines(found, x, step)
+        rest = fit_lines(found, [x], step)[1][0]
         share = float(weights(len(x)) @ rest**2) / total
         if share < 1e-4 or not len(more):
             break
@@ -81,7 +81,7 @@ def _waves(hertz: Array, time: Array, step: float) -> Complex:
     return np.asarray((late[:, None] * early).reshape(-1, len(hertz))[: len(time)])
 
 
-def fitted(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Array, Array]:
+def fit_lines(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Array, Array]:
     """Fit lines, one and a ramp by weighted least squares: coefficients (2 m + 2, signals), residuals (signals, k)."""
     x = np.array(signals, float)
     size, width = x.shape[1], 2 * len(hertz) + 2
@@ -116,10 +116,10 @@ def _peaks(x: Array, step: float, known: Array) -> Array:
     return np.array(chosen)
 
 
-def _refined(hertz: Array, x: Array, step: float) -> Array:
+def _refine_lines(hertz: Array, x: Array, step: float) -> Array:
     """Frequencies ``hertz`` (m,), Hz, after one step of Gauss and Newton on the residual of their lines."""
     size, m = len(x), len(hertz)
-    found, left = fitted(hertz, [x], step)
+    found, left = fit_lines(hertz, [x], step)
     of_cos, of_sin = found[:m, 0], found[m : 2 * m, 0]
     width = 3 * m + 2
     gram, side, v = np.zeros((width, width)), np.zeros(width), np.sqrt(weights(size))
@@ -147,9 +147,9 @@ class LineResponse:
 def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineResponse:
     """Response of one record at the lines ``hertz`` (m,), Hz, sampled by ``step`` (s)."""
     size, m = len(given), len(hertz)
-    found, (rest_u, rest_y) = fitted(hertz, [given, seen], step)
+    found, (rest_u, rest_y) = fit_lines(hertz, [given, seen], step)
     u, y = (found[:m] - 1j * found[m : 2 * m]).T
-    between = _between(hertz, size, step)
+    between = _gap_frequencies(hertz, size, step)
     v, width = weights(size), 2 * m + 2
     once, twice, cross = np.zeros((width, width)), np.zeros((width, width)), np.zeros((width, len(between)), complex)
     line_u, line_y, own = np.zeros(len(between), complex), np.zeros(len(between), complex), float(v @ v)
@@ -177,7 +177,7 @@ def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineR
     return LineResponse(hertz, gain, variance, np.abs(u) ** 2 / taken, of_input < 2 * WORST**2 * np.abs(u) ** 2)
 
 
-def _between(hertz: Array, size: int, step: float) -> Array:
+def _gap_frequencies(hertz: Array, size: int, step: float) -> Array:
     """Frequencies, Hz, that are clear of every line: in each gap, not more than serve the line at its ends."""
     bin_width = 1 / (size * step)
     ends = np.concatenate(
@@ -252,7 +252,7 @@ def spectral_response(
             f"segments of {segment_s:g} s show {len(bins)} frequencies up to {min(highest_hz, hertz[-1]):g} Hz; take "
             "longer segments or a higher limit"
         )
-    return _averaged(signals, step, size, bins, joint=references is not None)
+    return _average_segments(signals, step, size, bins, joint=references is not None)
 
 
 def _at_lines(
@@ -290,7 +290,7 @@ def _at_lines(
     )
 
 
-def _averaged(
+def _average_segments(
     signals: Sequence[Sequence[Array]], step: float, size: int, bins: NDArray[np.intp], *, joint: bool
 ) -> SpectralResponse:
     """Find the response at ``bins`` of segments of ``size`` samples; ``joint``: the reference is not the input.

@@ -314,7 +314,9 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     used = common.pop("channels") if isinstance(common.get("channels"), list) else None
     drive = histories.get("input", "")
     read_in = [(run, entry) for entry in histories["runs"] for run in _runs(entry, folder, common)]
-    runs = [replace(_only(_driven(run, drive), used), between=histories.get(BETWEEN, "")) for run, _ in read_in]
+    runs = [
+        replace(_keep_channels(_set_drive(run, drive), used), between=histories.get(BETWEEN, "")) for run, _ in read_in
+    ]
     _refuse_repeats(runs, [entry for _, entry in read_in])
     if all(run.held_out for run in runs):
         raise InputError("[[histories.runs]]: held_out = true in every run; leave it out where a run is to be fitted")
@@ -364,7 +366,7 @@ def _notes(
     yield from (f"{run.name}: {note}" for run in runs for note in run.notes)
 
 
-def _driven(run: Run, drive: str) -> Run:
+def _set_drive(run: Run, drive: str) -> Run:
     """Make the run as ``drive`` drives it; under a prescribed steer angle the steer torque is a measured channel."""
     recorded = {**run.channels, **run.inputs}
     if drive and drive not in recorded:
@@ -379,7 +381,7 @@ def _driven(run: Run, drive: str) -> Run:
     return replace(run, channels=channels, inputs={STEER: run.channels[STEER], **others})
 
 
-def _only(run: Run, used: list[Any] | None) -> Run:
+def _keep_channels(run: Run, used: list[Any] | None) -> Run:
     """Keep the channels ``used``; the torques stay."""
     if used is None:
         return run

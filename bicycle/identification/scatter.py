@@ -46,14 +46,14 @@ class _Group:
     level: Array  # numbers less the slope between groups
     slope: float  # of the number over the speed, per m/s, as the neighbouring groups show it
 
-    def left(self) -> tuple[Array, Array]:
+    def residual(self) -> tuple[Array, Array]:
         """Residual (runs,) of each run about the law, and the share (runs,) of its variance that the fit leaves."""
         hat = self.law @ np.linalg.pinv(self.law)
         return self.level - hat @ self.level, np.maximum(1 - np.diag(hat), 0.0)
 
     def square(self) -> tuple[float, int]:
         """Sum of squares of the residuals and its degrees of freedom."""
-        left, free = self.left()
+        left, free = self.residual()
         return float(left @ left), round(float(free.sum()))
 
 
@@ -73,9 +73,9 @@ def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
     v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
     members = about_one_speed(v.tolist())
     aside: list[int] = []
-    while (worst := _outlier(_grouped(members, v, y, aside), len(y), len(aside))) is not None:
+    while (worst := _outlier(_group_runs(members, v, y, aside), len(y), len(aside))) is not None:
         aside.append(worst)
-    groups = _grouped(members, v, y, aside)
+    groups = _group_runs(members, v, y, aside)
     squares = [group.square() for group in groups]
     total, freedom = (sum(each) for each in zip(*squares, strict=True))
     scatter, sd = np.full(len(y), np.nan), own.copy()
@@ -105,7 +105,7 @@ def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
 def surprise(speeds: Numbers, values: Numbers, stated: Numbers, same: float) -> tuple[float, int]:
     """Residuals of repeats over their stated sd, squared and summed, and the degrees of freedom: chi^2 of right sd."""
     v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
-    return _surprise(_grouped(about_one_speed(v.tolist(), same), v, y, []), own)
+    return _surprise(_group_runs(about_one_speed(v.tolist(), same), v, y, []), own)
 
 
 def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
@@ -114,7 +114,7 @@ def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
     return float(sum(one @ one for one in left)), sum(max(len(law) - law.shape[1], 0) for law, _ in scaled)
 
 
-def _grouped(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
+def _group_runs(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
     """Groups without the runs set aside; the slope at each follows from medians of all groups."""
     slopes = np.zeros(1)
     if len(members) > 1:
@@ -138,7 +138,7 @@ def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
     for group, (square, own) in zip(groups, squares, strict=True):
         if own < 2 or nu < 4 or aside >= max(1, count // 8):
             continue
-        left, free = group.left()
+        left, free = group.residual()
         taken = left**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
         others = (total - taken) / (nu - 1)
         if own >= 3:  # a speed at which all scatter more has no outlier

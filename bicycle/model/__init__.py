@@ -24,7 +24,7 @@ __getattr__, __dir__ = room(
             "least_damping_ratio",
             "oscillating",
             "pair_damping_ratio",
-            "projected",
+            "project",
         ),
         "inputs": (
             "InputHistory",

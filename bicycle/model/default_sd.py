@@ -78,12 +78,12 @@ def standard_deviations(
             _refuse_another_unit(model, key, stated[key])
             found[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
         elif key in known and key not in model.tied:
-            source = _stated(model, key)
+            source = _stated_deviation(model, key)
             found[key] = source or (_default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated"))
     return found
 
 
-def _stated(model: Model, key: str) -> Deviation | None:
+def _stated_deviation(model: Model, key: str) -> Deviation | None:
     """Deviation that a source states: the bicycle's file, the tyre's table, or a number without a spread."""
     if key in model.bicycle.sd:
         sd = model.bicycle.sd[key]
@@ -94,12 +94,12 @@ def _stated(model: Model, key: str) -> Deviation | None:
         return Deviation(model.sd[key], model.covariance.origin if key in model.covariance.names else TABLE)
     if key == "g":
         return Deviation(0.0, EXACT, "known")
-    declared = _declared(model, key)
+    declared = _find_parameter(model, key)
     off = declared is not None and declared.neutral is not None and model.parameters[key] == declared.neutral
     return Deviation(0.0, EXACT, "switched off") if off else None
 
 
-def _declared(model: Model, key: str) -> Parameter | None:
+def _find_parameter(model: Model, key: str) -> Parameter | None:
     own = ParameterKey.parse(key)
     of_effect = (p for e in model.effects if e.identifier == own.effect for p in e.parameters)
     return next((p for p in of_effect if p.name == own.name), None)
@@ -121,7 +121,7 @@ def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
 
 def _refuse_another_unit(model: Model, key: str, sd: float) -> None:
     """Refuse a standard deviation of which no measurement, and no guess, is so bad: it is in another unit."""
-    declared = _declared(model, key)
+    declared = _find_parameter(model, key)
     if key in UNITS:
         unit = UNITS[key]
         most, other = {

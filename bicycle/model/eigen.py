@@ -157,7 +157,10 @@ def participation(matrices: Array, weights: Array, ratio: Array) -> Participatio
 
 def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> Participation:
     values, right = np.linalg.eig(matrices)
-    x, u = right.real**2, np.clip(_real_left(values, right), -1e150, 1e150) ** 2  # a float holds the square of these
+    x, u = (
+        right.real**2,
+        np.clip(_left_eigenvectors(values, right), -1e150, 1e150) ** 2,
+    )  # a float holds the square of these
     if np.iscomplexobj(values):
         x += right.imag**2
         k, i = np.nonzero(values.imag > 0)
@@ -170,19 +173,19 @@ def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> P
     return Participation(values.astype(complex, copy=False), np.matmul(weights, part), steering)
 
 
-def _real_left(values: Complex, right: Complex) -> Array:
+def _left_eigenvectors(values: Complex, right: Complex) -> Array:
     """Left eigenvectors as rows; u + u* and i (u - u*) in place of the two of a pair: the inverse of a real matrix."""
     return inverse(np.where((values.imag < 0)[:, None], -right.imag, right.real) if np.iscomplexobj(values) else right)
 
 
 def _by_lapack(matrices: Array, changes: Array | None) -> Decomposition:
     values, right = np.linalg.eig(matrices)
-    left = _real_left(values, right).astype(complex)
+    left = _left_eigenvectors(values, right).astype(complex)
     values, right = values.astype(complex, copy=False), right.astype(complex, copy=False)
     k, i = np.nonzero(values.imag > 0)
     upper = (left[k, i] - 1j * left[k, i + 1]) / 2
     left[k, i], left[k, i + 1] = upper, upper.conj()
-    slopes = np.full(values.shape, complex(np.nan, np.nan)) if changes is None else projected(left, changes, right)
+    slopes = np.full(values.shape, complex(np.nan, np.nan)) if changes is None else project(left, changes, right)
     return Decomposition(values, slopes, right, left)
 
 
@@ -217,7 +220,7 @@ def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = Tru
     return parts[0] if len(parts) == 1 else Decomposition(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def projected(left: Complex, matrices: Array, right: Complex) -> Complex:
+def project(left: Complex, matrices: Array, right: Complex) -> Complex:
     """u_i M x_i (m, n) of every pair of eigenvectors (m, n, n): what a change M does to each eigenvalue."""
     return np.asarray(((left @ matrices).swapaxes(1, 2) * right).sum(1))
 

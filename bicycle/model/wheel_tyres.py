@@ -252,7 +252,7 @@ def with_tyre_values(
         key: value for key, value in table.items() if not mine or key not in (*TYRE_KEYS, EXTRAPOLATE, CAMBER_MOMENT)
     }
     assumed: list[str] = []
-    asked = list(_asked(kind, table, tyres))
+    asked = list(_taken_from_tyre(kind, table, tyres))
     for parameter, wheels in asked:
         if tyres is None:
             raise InputError(
@@ -315,12 +315,12 @@ def values_of_tyres(tables: Mapping[str, Any]) -> dict[str, str]:
     return {
         f"{identifier}.{parameter.name}.{wheel}": parameter.tyre
         for identifier, table in tables.items()
-        for parameter, wheels in _asked(effect_class(identifier), table, tyres)
+        for parameter, wheels in _taken_from_tyre(effect_class(identifier), table, tyres)
         for wheel in wheels
     }
 
 
-def _asked(
+def _taken_from_tyre(
     kind: type[Effect], table: Mapping[str, Any], tyres: MountedTyres | None
 ) -> Iterator[tuple[Parameter, tuple[str, ...]]]:
     """Parameters that a table takes from the tyre, and of which wheels."""

@@ -18,10 +18,10 @@ __getattr__, __dir__ = room(
         ),
         "responses": (
             "Response",
-            "discretised",
+            "discretise",
             "frequency_response",
             "from_rest",
-            "marched",
+            "march",
             "modal_response",
             "powers_of",
             "respond",

@@ -38,7 +38,7 @@ class Rest(NamedTuple):
     critical: CriticalSpeed  # oscillatory, at the number
 
 
-def padded(vector: Array, length: int) -> Array:
+def pad(vector: Array, length: int) -> Array:
     """The ``vector`` of unknowns with zeros for higher harmonics, (``length``,): omega and number stay last."""
     return np.concatenate([vector[:-2], np.zeros(length - len(vector)), vector[-2:]])
 
@@ -46,7 +46,7 @@ def padded(vector: Array, length: int) -> Array:
 def cosine(one: Point, other: Point) -> float:
     """Cosine between the tangents of two points."""
     length = max(len(one.tangent), len(other.tangent))
-    return float(padded(one.tangent, length) @ padded(other.tangent, length))
+    return float(pad(one.tangent, length) @ pad(other.tangent, length))
 
 
 def unit_at(length: int, place: int) -> Array:
@@ -94,7 +94,7 @@ class Balance:
         Harmonics are added until the last ones are small.
         """
         u = guess
-        along, phase = (padded(row, len(u)) for row in (along, phase))
+        along, phase = (pad(row, len(u)) for row in (along, phase))
         size = np.array([*np.full(len(u) - 2, UNIT_SLIP), self.omega, self.unit])
         for _ in range(9):
             slips, omega, asked = self.unpack(u)
@@ -118,7 +118,7 @@ class Balance:
                 if cycle.tail < TAIL or len(slips) >= MOST:
                     return Point(u, tangent / np.linalg.norm(tangent), cycle, number)
                 more = min(len(slips) // 2, MOST - len(slips))
-                return self.correct(padded(u, len(u) + more * 2 * slips.shape[1]), along, phase)
+                return self.correct(pad(u, len(u) + more * 2 * slips.shape[1]), along, phase)
         return None
 
     def phase(self, slips: Complex) -> Array:
@@ -128,7 +128,7 @@ class Balance:
         row = self.pack(turned, 0.0, 0.0)
         return np.asarray(row / np.linalg.norm(row))
 
-    def rest(self, at: Rest, first: Complex) -> Point:
+    def point_at_rest(self, at: Rest, first: Complex) -> Point:
         """Point at rest, whose tangent is the ``first`` harmonic (signals,) of a growing motion."""
         slips, omega = np.zeros((FEWEST, len(first)), complex), at.critical.angular_frequency
         still = Cycle(at.critical.speed, omega, slips, np.zeros((FEWEST, len(self.system.entry)), complex))
@@ -140,10 +140,10 @@ class Balance:
         guess = self.pack(cycle.slips, cycle.angular_frequency, number)
         return self.correct(guess, unit_at(len(guess), -1), self.phase(cycle.slips))
 
-    def between(self, one: Point, other: Point, number: float) -> Point | None:
+    def point_between(self, one: Point, other: Point, number: float) -> Point | None:
         """Point at a ``number`` between those of two neighbours on a branch; None at rest or where Newton fails."""
         length = max(len(one.unknowns), len(other.unknowns))
-        first, second = (padded(end.unknowns, length) for end in (one, other))
+        first, second = (pad(end.unknowns, length) for end in (one, other))
         share = (number - one.number) / (other.number - one.number)
         folds = [abs(end.tangent[-1]) < TURNING and bool(end.cycle.slips.any()) for end in (one, other)]
         if folds[0]:  # from a fold on it goes like a square root
@@ -179,7 +179,7 @@ class Branch:
         found: list[Cycle] = []
         for one, other in pairwise(self.points):
             if one.number != other.number and (number - one.number) * (number - other.number) <= 0:
-                point = self.balance.between(one, other, number)
+                point = self.balance.point_between(one, other, number)
                 if point is not None and not any(same(point.cycle, cycle) for cycle in found):
                     found.append(point.cycle)
         return found
@@ -232,7 +232,7 @@ def follow(
             if rests:
                 end = min(rests, key=lambda one: abs(one.number - point.number) + abs(one.number - last.number))
                 reason = "critical speed"
-                rest = balance.rest(end, cycle.slips[0])
+                rest = balance.point_at_rest(end, cycle.slips[0])
                 points.append(rest._replace(tangent=0 * rest.tangent))
             break
         if point.tangent[-1] * last.tangent[-1] < 0 and len(points) > 1:
@@ -242,7 +242,7 @@ def follow(
                 folds.append(fold.cycle)
         passes = (begin.number - last.number) * (begin.number - point.number) <= 0
         if len(points) > 4 and begin.cycle.slips.any() and passes:
-            again = balance.between(last, point, begin.number)
+            again = balance.point_between(last, point, begin.number)
             if again is not None and same(again.cycle, begin.cycle):
                 points.append(begin)
                 reason = "closed"

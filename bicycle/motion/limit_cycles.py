@@ -250,7 +250,7 @@ def branches_from(rests: Sequence[Rest], at: Sequence[Balance], max_speed: float
     for rest, balance in zip(rests, at, strict=True):
         if not any(branch.end is rest.critical for branch in found):
             system, mode = balance.system, rest.critical.mode
-            begin = balance.rest(rest, system.signals @ critical_mode(system, rest.critical)[0])
+            begin = balance.point_at_rest(rest, system.signals @ critical_mode(system, rest.critical)[0])
             found.append(follow(balance, begin, leaver(system, max_speed), mode, rest.critical, rests))
     return found
 

@@ -200,9 +200,9 @@ class MagicFormulaModel:
 
     def side_forces(self, slip: Array, camber: Array | None = None) -> Array:
         """Side force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
-        return self._each("force", slip, camber)
+        return self._stack_wheels("force", slip, camber)
 
-    def _each(self, what: str, slip: Array, camber: Array | None) -> Array:
+    def _stack_wheels(self, what: str, slip: Array, camber: Array | None) -> Array:
         lean = np.zeros_like(slip) if camber is None else camber
         return np.stack([getattr(tyre, what)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
 
@@ -211,7 +211,7 @@ class MagicFormulaModel:
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
         force = self.force_matrix @ self.side_forces(slip, camber) + self.input_matrix @ inputs
         if self.trail_matrix.any():
-            force = force + self.trail_matrix @ self._each("by_trail", slip, camber)
+            force = force + self.trail_matrix @ self._stack_wheels("by_trail", slip, camber)
         return np.asarray(self.state_matrix @ state + force)
 
     def jacobian(self, state: Array, inputs: Array) -> Array:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def discretised(state: Array, inputs: Array, steps: Array) -> tuple[Array, Array, Array]:
+def discretise(state: Array, inputs: Array, steps: Array) -> tuple[Array, Array, Array]:
     """x_(k+1) = A x_k + G0 u_k + G1 u_(k+1), exact for inputs that are linear between samples."""
     n, m = state.shape[-1], inputs.shape[-1]
     power = exponential(_with_inputs(state, inputs, steps))
@@ -58,7 +58,7 @@ def exponential(matrices: Array) -> Array:
     return np.asarray(total)
 
 
-def marched(step: Array, push: Array, start: Array) -> Array:
+def march(step: Array, push: Array, start: Array) -> Array:
     """States x_(k+1) = A x_k + p_k of many systems from their ``start``, block by block and not sample by sample."""
     count = push.shape[-1] + 1
     block = int(np.ceil(np.sqrt(count)))

@@ -118,16 +118,16 @@ class SlipSystem:
                 "periodic motions are of models whose wheel loads and slips do not change with the speed and whose "
                 "equations do not switch; leave out drag, side_slip and controllers that switch"
             )
-        return cls._with(found[0], dynamics)
+        return cls._from_matrices(found[0], dynamics)
 
     @classmethod
     def at(cls, model: Model, speed: float, *, rear: Tyre | None, front: Tyre | None) -> "SlipSystem":
         """Take the model at one ``speed`` (m/s) alone."""
         one = magic_formula_model(model, speed=speed, rear=rear, front=front)
-        return cls._with(one, SpeedPolynomial({0: one.state_matrix}))
+        return cls._from_matrices(one, SpeedPolynomial({0: one.state_matrix}))
 
     @classmethod
-    def _with(cls, one: MagicFormulaModel, dynamics: SpeedPolynomial) -> "SlipSystem":
+    def _from_matrices(cls, one: MagicFormulaModel, dynamics: SpeedPolynomial) -> "SlipSystem":
         entry = np.hstack([one.force_matrix, one.trail_matrix]) if one.trail_matrix.any() else one.force_matrix
         signals = np.vstack([one.slip_matrix, one.camber_matrix]) if one.camber_matrix.any() else one.slip_matrix
         return cls(one, dynamics, entry, signals)
@@ -146,7 +146,11 @@ class SlipSystem:
 
     def curves(self, y: Array) -> Array:
         """Side forces, those at the trail (N), and dry friction (N m), (..., curves) at signals (..., signals)."""
-        found = [getattr(self.at_one_speed.tyres[k], of)(*self._seen(y, k)) for of in self._kinds for k in range(2)]
+        found = [
+            getattr(self.at_one_speed.tyres[k], of)(*self._slip_and_camber(y, k))
+            for of in self._kinds
+            for k in range(2)
+        ]
         if self.friction is not None:
             found.append(-self.friction * np.tanh(y[..., -1] / (RATE_TIME * STICKS)))
         return np.stack(found, -1)
@@ -156,7 +160,7 @@ class SlipSystem:
         found = np.zeros((*y.shape[:-1], self.entry.shape[1], y.shape[-1]))
         for row, of in enumerate(self._kinds):
             for k, tyre in enumerate(self.at_one_speed.tyres):
-                seen = self._seen(y, k)
+                seen = self._slip_and_camber(y, k)
                 for column in range(k, self._tyre_signals, 2):
                     found[..., 2 * row + k, column] = tyre.slope(of, *seen, by_camber=column >= 2)
         if self.friction is not None:
@@ -176,7 +180,7 @@ class SlipSystem:
     def _kinds(self) -> tuple[str, ...]:
         return ("force", "by_trail")[: self.entry.shape[1] // 2]
 
-    def _seen(self, y: Array, wheel: int) -> tuple[Array, Array]:
+    def _slip_and_camber(self, y: Array, wheel: int) -> tuple[Array, Array]:
         return y[..., wheel], (y[..., 2 + wheel] if self._tyre_signals > 2 else np.zeros(()))
 
     def row(self, output: str) -> Array:

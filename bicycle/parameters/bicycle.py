@@ -154,9 +154,9 @@ class Bicycle:
 
     def __post_init__(self) -> None:
         of_kind(self.kind)
-        object.__setattr__(self, "values", MappingProxyType(_checked(self.name, self.values, complete=True)))
+        object.__setattr__(self, "values", MappingProxyType(_check_numbers(self.name, self.values, complete=True)))
         object.__setattr__(
-            self, "sd", MappingProxyType(_checked(self.name, {**self.sd, **self.covariance.sd}, complete=False))
+            self, "sd", MappingProxyType(_check_numbers(self.name, {**self.sd, **self.covariance.sd}, complete=False))
         )
         _check_physics(self)
 
@@ -285,7 +285,7 @@ def static_loads(parts: tuple[Body, ...], wheelbase: float, gravity: float) -> t
     return gravity * sum(body.mass for body in parts) - front, front
 
 
-def _checked(name: str, given: Mapping[str, float], *, complete: bool) -> dict[str, float]:
+def _check_numbers(name: str, given: Mapping[str, float], *, complete: bool) -> dict[str, float]:
     refuse_unknown("key", given, [*UNITS, *UNUSED], where=f"bicycle {name!r}")
     missing = [key for key in UNITS if key not in given]
     if complete and missing:

@@ -51,10 +51,10 @@ class InertiaCoordinates:
     def values(self, coordinates: Array) -> Array:
         """Inertias (m, K), kg m^2, at ``coordinates`` (m, K)."""
         way = self.turn @ (coordinates - self.stated)
-        return np.asarray(self.stated + way * _shortened(self.relative @ way)[self.body])
+        return np.asarray(self.stated + way * _shortening(self.relative @ way)[self.body])
 
 
-def _shortened(change: Array) -> Array:
+def _shortening(change: Array) -> Array:
     """Factor (...) on ways along which symmetric 2 x 2 matrices 1 + ``change`` (3, ...) must stay positive definite."""
     first, second, beside = change
     middle, half = (first + second) / 2, (first - second) / 2

@@ -27,7 +27,7 @@ __getattr__, __dir__ = room(
             "Lengths",
             "POSTURES",
             "SeatGeometry",
-            "completed",
+            "complete_geometry",
             "contacts",
             "fitting_hands",
             "packaged_geometry",

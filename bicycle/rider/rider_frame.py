@@ -152,7 +152,7 @@ def rider_on_bicycle(
             raise InputError(
                 f"{name.replace('_', ' ')} = {math.degrees(value):g} deg must lie between {low:g} and {high:g} degrees"
             )
-    geometry = rider_posture.completed(geometry, rider, frame.values, hand_width=way.hand_width)
+    geometry = rider_posture.complete_geometry(geometry, rider, frame.values, hand_width=way.hand_width)
     if not geometry.has_hands:
         narrow = way._replace(hand_width=geometry.values["hand_width_m"])
         hands = rider_posture.fitting_hands(lengths, narrow, torso_lean=angles.torso_lean)
@@ -207,7 +207,7 @@ def _causes(frame: Bicycle, rider: RiderMeasurements, geometry: SeatGeometry, an
         changes[key] = lambda s, n=name, v=value: {"angles": angles._replace(**{n: v + s * ANGLE_SD})}  # type: ignore[misc]
     for key, sd in geometry.sd.items():
         name = f"seat: {key.rpartition('_')[0].replace('_', ' ')}"
-        changes[name] = lambda s, k=key, d=sd: {"geometry": geometry.changed(k, s * d)}  # type: ignore[misc]
+        changes[name] = lambda s, k=key, d=sd: {"geometry": geometry.shift(k, s * d)}  # type: ignore[misc]
     for cause, shifts in _steps_together(frame).items():
         changes[cause] = lambda s, shifts=shifts: {  # type: ignore[misc]
             "frame_values": {**frame.values, **{key: frame[key] + s * shift for key, shift in shifts.items()}}

@@ -50,11 +50,11 @@ class SeatGeometry:
         """True if it holds the place of the hands, measured from the hubs or from the saddle."""
         return HUBS[0] in self.values or SADDLE[0] in self.values
 
-    def changed(self, key: str, by: float) -> "SeatGeometry":
+    def shift(self, key: str, by: float) -> "SeatGeometry":
         """A geometry with the value of ``key`` shifted ``by`` an amount (m or degrees, as the key says)."""
         return replace(self, values={**self.values, key: self.values[key] + by})
 
-    def assuming(self, rule: Mapping[str, tuple[float, float]]) -> "SeatGeometry":
+    def fill_in(self, rule: Mapping[str, tuple[float, float]]) -> "SeatGeometry":
         """A geometry with values and their sd filled in by a rule, marked as assumed."""
         values, sd = ({key: pair[k] for key, pair in rule.items()} for k in (0, 1))
         return SeatGeometry({**self.values, **values}, {**self.sd, **sd}, (*self.assumed, *rule), self.source)
@@ -84,11 +84,11 @@ def contacts(geometry: SeatGeometry, bicycle: Mapping[str, float]) -> Contacts:
     half = v["hand_width_m"] / 2
     if HUBS[0] not in v:
         return Contacts(hip, pedals, hip + np.array([v["reach_m"], v["drop_m"]]), half)
-    hands = _above(np.array([0.0, -rear]), np.array([w, -front]), v[HUBS[0]], v[HUBS[1]], half)
+    hands = _hands_over_hubs(np.array([0.0, -rear]), np.array([w, -front]), v[HUBS[0]], v[HUBS[1]], half)
     return Contacts(hip, pedals, hands, half)
 
 
-def _above(rear: Array, front: Array, to_rear: float, to_front: float, half: float) -> Array:
+def _hands_over_hubs(rear: Array, front: Array, to_rear: float, to_front: float, half: float) -> Array:
     """Hands (x, z), m, above the line of the hubs, ``to_rear`` and ``to_front`` (m) from them, ``half`` m aside."""
     apart = front - rear
     base = float(np.hypot(*apart))
@@ -103,7 +103,7 @@ def _above(rear: Array, front: Array, to_rear: float, to_front: float, half: flo
     return rear + along * forward + math.sqrt(squares[0] - along**2) * np.array([forward[1], -forward[0]])
 
 
-def completed(
+def complete_geometry(
     geometry: SeatGeometry, rider: RiderMeasurements, bicycle: Mapping[str, float], *, hand_width: float
 ) -> SeatGeometry:
     """Fill in what a geometry leaves out, but for the place of the hands, by a fit rule; these are ``assumed``."""
@@ -114,12 +114,12 @@ def completed(
         "saddle_distance_m": (LEG_SHARE * rider.leg, LEG_SHARE_SD * rider.leg),
         "hand_width_m": (hand_width, 0.04),
     }
-    return geometry.assuming({key: pair for key, pair in rule.items() if key not in geometry.values})
+    return geometry.fill_in({key: pair for key, pair in rule.items() if key not in geometry.values})
 
 
 def with_hands(geometry: SeatGeometry, hands: Array, *, sd: float) -> SeatGeometry:
     """A geometry with assumed ``hands`` (2,), m forward of the hip and below it, and their ``sd`` (m)."""
-    return geometry.assuming({key: (float(x), sd) for key, x in zip(SADDLE, hands, strict=True)})
+    return geometry.fill_in({key: (float(x), sd) for key, x in zip(SADDLE, hands, strict=True)})
 
 
 class Posture(NamedTuple):
@@ -262,8 +262,8 @@ def sit(
     distance = float(np.linalg.norm(h - s))
     line = (h - s) / distance
     at_shoulder, elbow = two_links(body.upper_arm, body.forearm, distance)
-    below = _across(line, np.array([0.0, 0.0, 1.0]))
-    out = _across(line, np.array([0.0, -1.0, 0.0]), below)
+    below = _perpendicular(line, np.array([0.0, 0.0, 1.0]))
+    out = _perpendicular(line, np.array([0.0, -1.0, 0.0]), below)
     side = math.cos(elbows_out) * below + math.sin(elbows_out) * out
     upper = math.cos(at_shoulder) * line + math.sin(at_shoulder) * side
     arm = _arm_angles(upper, np.cross(line, side), chest_lean=pelvis + back_rounding)
@@ -308,7 +308,7 @@ def _arm_angles(upper: Array, hinge: Array, *, chest_lean: float) -> tuple[float
     return math.atan2(-arm[1, 2], arm[2, 2]), math.asin(arm[0, 2]), math.atan2(-arm[0, 1], arm[0, 0])
 
 
-def _across(line: Array, direction: Array, other: Array | None = None) -> Array:
+def _perpendicular(line: Array, direction: Array, other: Array | None = None) -> Array:
     """Unit vector (3,) of the part of ``direction`` at right angles to the unit vector ``line``, and to ``other``."""
     rest = direction - line * (line @ direction)
     if other is not None:
@@ -336,7 +336,7 @@ def _check_arms(body: Lengths, at: Contacts, top: Array) -> None:
     raise InputError(f"{said}, and with no torso lean at all; bring the bar nearer or take a taller rider")
 
 
-def _within(key: str) -> Check:
+def _range_check(key: str) -> Check:
     low, high = RANGES[key]
     return number(least=low, most=high, outside=f"is outside {low:g} to {high:g}; is the unit right?")
 
@@ -345,13 +345,13 @@ GEOMETRY = table(
     {
         maybe("description", ""): text(),
         maybe("source", ""): text(),
-        maybe("values", {}): table({maybe(key): _within(key) for key in RANGES}, kind="values"),
+        maybe("values", {}): table({maybe(key): _range_check(key) for key in RANGES}, kind="values"),
         maybe("sd", {}): by_name(
             number(least=0, outside="where a standard deviation must not be negative"), RANGES, kind="sd"
         ),
         maybe("assumed", []): list_of(text(), "must be a list of keys"),
         maybe("posture", {}): by_name(
-            table({maybe(key): _within(key) for key in ("hand_width_m", *HUBS, *SADDLE)}), POSTURES, kind="posture"
+            table({maybe(key): _range_check(key) for key in ("hand_width_m", *HUBS, *SADDLE)}), POSTURES, kind="posture"
         ),
     }
 )

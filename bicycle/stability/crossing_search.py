@@ -122,12 +122,12 @@ class Search:
         near = (step <= LIMITS.near * speeds[:, None]) | (np.abs(at.values.real) < 1e-6 * size)
         k, i = np.nonzero((at.values.imag >= 0) & near)
         there = Decomposition(*(part[k] for part in at))
-        zeros = self._sharpened(owner[k], speeds[k], at.values[k, i], there, LIMITS.slack if counted else 1.0)
+        zeros = self._sharpen(owner[k], speeds[k], at.values[k, i], there, LIMITS.slack if counted else 1.0)
         low, high = self.limits[zeros.owner].T
         zeros = zeros.take((low < zeros.speed) & (zeros.speed <= high))
-        return _once(self._crossing(zeros, (2.0, 20.0, 200.0) if counted else (2.0,)))
+        return _merge_duplicates(self._crossing(zeros, (2.0, 20.0, 200.0) if counted else (2.0,)))
 
-    def _sharpened(self, owner: Whole, speeds: Array, roots: Complex, at: Decomposition, slack: float) -> Zeros:
+    def _sharpen(self, owner: Whole, speeds: Array, roots: Complex, at: Decomposition, slack: float) -> Zeros:
         """Solve Re lambda(v) = 0 along the roots given; those that converge, from ``at`` on."""
         v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
         last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
@@ -244,12 +244,12 @@ class Search:
         key, known_key = owner + 1j * speed, zeros.owner + 1j * zeros.speed  # complex numbers sort by both
         known = np.append(0, np.cumsum(change))[np.searchsorted(known_key, key)]
         step = np.flatnonzero((np.diff(count - known) != 0) & (owner[1:] == owner[:-1]))
-        return self._bisected(owner[step], speed[step], speed[step + 1])
+        return self._bisect_counts(owner[step], speed[step], speed[step + 1])
 
     def _count(self, owner: Whole, speed: Array) -> Whole:
         return unstable_roots(spectra(self.polynomial.take(owner)(speed))) if len(owner) else np.empty(0, np.intp)
 
-    def _bisected(self, owner: Whole, low: Array, high: Array) -> tuple[Whole, Array]:
+    def _bisect_counts(self, owner: Whole, low: Array, high: Array) -> tuple[Whole, Array]:
         """Narrow every change of the count of unstable roots down to a speed that Newton can start from."""
         owners, speeds = [np.empty(0, np.intp)], [np.empty(0)]
         while len(owner):
@@ -286,7 +286,7 @@ def _same(one: Zeros, k: int, other: Zeros, j: int) -> bool:
     )
 
 
-def _once(zeros: Zeros) -> Zeros:
+def _merge_duplicates(zeros: Zeros) -> Zeros:
     """Each crossing once, those of each bicycle by speed; two that are one and go opposite ways are a touch."""
     zeros = zeros.take(np.lexsort((zeros.omega, zeros.speed, zeros.owner)))
     group = np.arange(len(zeros.speed))

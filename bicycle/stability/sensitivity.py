@@ -52,11 +52,13 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
         if key in tied or not np.isfinite(value) or (key not in evaluate.symbolic.parameters and "." not in key):
             continue
         together = [key, *(name for name, leader in tied.items() if leader == key)]
-        slopes[key] = tuple(_added([evaluate.derivative(one, values, at) for one in together]) for at in indicators)
+        slopes[key] = tuple(
+            _sum_matrices([evaluate.derivative(one, values, at) for one in together]) for at in indicators
+        )
     return slopes
 
 
-def _added(terms: Sequence[Matrices]) -> Matrices:
+def _sum_matrices(terms: Sequence[Matrices]) -> Matrices:
     """The sum of the mass matrices E and dynamics F of several ``terms``."""
     first = terms[0].dynamics
     total = {power: sum(term.dynamics[power] for term in terms) for power in first}

@@ -36,7 +36,7 @@ class Nodes:
         """Take the nodes at the places ``index`` (k,)."""
         return type(self)(*(part[index] for part in vars(self).values()))
 
-    def joined(self, new: Self) -> tuple[Self, NDArray[np.intp]]:
+    def join(self, new: Self) -> tuple[Self, NDArray[np.intp]]:
         """Join these and the ``new`` nodes in order of ``v``; also the places of the old ones among them."""
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
@@ -126,8 +126,8 @@ def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> 
         done[last] = True
         split = np.flatnonzero(~done)
         if split.size:
-            nodes, places = nodes.joined(compute((nodes.v[split] + nodes.v[split + 1]) / 2))
-            links, done, smooth = (_moved(part, places, len(nodes.v) - 1) for part in (links, done, smooth))
+            nodes, places = nodes.join(compute((nodes.v[split] + nodes.v[split + 1]) / 2))
+            links, done, smooth = (_move_steps(part, places, len(nodes.v) - 1) for part in (links, done, smooth))
     order = np.empty(nodes.values.shape, np.intp)
     order[0] = np.lexsort((nodes.values[0].imag, nodes.values[0].real))
     for step, following in enumerate(links):
@@ -135,7 +135,7 @@ def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> 
     return nodes, Branches(nodes.v, np.take_along_axis(nodes.values, order, 1), order, smooth)
 
 
-def _moved(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
+def _move_steps(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
     """Move the values of each step to the new place of its first node; new steps have zeros."""
     moved = np.zeros((count, *part.shape[1:]), part.dtype)
     moved[places[:-1]] = part

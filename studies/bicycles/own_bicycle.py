@@ -177,7 +177,7 @@ class OwnBicycle:
 
 def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
     """Guess what was not measured, and tell what follows."""
-    guess = scaled.guessed(asked.geometry).knowing(asked.weighed)
+    guess = scaled.guess_bicycle(asked.geometry).condition_on(asked.weighed)
     rider, causes = _rider(asked, guess)
     bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
     nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
@@ -287,7 +287,7 @@ def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: M
         words = " ".join(options[key] for key in new)
         if new and words not in found:
             known = {key: (float(guess.mean[scaled.FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
-            better = guess.knowing(known).bicycle("known", "", "", rider=rider, causes=causes)
+            better = guess.condition_on(known).bicycle("known", "", "", rider=rider, causes=causes)
             after = _sds(bicycle, better)
             found[words] = Help(words, (before[0], after[0]), (before[1], after[1]))
     return tuple(found.values())

@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from bicycle.model.default_sd import standard_deviations
-from bicycle.model.eigen import eigensystem, projected
+from bicycle.model.eigen import eigensystem, project
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.limit_cycles import LIMITS
 from bicycle.parameters.bicycle import POSITIVE, UNITS, of_kind
@@ -279,7 +279,7 @@ class Followed:
         values, right, left = eigensystem(matrices)
         own, clear = _nearest(values, expected)
         row = np.arange(len(values))
-        change = np.stack([projected(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
+        change = np.stack([project(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
         return values[row, own], change, clear
 
     def to(self, x: Array, deepest: int = 7) -> None:

@@ -10,7 +10,7 @@ import scipy
 
 from bicycle.identification.recording import AS_HELD, CHANNELS, INPUTS, Run
 from bicycle.model.descriptor import DescriptorStack
-from bicycle.motion.responses import discretised, from_rest, marched, powers_of
+from bicycle.motion.responses import discretise, from_rest, march, powers_of
 from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
 from studies.diagnosis.riding import PUSHES, SHARES, Course, riding_in, shapes
@@ -185,7 +185,7 @@ class Replay:
             driven, along = self._coasting(family, values, speeds)
         else:
             driven, along = self._driven(family, values, family.system(values, speeds)), None
-        step, before, after = discretised(driven.state, driven.inputs, self._steps)
+        step, before, after = discretise(driven.state, driven.inputs, self._steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
             before[..., :recorded] += after[..., :recorded]
@@ -207,7 +207,7 @@ class Replay:
         for side in (-aside, 0.0, aside):
             there = {**values, SPEED_OFFSET: middle + side}
             driven = self._driven(family, there, family.system(there, speeds))
-            found.append((driven, (*discretised(driven.state, driven.inputs, self._steps), driven.seen)))
+            found.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
         h, parts = aside[..., None, None], []
         for slow, base, fast in zip(*(each for _, each in found), strict=True):
             parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
@@ -249,7 +249,7 @@ class Replay:
         if system.along is not None:
             wide = np.broadcast_to(start, (len(step), *start.shape))[..., None]
             return np.asarray(self._along(system, wide, only)[..., 0, :])
-        return marched(step, before @ u[..., :-1] + after @ u[..., 1:], start)
+        return march(step, before @ u[..., :-1] + after @ u[..., 1:], start)
 
     @staticmethod
     def _seen(system: Sampled, x: Array) -> Array:

@@ -12,7 +12,7 @@ from bicycle.files import (
     Geometry,
     feature,
     features_of,
-    guessed,
+    guess_bicycle,
     measured_bicycles,
     values_of,
     with_rider,
@@ -41,7 +41,7 @@ def weighed(name, keys):
     """A bicycle as one finds it if the other makes and some of its own numbers are known."""
     bicycle = measured_bicycles()[name]
     own = dict(zip(FEATURES, features_of(bicycle.values), strict=True))
-    return guessed(Geometry.of(bicycle.values), MAKES[name]).knowing({key: (own[key], 0.01) for key in keys})
+    return guess_bicycle(Geometry.of(bicycle.values), MAKES[name]).condition_on({key: (own[key], 0.01) for key in keys})
 
 
 @pytest.mark.parametrize("name", MAKES)
@@ -81,7 +81,7 @@ def test_nine_of_ten_plausible_bicycles_hold_the_truth(truth):
 
 def test_the_covariance_of_the_bicycle_is_that_of_its_plausible_ones():
     geometry = Geometry(1.02, 0.06, 0.305, 0.337, 0.337, 9.0)
-    guess = replace(guessed(geometry), covariance=0.01 * guessed(geometry).covariance)  # where it is linear
+    guess = replace(guess_bicycle(geometry), covariance=0.01 * guess_bicycle(geometry).covariance)  # where it is linear
     names, covariance = model_covariance(Model(guess.bicycle("b", "", "", rider=RIDER, mass_sd=0.0)))
     draws = [with_rider(values, RIDER) for values in guess.draws(np.random.default_rng(3), 4000)]
     drawn = np.cov([[one[key] for one in draws] for key in names])
@@ -95,6 +95,6 @@ def test_the_covariance_of_the_bicycle_is_that_of_its_plausible_ones():
 def test_a_measured_mass_is_the_one_that_is_taken():
     geometry = Geometry(1.02, 0.06, 0.305, 0.337, 0.337, 9.0)
     known = {"mF": (feature("mF", 1.9, geometry), 1e-6), "IFyy": (feature("IFyy", 0.14, geometry, 1.9), 1e-6)}
-    found = guessed(geometry).knowing(known).values()
+    found = guess_bicycle(geometry).condition_on(known).values()
     assert (found["mF"], found["IFyy"]) == (pytest.approx(1.9, rel=1e-4), pytest.approx(0.14, rel=1e-4))
     assert sum(found[key] for key in ("mR", "mB", "mH", "mF")) == pytest.approx(9.0)

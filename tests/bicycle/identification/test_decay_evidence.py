@@ -65,7 +65,7 @@ def over_colours(w, y, design, prior):
 ])  # fmt: skip
 def test_noise_of_the_sensors(seen, drift, rates):
     noise = room.noise_floor(seen, MODES)
-    found = room.Evidence(seen, drift, noise).solved(NEAR, rates).log()
+    found = room.Evidence(seen, drift, noise).solve(NEAR, rates).log()
     for k, (design, priors) in enumerate(designs(seen, drift, rates)):
         channels = zip(seen.signals.T, priors, noise, strict=True)
         total = sum(over_colours(seen, y, design, prior / sd**2) for y, prior, sd in channels)
@@ -81,18 +81,18 @@ def test_a_drift_and_noise_without_any_mode(seen, drift):
         level = max(1.0, abs(y.mean()))
         sizes = [(sd * (1 if j else level) / noise[channel]) ** 2 for j, sd in enumerate(room.KINDS[drift])]
         total += over_colours(seen, y, seen.drift[:, :kept], np.diag(sizes))
-    assert room.Evidence(seen, drift, noise).solved(np.empty((1, 0, 2))).log()[0] == pytest.approx(total, abs=1e-6)
+    assert room.Evidence(seen, drift, noise).solve(np.empty((1, 0, 2))).log()[0] == pytest.approx(total, abs=1e-6)
 
 
 def test_of_two_maxima_a_slow_and_a_quick_real_mode_the_higher_is_found():
     """The quick one is three nats higher; from the best start alone the slow one was found, four sd from it."""
     run = room.read_run(Path(__file__).with_name("growing_weave.csv"), 4.15)
     found = room.identify(run, drift="exponential", thorough=False).estimate.best
-    best = found.evidence.solved(found.best[None], found.best_rate).log()[0]
+    best = found.evidence.solve(found.best[None], found.best_rate).log()[0]
     for rate in (0.16, 0.3, 0.6, 1.0, 1.4, 1.8, 2.4):
 
         def minus_log(x, rate=rate):
-            return -found.evidence.solved(x[None, None], np.array([rate])).log()[0]
+            return -found.evidence.solve(x[None, None], np.array([rate])).log()[0]
 
         other = minimize(minus_log, [0.72, 1.86], method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4})
         assert best > -other.fun - 0.01

@@ -21,7 +21,7 @@ from bicycle.model import (
     least_damping_ratio,
     oscillating,
     pair_damping_ratio,
-    projected,
+    project,
 )
 from tests.shared.refusals import refuses
 from tyre.ground import InputError
@@ -89,7 +89,7 @@ def test_vectors_of_a_pencil_are_those_of_its_definition():
     values, right, left = eigensystem(dynamics, mass=mass)
     np.testing.assert_allclose(dynamics @ right, mass @ right * values[:, None, :], atol=1e-11)
     np.testing.assert_allclose(left @ mass @ right, np.broadcast_to(np.eye(6), mass.shape), atol=1e-11)
-    np.testing.assert_allclose(projected(left, dynamics, right), values, atol=1e-11)
+    np.testing.assert_allclose(project(left, dynamics, right), values, atol=1e-11)
 
 
 def test_many_matrices_are_many_calls_of_one():

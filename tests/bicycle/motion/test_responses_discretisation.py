@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import StateSpace, lsim
 
-from bicycle.motion import discretised, from_rest, marched, powers_of
+from bicycle.motion import discretise, from_rest, march, powers_of
 
 N, M = 4, 2
 
@@ -20,8 +20,8 @@ def test_the_march_is_lsim_with_inputs_that_are_linear_between_samples(samples):
     state, inputs, start = systems(3)
     steps = np.array([0.01, 0.02, 0.05])
     u = np.random.default_rng(12).normal(size=(2, 3, M, samples))
-    step, g0, g1 = discretised(state, inputs, steps)
-    found = marched(step, g0 @ u[..., :-1] + g1 @ u[..., 1:], start)
+    step, g0, g1 = discretise(state, inputs, steps)
+    found = march(step, g0 @ u[..., :-1] + g1 @ u[..., 1:], start)
     for k in range(2):
         for r in range(3):
             system = StateSpace(state[k, r], inputs[k, r], np.eye(N), np.zeros((N, M)))
@@ -48,7 +48,7 @@ def test_many_pushes_of_systems_at_rest_are_those_of_each_sample_by_sample(sampl
 @pytest.mark.parametrize("samples", [1, 2, 9])
 def test_free_responses_are_the_matrix_exponentials(samples):
     state = systems(3)[0]
-    step = discretised(state, np.zeros((2, 3, N, 1)), np.full(3, 0.03))[0]
+    step = discretise(state, np.zeros((2, 3, N, 1)), np.full(3, 0.03))[0]
     found = powers_of(step, samples)
     assert found.shape == (2, 3, N, samples, N)
     for t in range(samples):
@@ -60,6 +60,6 @@ def test_free_responses_are_the_matrix_exponentials(samples):
 def test_what_grows_beyond_all_numbers_is_not_finite_and_no_other_system_is_touched():
     step = np.array([[[1e200]], [[0.5]]])
     with np.errstate(over="ignore", invalid="ignore"):
-        found = marched(step, np.ones((2, 1, 8)), np.ones((2, 1)))
+        found = march(step, np.ones((2, 1, 8)), np.ones((2, 1)))
     assert not np.isfinite(found[0, 0, -1])
     assert found[1, 0, -1] == pytest.approx(2.0 - 0.5**8)

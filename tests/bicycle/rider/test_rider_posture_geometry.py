@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicycle.rider import SeatGeometry, completed, contacts, packaged_geometry, read_geometry, read_rider
+from bicycle.rider import SeatGeometry, complete_geometry, contacts, packaged_geometry, read_geometry, read_rider
 from tyre.ground import InputError
 
 BICYCLE = {"w": 1.02, "rR": 0.33, "rF": 0.34}
@@ -107,7 +107,7 @@ def test_files_that_are_none(tmp_path):
 
 def test_the_fit_rule_fills_in_and_says_so():
     rider, known = read_rider("jason"), SeatGeometry({"chain_stay_m": 0.43}, {"chain_stay_m": 0.001})
-    filled = completed(known, rider, BICYCLE, hand_width=0.42)
+    filled = complete_geometry(known, rider, BICYCLE, hand_width=0.42)
     assert filled.values["chain_stay_m"] == 0.43
     assert "chain_stay_m" not in filled.assumed
     assert set(filled.assumed) == {
