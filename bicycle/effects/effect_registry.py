@@ -52,6 +52,10 @@ class Origin:
         return reduce(getattr, self.name.split("."), importlib.import_module(self.module))
 
 
+_digest_of_module: dict[str, str] = {}
+"""Name of the module of a user's file -> SHA-256 of the text that it was run from."""
+
+
 def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     """Effects that a Python file defines; a file that has not changed is run once only."""
     if path.suffix != ".py":
@@ -63,9 +67,9 @@ def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     name = f"{LOADED}.of_{_digest(str(path.resolve()).encode())[:12]}.{path.stem}"
     digest = _digest(content)
     module = sys.modules.get(name)
-    if module is None or vars(module).get("__digest__") != digest:
+    if module is None or _digest_of_module.get(name) != digest:
         module = _run(path, name, content)
-        vars(module)["__digest__"] = digest
+        _digest_of_module[name] = digest
     found = tuple(_classes(module))
     if not found:
         raise InputError(f"{path}: defines no effect; write a class that inherits from bicycle.Effect ({GUIDE})")

@@ -310,8 +310,9 @@ def _one_of_table(text: str, *, allow_unusual: bool) -> Bicycle:
     path, name = split_row(text)
     found = {one.name: one for one in read_bicycles(path, allow_unusual=allow_unusual)}
     if not name and len(found) > 1:
+        more = ", ..." if len(found) > 4 else ""
         raise InputError(
-            f"{path}: the table has {len(found)} bicycles ({', '.join(list(found)[:4])}{', ...' * (len(found) > 4)}); "
+            f"{path}: the table has {len(found)} bicycles ({', '.join(list(found)[:4])}{more}); "
             f"name one of them: {path.name}{ROW}{next(iter(found))}"
         )
     if name and name not in found:

@@ -118,7 +118,7 @@ def _own_columns(path: Path, further: Sequence[str] = (), needed: Sequence[str] 
         columns = read_columns(path, numbers=numbers, needed=("time_s", *needed))
     except InputError as error:  # a fault in one line of the file needs no channel map
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
-        more = "a reference is named with --instrument; " * bool(further)
+        more = "a reference is named with --instrument; " if further else ""
         raise InputError(f"{error}; {more}or give a channel map: {words}") if words else error from error
     found = dict(columns.numbers)
     time, names = found.pop("time_s"), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}

@@ -157,10 +157,8 @@ def participation(matrices: Array, weights: Array, ratio: Array) -> Participatio
 
 def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> Participation:
     values, right = np.linalg.eig(matrices)
-    x, u = (
-        right.real**2,
-        np.clip(_left_eigenvectors(values, right), -1e150, 1e150) ** 2,
-    )  # a float holds the square of these
+    left = np.clip(_left_eigenvectors(values, right), -1e150, 1e150)  # a float holds the square of these
+    x, u = right.real**2, left**2
     if np.iscomplexobj(values):
         x += right.imag**2
         k, i = np.nonzero(values.imag > 0)

@@ -200,7 +200,7 @@ class MountedTyres:
                 raise InputError(
                     f"effect {kind.identifier!r}: {p.tyre} on {p.surface} holds no "
                     f"{parameter.tyre.replace('_', ' ')}; give {parameter.name} a number ({parameter.unit}, typical "
-                    f"{low:g} .. {high:g}){' or take side_slip' * (kind.slot == 'contact law')}"
+                    f"{low:g} .. {high:g}){' or take side_slip' if kind.slot == 'contact law' else ''}"
                 )
         return found
 

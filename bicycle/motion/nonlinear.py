@@ -171,8 +171,10 @@ class TyreUnderLoad:
         """Slope of ``force`` or ``by_trail`` over slip or camber, N/rad."""
         if of == "force" and self.known_slope is not None:
             return self.known_slope(slip, camber)
-        ends = [getattr(self, of)(slip + h * (not by_camber), camber + h * by_camber) for h in (1e-6, -1e-6)]
-        return np.asarray((ends[0] - ends[1]) / 2e-6)
+        curve, step = getattr(self, of), 1e-6
+        if by_camber:
+            return np.asarray((curve(slip, camber + step) - curve(slip, camber - step)) / (2 * step))
+        return np.asarray((curve(slip + step, camber) - curve(slip - step, camber)) / (2 * step))
 
 
 @dataclass(frozen=True)
@@ -357,7 +359,7 @@ def magic_formula_model(
     lagged, direct = (seen[f"{name} camber force"] / stiffness[:, None] for name in ("lagged", "direct"))
     apart = np.array([tyre.apart for tyre in tyres])[:, None]  # camber is no slip to these
     n, m = len(kept), len(linear.inputs)
-    names = [f"{wheel}_transient_slip" for wheel in WHEELS] * lags
+    names = [f"{wheel}_transient_slip" for wheel in WHEELS] if lags else []
     if lags:  # a transient slip follows slip and lagged camber over the relaxation length, as a state
         compliance = a[probe["series compliance"], forces]  # m/N, in series with the tyre
         whole = (of_wheels("relaxation_length") + stiffness * compliance)[:, None]

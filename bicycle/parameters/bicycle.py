@@ -158,7 +158,7 @@ class Bicycle:
         object.__setattr__(
             self, "sd", MappingProxyType(_check_numbers(self.name, {**self.sd, **self.covariance.sd}, complete=False))
         )
-        _check_physics(self)
+        object.__setattr__(self, "without_slip", _check_physics(self))
 
     def __hash__(self) -> int:  # a mapping does not hash
         return hash((self.name, self.covariance, *(frozenset(of.items()) for of in (self.values, self.sd))))
@@ -303,7 +303,8 @@ def _check_numbers(name: str, given: Mapping[str, float], *, complete: bool) -> 
     return values
 
 
-def _check_physics(bicycle: Bicycle) -> None:
+def _check_physics(bicycle: Bicycle) -> tuple[str, ...]:
+    """Refuse what is no rigid bicycle; reasons why only wheels that cannot slip hold it, empty for most."""
     p, where = bicycle.values, f"bicycle {bicycle.name!r}"
     for key in ("mB", "mR", "mH", "mF", "IRyy", "IFyy", "IRxx", "IFxx", *POSITIVE):
         if p[key] < 0 or (key in POSITIVE and p[key] == 0):
@@ -329,7 +330,7 @@ def _check_physics(bicycle: Bicycle) -> None:
     wheels = any(p[key] for key in ("mR", "mF", "IRyy", "IFyy")) or not all(map(math.isfinite, bicycle.static_loads))
     if reasons and wheels:  # a skate whose wheels are nothing may be what no tyre would hold
         raise InputError(f"{where}: {reasons[0]}")
-    object.__setattr__(bicycle, "without_slip", reasons)
+    return reasons
 
 
 def _ungrounded(bicycle: Bicycle) -> Iterator[str]:

@@ -174,7 +174,7 @@ def read_rider(name_or_path: str | Path) -> RiderMeasurements:
         raise InputError(f"{path}: {CONVERSION} is missing or not positive; give metres per unit, 0.01 for cm")
     missing = [key for key in KEYS if key not in numbers]
     if missing:
-        some = ", ".join(missing[:8]) + ", ..." * (len(missing) > 8)
+        some = ", ".join(missing[:8]) + (", ..." if len(missing) > 8 else "")
         raise InputError(f"{path}: {len(missing)} of {len(KEYS)} measurements missing: {some}")
     for key, value in numbers.items():
         if value <= 0:
