@@ -14,6 +14,7 @@ __getattr__, __dir__ = room(
             "to_toml",
             "to_yaml",
         ),
+        "matrix_file": ("holds_matrices",),
         "scaled_bicycle": (
             "FEATURES",
             "Geometry",

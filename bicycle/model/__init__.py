@@ -32,10 +32,7 @@ __getattr__, __dir__ = room(
             "pulse",
             "step",
         ),
-        "matrix_model": (
-            "holds_matrices",
-            "read_matrices",
-        ),
+        "matrix_model": ("read_matrices",),
         "model": (
             "Model",
             "check_compatible",

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from bicycle import Model, critical_speeds, load_bicycle, modes
-from bicycle.model import holds_matrices, read_matrices
+from bicycle.files import holds_matrices
+from bicycle.model import read_matrices
 from tyre.ground import InputError
 
 JBIKE6 = """% canonical form M q'' + v C1 q' + (g K0 + v^2 K2) q = f, q = (lean, steer); synthetic
