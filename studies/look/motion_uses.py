@@ -59,7 +59,9 @@ def _response(replay: Use, runs: Sequence[recording.Run], command: str) -> Use:
     if not told:
         return Use(RESPONSE, (), tuple(reasons), ("record longer, or use replay: it fits the same samples in time",))
     step = f"{command} --input {source} --output {','.join(motions)}"
-    step += f" --segment {segment:g}" * (segment != USUAL_SEGMENT) + " --out responses.csv"
+    if segment != USUAL_SEGMENT:
+        step += f" --segment {segment:g}"
+    step += " --out responses.csv"
     closed = "where a rider or controller answered the motion, name a reference with --instrument"
     speed = "the forward speed in m/s, after @" if "@SPEED" in command else ""
     return Use(RESPONSE, tuple(told), tuple(reasons), (closed,), step, speed, windows=replay.windows)
@@ -83,7 +85,8 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
     def unusable(reasons: Sequence[str], remedies: Sequence[str]) -> list[Use]:
         return [Use(name, (), tuple(reasons), tuple(remedies)) for name in (DECAY, REPLAY, RESPONSE)]
 
-    moved, timed = any(name in there for name in MOTION), roles.is_timed(there)
+    moved = any(name in there for name in MOTION)
+    timed = roles.is_timed(there)
     if not moved or not timed:
         reasons = [] if moved else ["no channel could be a motion of the bicycle"]
         remedies = [] if moved else [roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way"]
@@ -106,7 +109,8 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
     if part:  # windows are counted from the first sample of the file
         begin = part[0].first
         windows = tuple(Window(w.name, round(begin + w.first, 6), round(begin + w.last, 6)) for w in windows)
-        windows = windows or part * bool(decay.usable)
+        if not windows and decay.usable:
+            windows = part
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
     command = f"velotyre frequency-response {_recording(roles, speed)}"
     return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, replay.usable)
@@ -216,8 +220,10 @@ def _decay(
     if not events:
         how = "record free motion after a kick, hands off, two cycles or more; or look near a frequency of yours: "
         how += f"{command} --from S --to S --start-hz HZ"
-        more = ("or leave motions that show no decay out of the map",) * (len(whole.channels) > 1)
-        return Use(DECAY, (), tuple(reasons), (how, *more)), ()
+        remedies = [how]
+        if len(whole.channels) > 1:
+            remedies.append("or leave motions that show no decay out of the map")
+        return Use(DECAY, (), tuple(reasons), tuple(remedies)), ()
     step = f"{command} --out modal.csv"
     if len(windows) == 1 and _is_native(roles):
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"

@@ -262,8 +262,14 @@ class Roles:
         """Channel -> column, of those ``wanted`` whose unit only the user knows."""
         if self.map is not None:
             return {}
-        found = {**self.guessed, **({"time": self.opened.clock} if self.opened.clock else {})}
-        return {name: found[name].column.name for name in wanted if name in found and found[name].unit == UNKNOWN}
+        by_channel: dict[str, Guess] = dict(self.guessed)
+        if self.opened.clock is not None:
+            by_channel["time"] = self.opened.clock
+        return {
+            name: guess.column.name
+            for name in wanted
+            if (guess := by_channel.get(name)) is not None and guess.unit == UNKNOWN
+        }
 
     def lines(self, wanted: Sequence[str]) -> list[str]:
         """Lines of a channel map for the channels ``wanted``, with the time; where no map is given."""

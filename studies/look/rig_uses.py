@@ -251,8 +251,13 @@ def _by_kind(
             uses.append(Use(name, (), (f"{made} {others}",), (OTHERWISE[name],)))
             continue
         good = tuple(event for event, problem in mine if not problem)
-        bad = tuple(f"{f'samples {e.first}-{e.last}: ' * bool(e.name)}{why}" for e, why in mine if why)
-        uses.append(Use(name, good, bad, (mend,) * bool(bad), **(of_good if good else {})))
+        bad = tuple(
+            f"samples {event.first}-{event.last}: {problem}" if event.name else problem
+            for event, problem in mine
+            if problem
+        )
+        use = Use(name, good, bad, (mend,) if bad else ())
+        uses.append(replace(use, **of_good) if good else use)
     return uses
 
 

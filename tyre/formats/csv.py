@@ -187,7 +187,9 @@ def _with_remarks(block: list[int], remarks: list[int], rows: list[list[str]], w
     names = [index for index in remarks if index not in units and index < min(block, default=len(rows))]
     if not names:
         return block or remarks[-1:]
-    return [names[-1], *block, *([last] if last in units and not block else [])]
+    if block:
+        return [names[-1], *block]
+    return [names[-1], last] if last in units else [names[-1]]
 
 
 def is_comment(row: Sequence[str]) -> bool:

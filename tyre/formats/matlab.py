@@ -74,7 +74,9 @@ def _listed_units(value: Any) -> Iterator[tuple[str, str]]:
     """Names and units that stand side by side in a structure (``channel.name``, ``channel.units``)."""
     fields = getattr(getattr(value, "dtype", None), "names", None) or ()
     name, unit = (next((field for field in fields if field.casefold() in words), "") for words in (NAMES, UNITS))
-    for entry in value.reshape(-1) if name and unit else ():
+    if not (name and unit):
+        return
+    for entry in value.reshape(-1):
         names, units = _texts(entry[name]), _texts(entry[unit])
         yield from zip(names, units, strict=True) if len(names) == len(units) else ()
 

@@ -88,8 +88,8 @@ class TydexDocument:
                 continue
             one = read(line.expandtabs(_FIELD), where)
             if one.name in found:
-                what = "channel " * isinstance(one, ChannelEntry)
-                raise InputError(f"{where}: {what}{one.name} is listed twice; keep one")
+                what = f"channel {one.name}" if isinstance(one, ChannelEntry) else one.name
+                raise InputError(f"{where}: {what} is listed twice; keep one")
             found[one.name] = one
         return found
 

@@ -4,7 +4,7 @@ A check gives the value back or raises what :func:`refused` or :func:`remarked` 
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,12 +27,15 @@ class Refusal(Exception):
         """Unknown keys before all, the outermost first; missing keys last, in the order of the declaration."""
         if self.kind == "unknown":
             return 0, len(self.path)
-        return (2, self.order) if self.kind == "missing" else (1, 0)
+        if self.kind == "missing":
+            return 2, self.order
+        return 1, 0
 
 
 def refused(value: object, says: str) -> Exception:
     """Make the error of a ``value`` that must be something else: ``must be a time >= 0 in s``."""
-    return Refusal(f"= {shown(value)}{'' if says[:1] == ';' else ' '}{says}")
+    space = "" if says.startswith(";") else " "
+    return Refusal(f"= {shown(value)}{space}{says}")
 
 
 remarked = Refusal  # its words stand behind the key without the value: ``holds a value twice``
@@ -48,14 +51,22 @@ def number(
     endless: bool = False,
 ) -> Check:
     """Check a number within bounds (``above`` excluded); ``outside`` is said of one beyond them; gives a float."""
-    ends = [f"above {above:g}"] * (above > -math.inf) + [f"from {least:g}"] * (least > -math.inf)
-    ends += [f"up to {most:g}"] * (most < math.inf)
-    says = says or " ".join(["must be a finite number", *([] if outside else ends)])
+    ends = []
+    if above > -math.inf:
+        ends.append(f"above {above:g}")
+    if least > -math.inf:
+        ends.append(f"from {least:g}")
+    if most < math.inf:
+        ends.append(f"up to {most:g}")
+    if not says:
+        # what is beyond the ends is refused in words of its own: only the kind of value is asked for here
+        says = "must be a finite number" if outside else " ".join(["must be a finite number", *ends])
 
     def check(value: Any) -> float:
         if not is_number(value):
             raise refused(value, says)
-        if not (above < value and least <= value <= most) or (math.isinf(value) and not endless):
+        inside = above < value and least <= value <= most
+        if not inside or (math.isinf(value) and not endless):
             raise Refusal(f"= {shown(value).removesuffix('.0')} {outside or says}")
         return float(value)
 
@@ -230,19 +241,37 @@ def read(declared: Check, content: Any, *, where: str = "", section: str = "", d
 
 
 def _words(error: Refusal, section: list[str], *, dotted: bool) -> str:
+    """Say what is refused and where: ``[rig] mass = -1 must be ...``, or ``rig.mass = -1 must be ...`` if dotted."""
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
-    name, message = ".".join(part for part in path if isinstance(part, str)), error.says
-    alone = error.kind in ("unknown", "missing")
+    name = ".".join(part for part in path if isinstance(part, str))
+    message = error.says
+    names_key = error.kind in ("unknown", "missing")  # the message does so itself
     if error.kind == "no table":
-        alone = not path or isinstance(path[-1], int)
-        message = f"{message} must be a table" if alone else f"= {message} must be a table{BELOW.format(name)}"
-    if dotted and not alone:
-        return f"{name} {message}"
+        names_key = not path or isinstance(path[-1], int)
+        message = f"{message} must be a table" if names_key else f"= {message} must be a table{BELOW.format(name)}"
     if dotted:
-        outer = name.rpartition(".")[0] if error.kind == "missing" else ""
-        return f"{outer}: {message}" if outer else message
-    key = path.pop() if path and isinstance(path[-1], str) and (error.path or not alone) else ""
-    numbers = [part + 1 for part in path if isinstance(part, int)]
+        return _dotted_words(name, message, error.kind, names_key=names_key)
+    key = ""
+    if path and (error.path or not names_key):
+        last = path[-1]
+        if isinstance(last, str):
+            key = last
+            path.pop()
+    return _label(path) + (message if names_key else f"{key} {message}".strip())
+
+
+def _dotted_words(name: str, message: str, kind: str, *, names_key: bool) -> str:
+    """Put the dotted ``name`` of a key before a message that does not say it; of a missing key that of its table."""
+    if not names_key:
+        return f"{name} {message}"
+    outer = name.rpartition(".")[0]
+    return f"{outer}: {message}" if kind == "missing" and outer else message
+
+
+def _label(path: Sequence[str | int]) -> str:
+    """Name the table at ``path``, as a TOML file heads it: ``[rig.sensors]: ``, ``[[windows]] number 2: ``."""
     outer = ".".join(part for part in path if isinstance(part, str))
-    label = f"[[{outer}]] number {numbers[-1]}: " if numbers else f"[{outer}]: " if outer else ""
-    return label + (message if alone else f"{key} {message}".strip())
+    numbers = [part + 1 for part in path if isinstance(part, int)]
+    if numbers:
+        return f"[[{outer}]] number {numbers[-1]}: "
+    return f"[{outer}]: " if outer else ""

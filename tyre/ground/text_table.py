@@ -136,11 +136,13 @@ class Cells:
         for line, cells in found:
             if len(cells) != width:
                 how = "was the file cut off?" if len(cells) < width else "name every column, separate by commas"
-                how += " and write numbers with a point; decimal commas need semicolons" * (len(cells) > width)
+                if len(cells) > width:
+                    how += " and write numbers with a point; decimal commas need semicolons"
                 if self.separator == "," and ";" in "".join(found[0][1]):
                     how = "columns are separated by commas here, not semicolons, and numbers written with a point"
-                counted = f"{len(cells)} cell{'s' * (len(cells) != 1)} where the header has {width} column"
-                raise InputError(f"{self.path}, line {line}: {counted}{'s' * (width != 1)}; {how}")
+                cells_here = f"{len(cells)} {'cell' if len(cells) == 1 else 'cells'}"
+                columns = f"{width} {'column' if width == 1 else 'columns'}"
+                raise InputError(f"{self.path}, line {line}: {cells_here} where the header has {columns}; {how}")
         return found
 
     @cached_property

@@ -334,7 +334,9 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
         unused = sorted({*content} - {*FILE.keys})
         content = {key: value for key, value in content.items() if key not in unused}
     given = read(FILE, content, where=where)
-    notes = [*given["note"], *([f"not used of {file.name}: {', '.join(unused)}"] if unused else [])]
+    notes = [*given["note"]]
+    if unused:
+        notes.append(f"not used of {file.name}: {', '.join(unused)}")
     taken = {"slip_unit": "; degrees are taken, as Magic-Formula-89 has them", "surface": "; flat is taken"}
     silent = [key for key in ("load_max_N", *taken) if key not in given]
     notes += [f"the file states no {key}{taken.get(key, '')}" for key in silent]

@@ -444,7 +444,8 @@ def write_tir(
     lines += ["[UNITS]", "LENGTH = 'meter'", "FORCE = 'newton'", "ANGLE = 'radians'", "MASS = 'kg'", "TIME = 'second'"]
     lines += ["[MODEL]", *(["FITTYP = 52", "PROPERTY_FILE_FORMAT = 'PAC2002'"] if model.old else ["FITTYP = 61"])]
     for section, names in LAYOUT.items():
-        values = {name: own.get(name, model[name]) for name in names if name not in (ONLY_NEW, ONLY_OLD)[not model.old]}
+        of_others = ONLY_NEW if model.old else ONLY_OLD
+        values = {name: own.get(name, model[name]) for name in names if name not in of_others}
         lines += [f"$ {'-' * (69 - len(section))} {section.lower()}", f"[{section}]"] if values else []
         lines += [f"{name:<28} = {value!r}" for name, value in values.items() if isfinite(value)]
     write_text(path, "\n".join(lines) + "\n")

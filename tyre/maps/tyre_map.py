@@ -167,7 +167,11 @@ def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
     several_pressures = bool(np.ptp(pressure) > 0)
 
     def design(n: Array, p: Array) -> Array:
-        columns = [np.ones_like(n)] + [n / at_load - 1] * several_loads + [p / at_pressure - 1] * several_pressures
+        columns = [np.ones_like(n)]
+        if several_loads:
+            columns.append(n / at_load - 1)
+        if several_pressures:
+            columns.append(p / at_pressure - 1)
         return np.column_stack(columns)
 
     solution = np.asarray(np.linalg.pinv(design(load, pressure)), dtype=np.float64) @ value
@@ -175,7 +179,11 @@ def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
     def evaluate(n: Array, p: Array) -> tuple[Array, Array]:
         return design(n, p) @ solution, design(n, p)
 
-    names = ["mean"] + ["load"] * several_loads + ["pressure"] * several_pressures
+    names = ["mean"]
+    if several_loads:
+        names.append("load")
+    if several_pressures:
+        names.append("pressure")
     parameters = dict(zip(names, solution.tolist(), strict=True))
     return Trend(parameters, evaluate, load, pressure, value)
 

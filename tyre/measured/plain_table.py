@@ -163,7 +163,8 @@ def _cell(cell: Any, column: Column, row: Mapping[str, float], *, where: str) ->
 
 
 def _key(quantity: str, *, sd: bool = False) -> str:
-    return f"{quantity}{'_sd' * sd}_{UNITS[quantity].replace('/', '_per_')}"
+    name = f"{quantity}_sd" if sd else quantity
+    return f"{name}_{UNITS[quantity].replace('/', '_per_')}"
 
 
 def _column(name: str, path: Path) -> Column | None:
@@ -175,7 +176,9 @@ def _column(name: str, path: Path) -> Column | None:
     base, spread = (match[1] or match[2], True) if match else (base, False)
     # ``load_kN`` or ``C_sd_N_per_rad`` is split after the longest name whose rest is a unit
     parts = base.replace(" ", "_").split("_")
-    for count in range(len(parts) - 1, 0, -1) if not unit else ():
+    for count in range(len(parts) - 1, 0, -1):
+        if unit:
+            break
         start, rest = parts[:count], "_".join(parts[count:])
         sd = len(start) > 1 and start[-1].lower() in ("sd", "std")
         if "_".join(start[: len(start) - sd]).lower() in NAMES and is_unit(rest):

@@ -89,7 +89,7 @@ class Guess:
 
 def draft_map(columns: Sequence[Column], quantities: Mapping[str, str], *, clock: bool = True) -> str:
     """Write a table ``[channels]`` guessed from names and units, with a line for ``time`` if a ``clock`` is needed."""
-    wanted = {**({"time": "time"} if clock else {}), **quantities}
+    wanted = {"time": "time", **quantities} if clock else dict(quantities)
     found = guesses(columns, wanted)
     lines = [found[name].line(name) for name in wanted if name in found]
     lacking = [_LACKING.format(name=name, unit=SI[kind]) for name, kind in wanted.items() if name not in found]

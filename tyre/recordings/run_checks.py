@@ -174,7 +174,7 @@ def _check_reach(found: Preflight, lowest: float, highest: float) -> None:
     least, good, half = _LIMITS.least_slip, _LIMITS.good_slip, (highest - lowest) / 2
     reach = half / _DEGREE
     if half < least * _DEGREE:
-        radians = " (radians under deg?)" * (least * _DEGREE <= reach <= 20.0 * _DEGREE)
+        radians = " (radians under deg?)" if least * _DEGREE <= reach <= 20.0 * _DEGREE else ""
         found.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
     elif lowest > -0.25 * highest or highest < -0.25 * lowest:
         found.problems.append("slip goes to one side only: offset and slope cannot be told apart")

@@ -51,7 +51,7 @@ class Quality:
             )
         if self.dropouts:
             found.append(
-                f"{self.dropouts} dropout{'s' * (self.dropouts > 1)} to {self.dropout_value:.6g}, "
+                f"{self.dropouts} {'dropouts' if self.dropouts > 1 else 'dropout'} to {self.dropout_value:.6g}, "
                 f"{self.dropout_samples} samples, the first from sample {self.dropout_from}"
             )
         return tuple(found)
