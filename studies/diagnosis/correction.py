@@ -85,11 +85,11 @@ def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: 
 
 
 def _judged(diagnosis: Diagnosis) -> Fit:
-    """The final fit with the covariance that the verdict states: effects averaged over their class, times misfit."""
+    """The final fit with the covariance that the verdict states: averaged over its class, a poor fit as noise."""
     final = diagnosis.final
     averaged, fitted = widened(diagnosis.hypotheses, final), final.covariance.diagonal()
     wider = np.sqrt(np.divide(averaged, fitted, out=np.ones_like(fitted), where=(averaged > fitted) & (fitted > 0)))
-    return replace(final, covariance=final.misfit * final.covariance * np.outer(wider, wider))
+    return replace(final, covariance=final.louder**2 * final.covariance * np.outer(wider, wider))
 
 
 def _name_in_file(candidate: Candidate) -> str:

@@ -67,6 +67,8 @@ def read_modal_columns(
     ``units`` are the SI units of further columns, the parameters of effects.
     """
     header = read_cells(path, kind=KIND, example=", ".join(needed)).header
+    if len(header) == 1:  # another separator, or too little: the plain reader says which
+        return read_columns(path, numbers=numbers, texts=texts, needed=needed), []
     known = (*numbers, *texts)
     headings = [_heading(name, known, units, path) for name in header]
     foreign = [h.column for h in headings if h.holds and h.column not in known and h.holds not in texts]

@@ -326,7 +326,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    variance = final.misfit * widened(known, final)  # what is left counts as noise, here as in the model file
+    variance = final.louder**2 * widened(known, final)  # a significant misfit counts as noise, as in the model file
     effects = tuple(_with_sizes(known.kind, final, named(final, c, variance)) for c in final.candidates)
     real = [any(not c.mistake for c in f.candidates) for f in members]
     converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
@@ -464,7 +464,7 @@ def _with_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
     """The ``effect`` with its sizes that are no coordinates of the fit, such as a bias of each run."""
     parameters, units = dict(effect.parameters), dict(effect.units)
     for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
-        parameters[name] = (value, math.sqrt(hypothesis.misfit) * sd)
+        parameters[name] = (value, hypothesis.louder * sd)
         units[name] = unit
     return replace(effect, parameters=parameters, units=units)
 

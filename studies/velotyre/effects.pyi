@@ -201,11 +201,6 @@ class CrownRadius(Effect):
         crown_radius: PerWheelValue = 0.0125,
     ) -> None: ...
 
-class PointMass(Effect):
-    """An effect that is a further ``mass`` (kg) at ``x`` (m ahead of the rear contact), fixed to the bicycle."""
-
-    def __init__(self) -> None: ...
-
 class ForkBending(Effect):
     """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.
 

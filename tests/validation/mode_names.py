@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bicycle import LinearModel, Model, critical_speeds, modes
-from tests.bicycle.test_naming_judges import HINGE, built, judged, random_bicycles
+from tests.bicycle.stability.test_naming_judges import HINGE, built, judged, random_bicycles
 from tests.validation.critical_speeds import LAWS, WILD, off_axis, unexplained
 from tests.validation.random_models import random_model
 from tyre.ground import InputError

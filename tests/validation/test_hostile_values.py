@@ -39,7 +39,7 @@ def test_what_is_right_is_none(capsys):
     end, said = outcome(lambda: main(["modes", "benchmark", "--max-speed", "nan"]))
     assert (end, said) == (
         "refused",
-        "velotyre: Invalid value for '--max-speed': nan: give a number above 0 up to 1000",
+        "velotyre: Invalid value for '--max-speed': nan: give a number above 0 up to 1000 m/s",
     )
     assert capsys.readouterr().out == ""
 

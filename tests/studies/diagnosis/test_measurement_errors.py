@@ -65,7 +65,7 @@ def test_measurement_file(tmp_path, toml, words):
 
 
 @pytest.mark.parametrize(("head", "rows", "words"), [
-    (HEAD + ",speed_kmh", [r + ",3" for r in ROWS], "unknown column 'speed_kmh'.*units are in the column names"),
+    (HEAD + ",speed_kmh", [r + ",3" for r in ROWS], "the columns speed_m_s and speed_kmh give the same; keep one"),
     (HEAD.replace("real_sd_1_s,", ""), ROWS, "line 2: 6 cells where the header has 5 columns"),
     (HEAD, [*ROWS, "7,weave,0,5,0.1"], "line 5: 5 cells where the header has 6 columns"),
     (HEAD, [*ROWS, "7,weave,0,5,0,1,0,1"], "line 5: 8 cells.*write numbers with a point"),

@@ -171,7 +171,7 @@ def test_the_simulator_has_no_code_of_the_fits_that_it_judges():
         "friction",
     }
     used = {
-        (module, thing.__module__.removeprefix("tyre."))
+        (module, thing.__module__.rpartition(".")[2])
         for module in ("simulator", "effect", "effects.mechanics", "effects.sensors", "effects.tyre")
         for thing in vars(import_module(f"tyre.rig.{module}")).values()
         if callable(thing) and getattr(thing, "__module__", None)

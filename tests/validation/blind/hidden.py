@@ -101,13 +101,23 @@ class Truth:
 
 
 def perturbed(bicycle: Bicycle, sd: Mapping[str, float], rng: np.random.Generator) -> Bicycle:
-    """A bicycle drawn (by ``rng``) around another with ``sd`` by key, SI; drawn again until it is physical."""
+    """A bicycle drawn (by ``rng``) around another with ``sd`` by key, SI; drawn again until its bodies can exist."""
     for _ in range(TRIES):
         try:
-            return bicycle.replace(**{key: bicycle[key] + s * rng.standard_normal() for key, s in sd.items()})
+            drawn = bicycle.replace(**{key: bicycle[key] + s * rng.standard_normal() for key, s in sd.items()})
         except InputError:
             continue
+        if bodies_exist(drawn):
+            return drawn
     raise InputError(f"no physical bicycle near {bicycle.name!r}")
+
+
+def bodies_exist(bicycle: Bicycle) -> bool:
+    """Wheels are at least flat (Iyy <= 2 Ixx), frames have positive principal moments in their plane."""
+    wheels = all(bicycle[f"I{wheel}yy"] <= 2 * bicycle[f"I{wheel}xx"] for wheel in "RF")
+    return wheels and all(
+        bicycle[f"I{frame}xx"] * bicycle[f"I{frame}zz"] > bicycle[f"I{frame}xz"] ** 2 for frame in "BH"
+    )
 
 
 def uncertainty(bicycle: Bicycle) -> dict[str, float]:
