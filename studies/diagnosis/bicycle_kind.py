@@ -16,6 +16,7 @@ from bicycle.model.model import Model, check_compatible
 from studies.diagnosis.candidates import LEFT_OUT, feedback_terms, find_candidates, nuisances, physical, reversed_signs
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.figures import BEFORE_AFTER
+from studies.diagnosis.last_answer import RecentAnswers
 from studies.diagnosis.mistakes import geometry_errors, one_speed, wrong_geometry
 from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal
@@ -101,17 +102,14 @@ class BicycleKind(Kind):
 
     def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
         """The base model with ``candidates`` and some settings, made once for the many points at which a fit looks."""
-        key = (settings, *map(id, candidates))
-        if key not in self._families:
-            if len(self._families) > 50:
-                self._families.clear()
-            self._families[key] = Family(self.model, self.nuisances, candidates, settings)
-        return self._families[key]
+        return self._recent_families.get(
+            (settings, *map(id, candidates)), lambda: Family(self.model, self.nuisances, candidates, settings)
+        )
 
     @cached_property
-    def _families(self) -> dict[Hashable, Family]:
+    def _recent_families(self) -> RecentAnswers[Family]:
         """Families by settings and identity of their candidates, which they keep so that no other can take it."""
-        return {}
+        return RecentAnswers(most=51)
 
     @property
     def nominal(self) -> Array:

@@ -66,28 +66,28 @@ class Family:
 
     @cached_property
     def _fixed(self) -> Mapping[str, float]:
+        """Parameters, SI, of the base with its settings and of the candidates, where no unknown sets them."""
         values = dict(self.base.parameters) | dict(self.settings)
         for candidate in self.candidates:
             values |= candidate.fixed
         return values
 
     @cached_property
-    def _columns(self) -> dict[int, dict[str, Array]]:
-        """Fixed parameters as arrays (K, 1), by K: never written to."""
-        return {}
+    def _fixed_numbers(self) -> Array:
+        """Fixed parameters (n,), SI, in the order of :attr:`_fixed`."""
+        return np.array(list(self._fixed.values()), float)
 
     def values(self, theta: Array) -> dict[str, Array]:
         """Every parameter for coordinates ``theta`` (K, unknowns), arrays (K, 1)."""
-        count = len(theta)
-        if count not in self._columns:
-            self._columns[count] = {key: np.full((count, 1), value) for key, value in self._fixed.items()}
+        columns_of_fixed = np.repeat(self._fixed_numbers[:, None, None], len(theta), axis=1)
+        fixed = dict(zip(self._fixed, columns_of_fixed, strict=True))
         keys, columns, factors, bent, wrong = self._sets
         coordinates = theta.T.copy()
         for column in bent:
             coordinates[column] = self.unknowns[column].value(theta[:, column])
         for coupling, together in self._couplings:
             coordinates[together] = coupling.values(coordinates[together])
-        values = self._columns[count] | dict(zip(keys, (factors * coordinates[columns])[..., None], strict=True))
+        values = fixed | dict(zip(keys, (factors * coordinates[columns])[..., None], strict=True))
         for key in wrong:
             stated = key.removeprefix(WRONG)
             values[stated] = values[stated] + values[key]

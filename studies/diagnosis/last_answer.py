@@ -1,4 +1,4 @@
-"""One remembered answer, for what is asked twice in a row."""
+"""Remembered answers, for what is asked twice in a row or now and again."""
 
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
@@ -18,3 +18,19 @@ class LastAnswer(Generic[Answer]):
         if self._answer is None or question != self._question:
             self._question, self._answer = question, compute()
         return self._answer
+
+
+class RecentAnswers(Generic[Answer]):
+    """Keeps answers by question; forgets all of them once there are ``most``."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._answers: dict[Hashable, Answer] = {}
+
+    def get(self, question: Hashable, compute: Callable[[], Answer]) -> Answer:
+        """The answer to ``question``; computed unless it is remembered."""
+        if question not in self._answers:
+            if len(self._answers) >= self._most:
+                self._answers.clear()
+            self._answers[question] = compute()
+        return self._answers[question]

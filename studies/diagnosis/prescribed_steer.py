@@ -12,7 +12,6 @@ initial state."""
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQ
 from bicycle.model.descriptor import DescriptorStack
 from bicycle.motion.responses import from_rest
 from studies.diagnosis.family import Family
+from studies.diagnosis.last_answer import LastAnswer
 from studies.diagnosis.mistakes import DELAY, FRICTION, GAIN, direction
 from studies.diagnosis.replay import Driven, Replay, Sampled
 from studies.diagnosis.steer_spline import ORDERS, SteerSpline
@@ -132,15 +132,13 @@ class PrescribedSteer(Replay):
         return np.concatenate([np.broadcast_to(part, (k, *part.shape[1:])) for part in (angle, rest)], 2)
 
     def _angles(self, late: float) -> list[tuple[Array, Array]]:
-        """The smoothed angle of each run read later by so many s; that of the last time is kept."""
-        if self._kept.get("late") != late:
-            self._kept.update(late=late, angles=[spline.at(late) for spline in self._splines])
-        found: list[tuple[Array, Array]] = self._kept["angles"]
-        return found
+        """Angle, rate and acceleration of each run, ``late`` s after each sample: values (T, 3), spread (T, 3, K)."""
+        return self._last_angles.get(late, lambda: [spline.at(late) for spline in self._splines])
 
     @cached_property
-    def _kept(self) -> dict[str, Any]:
-        return {}
+    def _last_angles(self) -> LastAnswer[list[tuple[Array, Array]]]:
+        """The angles of the last delay, which changes only where the delay of the sensor is fitted."""
+        return LastAnswer()
 
     @cached_property
     def _uncertain_columns(self) -> int:

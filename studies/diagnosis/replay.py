@@ -13,7 +13,8 @@ from bicycle.model.descriptor import DescriptorStack
 from bicycle.motion.responses import discretise, from_rest, march, powers_of
 from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
-from studies.diagnosis.riding import PUSHES, SHARES, Course, riding_in, shapes
+from studies.diagnosis.last_answer import RecentAnswers
+from studies.diagnosis.riding import PUSHES, SHARES, WORDS, Course, riding_in, shapes
 from tyre.ground.arrays import Array
 
 
@@ -286,18 +287,19 @@ class Replay:
 
     def _courses(self, name: str) -> Array:
         """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
-        if name not in self._known_courses:
-            course = self.riding().get(name, Course(1.0))
-            hertz = course.hertz or [None] * len(self.runs)
-            own = [course.sd * shapes(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
-            most = max(x.shape[1] for x in own)
-            padded = [np.pad(x, ((0, self.length - len(x)), (0, most - x.shape[1]))) for x in own]
-            self._known_courses[name] = np.array(padded)
-        return self._known_courses[name]
+        return self._recent_courses.get(name, lambda: self._compute_courses(name))
 
     @cached_property
-    def _known_courses(self) -> dict[str, Array]:
-        return {}
+    def _recent_courses(self) -> RecentAnswers[Array]:
+        """Courses by name of their torque, which many models share."""
+        return RecentAnswers(most=len(WORDS))
+
+    def _compute_courses(self, name: str) -> Array:
+        course = self.riding().get(name, Course(1.0))
+        hertz = course.hertz or [None] * len(self.runs)
+        by_run = [course.sd * shapes(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
+        most = max(x.shape[1] for x in by_run)
+        return np.array([np.pad(x, ((0, self.length - len(x)), (0, most - x.shape[1]))) for x in by_run])
 
     def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
         """Inputs of each run (K, R, m, T), or (1, R, m, T) if all bicycles have the same."""
