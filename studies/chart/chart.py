@@ -235,9 +235,9 @@ def title(chart: StabilityChart) -> str:
     """The bicycle, its effects and what runs, in a line."""
     plane = chart.plane
     effects = [e.identifier.replace("_", " ") for e in plane.space.model.effects if e.identifier != "no_slip"]
-    beside = " with " * bool(effects) + ", ".join(effects)
+    added = f" with {', '.join(effects)}" if effects else ""
     speed = "" if plane.speed is None else f", at {plane.speed:g} m/s"
-    return f"Stability: {plane.space.model.bicycle.name}{beside}{speed}"
+    return f"Stability: {plane.space.model.bicycle.name}{added}{speed}"
 
 
 def headers(chart: StabilityChart) -> list[str]:
@@ -252,6 +252,11 @@ def rows(chart: StabilityChart) -> list[list[Any]]:
     found = []
     for number, one in enumerate(chart.boundaries, 1):
         points, stable = chart.plane.x(one.curve.shares), float(np.mean(one.beside == 0))
+        remark = ""
+        if one.curve.closed:
+            remark = "closed"
+        elif DOUBLE_ZERO in one.curve.ends:
+            remark = "ends where its frequency becomes zero"
         found.append(
             [
                 number,
@@ -259,9 +264,7 @@ def rows(chart: StabilityChart) -> list[list[Any]]:
                 *(_range(values) for values in (*points.T, one.frequency)),
                 *_deviations(chart, one),
                 "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
-                "closed"
-                if one.curve.closed
-                else "ends where its frequency becomes zero" * (DOUBLE_ZERO in one.curve.ends),
+                remark,
             ]
         )
     return found

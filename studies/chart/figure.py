@@ -151,8 +151,10 @@ def _marks(axes: Any, chart: StabilityChart) -> None:
         elif not level:
             axes.plot(mark.x, mark.y, _marker(mark.kind), markersize=11 if own else 8, **style)
     named = [mark for mark in chart.marks if mark.kind != MODEL and not np.isnan(mark.x + mark.y)]
+    if len(named) > 14:  # words beside so many points would cover each other
+        return
     taken: list[Array] = []
-    for mark in named if len(named) <= 14 else []:  # beyond them marked points have no words beside them
+    for mark in named:
         place = np.array([span.share(x) for span, x in zip(chart.plane.spans, (mark.x, mark.y), strict=True)])
         left, crowded = place[0] > 0.75, any((np.abs(place - other) < (0.16, 0.045)).all() for other in taken)
         taken.append(place)
@@ -205,7 +207,7 @@ def _legend(canvas: Any, axes: Any, chart: StabilityChart) -> None:
         )
     for count in np.unique(np.clip(chart.check.told, 0, len(SHADES) - 1)).tolist():
         words = "stable" if count == 0 else MORE if count == len(SHADES) - 1 else f"{count}"
-        label = words if count == 0 else f"{words} unstable root{'s' * (count != 1)}"
+        label = words if count == 0 else f"{words} unstable {'root' if count == 1 else 'roots'}"
         handles.append(Patch(facecolor=SHADES[count], edgecolor="0.6", linewidth=0.5, label=label))
     if any((one.beside != 0).any() for one in chart.boundaries):
         handles.append(Line2D([], [], color="0.3", linewidth=1.2, label="thin: unstable on both sides"))

@@ -68,7 +68,8 @@ def command(
                 written = write_drafts(made, out, force=force)
                 lines = ["", f"picture: {draw(found, out / f'{stem}.look')}"]
                 for path, draft in zip(written, made, strict=True):
-                    marks = f", {draft.marks} place{'s' * (draft.marks > 1)} to fill in" if draft.marks else ""
+                    places = "places" if draft.marks > 1 else "place"
+                    marks = f", {draft.marks} {places} to fill in" if draft.marks else ""
                     lines.append(f"draft: {path} ({draft.purpose}{marks})")
                 all_written += [str(path) for path in written]
             all_steps.append(steps(found, made, out))

@@ -1,5 +1,8 @@
 """``velotyre modes``: eigenvalues and named modes of a model file along speed."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import click
 
 from studies.model_space.command_options import check_memory, max_speed_option, speeds_option
@@ -55,14 +58,16 @@ def command(
     if "-" not in (csv_file, json_file):
         named = {name: both[0] for name, both in found.items() if both[0] is not None}
         columns = list(dict.fromkeys(mode for one in named.values() for mode in one.to_dict()))
-        rows = [
-            [*[name] * bool(name), speed, *(" ".join(_number(*z) for z in cells.get(m) or []) or None for m in columns)]
-            for name, one in named.items()
-            for place, speed in enumerate(one.speeds)
-            for cells in [{mode: values[place] for mode, values in one.to_dict().items()}]
-        ]
-        heads = ["bicycle"] * (len(rows[0]) > len(columns) + 1)
-        output.print_table(rows, [*heads, "speed m/s", *(f"{mode} 1/s" for mode in columns)])
+        rows: list[list[Any]] = []
+        for name, one in named.items():
+            roots = one.to_dict()
+            for place, speed in enumerate(one.speeds):
+                cells = [_numbers(roots[mode][place]) if mode in roots else None for mode in columns]
+                rows.append([name, speed, *cells] if name else [speed, *cells])
+        headers = ["speed m/s", *(f"{mode} 1/s" for mode in columns)]
+        if len(rows[0]) > len(headers):
+            headers.insert(0, "bicycle")
+        output.print_table(rows, headers)
         click.echo()
         critical = {name: speeds for name, (_, speeds) in found.items()}
         output.print_critical(critical, models, max_speed=max_speed)
@@ -70,6 +75,11 @@ def command(
             for event in one.events:
                 click.echo(f"{name}: {event}" if name else str(event))
         output.print_named_warnings({name: model.warnings for name, model in models.items()})
+
+
+def _numbers(roots: Sequence[tuple[float, float]] | None) -> str | None:
+    """Write the ``roots`` of a mode at one speed, real and imaginary part (1/s) each; None without any."""
+    return " ".join(_number(*root) for root in roots or []) or None
 
 
 def _number(real: float, imaginary: float) -> str:

@@ -44,11 +44,10 @@ def command(
         import pandas as pd
 
         folder = Path(out)
-        rows = [
-            {**row, **{f"change_of_{v:.4f}_m_s": c for v, c in zip(ranking.critical_speeds, moved, strict=True)}}
-            for row in record(ranking)["parameters"]
-            for moved in [row.pop("critical_speed_changes_m_s")]
-        ]
+        columns = [f"change_of_{speed:.4f}_m_s" for speed in ranking.critical_speeds]
+        rows = record(ranking)["parameters"]
+        for row in rows:
+            row |= zip(columns, row.pop("critical_speed_changes_m_s"), strict=True)
         with results(folder):
             write_csv(pd.DataFrame(rows), folder / "sensitivity.csv")
             draw_tornado(ranking, folder / "tornado", top=top)

@@ -53,7 +53,12 @@ def command(
     drawn = plot or figures is not None
     if at is not None and not drawn:
         raise InputError(f"--at {at:g} is for figures; give --plot, too")
-    for module in ("zarr", "xarray", *(["distributed"] * bool(scheduler)), *(["netCDF4"] * result.endswith(".nc"))):
+    modules = ["zarr", "xarray"]
+    if scheduler:
+        modules.append("distributed")
+    if result.endswith(".nc"):
+        modules.append("netCDF4")
+    for module in modules:
         if not find_spec(module):
             raise InputError(not_installed(module, extra="sweeps"))
     if finished:
@@ -110,8 +115,9 @@ def _draw(result: str, figures: str | None, at: float | None, *, quiet: bool) ->
     folder = Path(figures) if figures else figures_folder(result)
     with results(folder):
         drawn = draw_result(result, folder, at=at)
-    for name, words in drawn.figures.items() if not quiet else ():
-        click.echo(f"{(drawn.folder / name).as_posix()}.png, .svg, .csv: {' '.join(words.split())}")
+    if not quiet:
+        for name, words in drawn.figures.items():
+            click.echo(f"{(drawn.folder / name).as_posix()}.png, .svg, .csv: {' '.join(words.split())}")
     for remark in drawn.remarks:
         click.echo(f"remark: {remark}", err=True)
     return {"folder": drawn.folder.as_posix(), "figures": drawn.figures, "remarks": drawn.remarks}

@@ -193,6 +193,6 @@ def _draw(tyre: "TyreSource", target: str) -> None:
                     dotted = f"; dotted: camber {CAMBERS[1]:g} deg"
             axes.set(xlabel="slip angle, deg", title=name)
             axes.axhline(0.0, color=GREY, linewidth=0.6)
-        bars = f" at {pressure / PASCAL_PER_BAR:g} bar" * (pressure == pressure)
+        bars = "" if np.isnan(pressure) else f" at {pressure / PASCAL_PER_BAR:g} bar"
         figure.suptitle(f"{tyre.tyre} on {tyre.surface}{bars}{dotted}", fontsize=10)
         figure.axes[0].legend()

@@ -76,8 +76,10 @@ HAIR = 1.5e-3  # of the axes: a band whose half width is nowhere more is hidden 
 
 def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     """A filled trace for each boundary whose band means something; none where nothing is uncertain."""
+    if not chart.uncertain:
+        return []
     found: list[dict[str, Any]] = []
-    for one in chart.boundaries if chart.uncertain else ():
+    for one in chart.boundaries:
         if not one.band_is_told or _widest(one) < HAIR:
             continue
         # closed rims one after the other, None between them

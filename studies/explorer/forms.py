@@ -135,9 +135,10 @@ def controls(state: State) -> dict[str, Any]:
     measured = f"effects.{law}.tyre.rear" in model or f"effects.{law}.tyre.front" in model
     bicycle, beyond = bicycle_or_none(state), f"effects.{law}.extrapolate"
     free = [effect for effect in every if effect.slot != CONTACT]
+    loaded = [{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] if own else []
     return {
         "bicycles": [
-            *([{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] * own),
+            *loaded,
             *(
                 {
                     "value": name,

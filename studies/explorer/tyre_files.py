@@ -166,8 +166,9 @@ def files_of(state: State) -> dict[str, bytes]:
 def kept_here(state: State) -> list[str]:
     """Note the files that the address of a state does not hold."""
     files = ", ".join(files_of(state))
-    said = f"the address does not hold {files}: elsewhere, drop that on the page first; a saved page has it inside"
-    return [said] * bool(files)
+    if not files:
+        return []
+    return [f"the address does not hold {files}: elsewhere, drop that on the page first; a saved page has it inside"]
 
 
 def with_tyres(content: Mapping[str, Any], change: Any) -> dict[str, Any]:

@@ -111,11 +111,13 @@ def _follow_roots(
     settings: Settings, setup: Setup, start: Array, end: Array, eigenvalues: Mapping[str, complex]
 ) -> list[complex]:
     """Follow oscillations at the report speed from the tyre numbers ``start`` (4,) to ``end`` (4,)."""
-    found = list(eigenvalues.values())
-    for share in np.linspace(0, 1, 17)[1:] if found else ():
+    roots = list(eigenvalues.values())
+    if not roots:
+        return []
+    for share in np.linspace(0, 1, 17)[1:]:
         linear = world.model(settings, setup, start + share * (end - start)).linear_model()
-        found = [world.nearest(linear, settings.report_speed, eigenvalue) for eigenvalue in found]
-    return found
+        roots = [world.nearest(linear, settings.report_speed, root) for root in roots]
+    return roots
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,13 +168,19 @@ def print_critical(
     rows: list[list[Any]] = []
     begins = any(c.begins for speeds in critical.values() for c in speeds)
     for name, speeds in critical.items():
-        mine = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction, *[c.begins] * begins] for c in speeds]
-        if not mine:
+        lines = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
+        if begins:
+            lines = [[*cells, c.begins] for cells, c in zip(lines, speeds, strict=True)]
+        if not lines:
             state = "unstable" if throughout[name] else "not unstable"
-            mine = [["none", None, None, None, f"{state} throughout"]]
-        rows += [[*([name] if name else []), *cells] for cells in mine]
-    heads = [*["bicycle"] * any(critical), "critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"]
-    print_table(rows, heads + ["the motion"] * begins)
+            lines = [["none", None, None, None, f"{state} throughout"]]
+        rows += [[name, *cells] if name else cells for cells in lines]
+    headers = ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"]
+    if any(critical):
+        headers.insert(0, "bicycle")
+    if begins:
+        headers.append("the motion")
+    print_table(rows, headers)
 
 
 def print_exchanges(models: Mapping[str, "LinearModel"], fastest: float) -> None:
@@ -200,4 +206,5 @@ def print_named_warnings(warnings: Mapping[str, Sequence[str]]) -> None:
     common = [one for one in next(iter(lines.values()), []) if all(one in every for every in lines.values())]
     own = [(name, text) for name, every in lines.items() for text in every if text not in common]
     for name, text in [*(("", one) for one in common), *own]:
-        click.echo(f"warning: {name}{': ' * bool(name)}{' '.join(text.split())}", err=True)
+        prefix = f"{name}: " if name else ""
+        click.echo(f"warning: {prefix}{' '.join(text.split())}", err=True)

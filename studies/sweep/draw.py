@@ -148,11 +148,11 @@ def _draw_pairs(
         for axes, (label, values) in zip(grid[:, 0], rows, strict=True):
             axes.set_ylabel(wrapped(label, 22), fontsize=8)
             lost = int((~np.isfinite(values[stored.possible])).sum())
-            words = f"{lost} of {possible} have none (crosses at the foot)" * bool(lost)
+            words = f"{lost} of {possible} have none (crosses at the foot)" if lost else ""
             axes.annotate(words, (0, 1.02), xycoords="axes fraction", fontsize=7, color="0.35")
         if stable is not None:
             canvas.legend(handles=_legend(grid[0, 0], stable), loc="outside lower center", ncols=2)
-        fewer = f"; a random {len(places)} of them drawn" * (len(places) < possible)
+        fewer = f"; a random {len(places)} of them drawn" if len(places) < possible else ""
         title = [f"Outputs over the varied parameters, {stored.whose}{fewer}"]
         if len(varied) > len(shown):
             largest = f"the {len(shown)} parameters with the largest shares of {len(varied)}"

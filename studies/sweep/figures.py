@@ -25,14 +25,14 @@ LEVELS: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
 HATCHES = (("first", ""), ("second", "////"), ("third", "...."), ("fourth", "xxxx"))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Drawn:
-    """Figures by name with their titles, and what was not drawn, by the keys of ``templates/remarks.txt.j2``."""
+    """Figures of a result so far: each that is drawn is added."""
 
     stored: Stored
-    folder: Path
-    figures: dict[str, str]
-    lacking: dict[str, Any]
+    folder: Path  # into which figures and their tables are written
+    figures: dict[str, str]  # name of a figure's files, without ending -> its title
+    lacking: dict[str, Any]  # what was not drawn, by the keys of ``templates/remarks.txt.j2``
 
     @property
     def remarks(self) -> list[str]:
@@ -187,7 +187,7 @@ def draw_each(drawn: Drawn, name: str) -> None:
             axes.text(
                 1.005,
                 row,
-                words * bool(have != number),
+                "" if have == number else words,
                 transform=axes.get_yaxis_transform(),
                 fontsize=7.5,
                 va="center",

@@ -341,7 +341,8 @@ class _Sampled:
             )
         single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
         names = [k for k, value in stated.sd.items() if value > 0 and not own & {k, str(ParameterKey.parse(k).whole)}]
-        return single, [{"parameters": names, "covariance": stated.among(names).tolist()}] * bool(names)
+        joint = [{"parameters": names, "covariance": stated.among(names).tolist()}] if names else []
+        return single, joint
 
     def _joint(self, entry: Mapping[str, Any]) -> Normal:
         given = schema.read(JOINT, entry, section="sampled.joint", dotted=True)

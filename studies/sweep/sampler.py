@@ -281,8 +281,9 @@ class Sampler:
             own = {entry for key in given for entry in self.family.entries(key)}
             found = self._fill_tyre(points, conditions, own, tyre, apart, names, linear=linear, share=share)
             points = replace(points, extrapolated=found)
-            for why, mask in apart.reasons.items() if linear else ():
-                points.refused.add(why, mask, apart.examples[why])
+            if linear:
+                for why, mask in apart.reasons.items():
+                    points.refused.add(why, mask, apart.examples[why])
         if share == 1:  # conditions of effects need a look at each item
             self._mark_effects(points)
         if not points.refused.mask.all():
@@ -403,7 +404,10 @@ class Sampler:
         """Refuse item number ``item`` after number ``start``, with the reason; ``where`` is added to its place."""
         *cell, sample = (int(i) for i in np.unravel_index(start + item, self.sweep.shape))
         names = [f"{axis.name} = {axis.values[i]}" for axis, i in zip(self.sweep.axes, cell, strict=True)]
-        names += [f"sample {sample}"] * (self.sweep.samples > 1) + [where] * bool(where)
+        if self.sweep.samples > 1:
+            names.append(f"sample {sample}")
+        if where:
+            names.append(where)
         raise ImpossibleItem(", ".join(names) or "its only point", why)
 
 

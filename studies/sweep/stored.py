@@ -77,8 +77,10 @@ class Stored:
     @cached_property
     def limits(self) -> "tuple[Limits, ...]":
         """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
+        if CRITICAL not in self.data:
+            return ()
         found = []
-        for mode, change in itertools.product(self.modes("crossing_mode"), CHANGES) if CRITICAL in self.data else ():
+        for mode, change in itertools.product(self.modes("crossing_mode"), CHANGES):
             speeds = self.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
             held = [one[np.isfinite(one)] for one in speeds[self.possible].T if np.isfinite(one).any()]
             if np.isfinite(speeds).any():
@@ -88,9 +90,11 @@ class Stored:
     @cached_property
     def named(self) -> dict[str, dict[str, Array]]:
         """The named modes that some bicycle has, main modes first: values (cells, samples, speeds) by output."""
+        if not self.speeds.size or "mode" not in self.data:
+            return {}
         found = {}
         shown = [one for one in OUTPUTS.values() if one.along == "modes"]
-        for mode in self.modes("mode") if self.speeds.size and "mode" in self.data else ():
+        for mode in self.modes("mode"):
             roots = self.rows("modes", mode=mode) if "modes" in self.data else None
             values = {
                 one.name: self.rows(one.name, mode=mode) if one.name in self.data else np.asarray(one.of_root(roots))

@@ -93,8 +93,9 @@ class UncertainModel:
         sampled |= {"joint": [joint]} if beside else {}
         sampled |= {"tyre_covariance": True, "relative_cornering_stiffness_sd": self.relative} if measured else {}
         if not sampled:
+            stated = "an sd of 0" if self._stated.bicycle.sd else "no sd"
             raise InputError(
-                f"nothing is uncertain: the bicycle states {'an sd of 0' * bool(self._stated.bicycle.sd) or 'no sd'} "
+                f"nothing is uncertain: the bicycle states {stated} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
         self.sampler = Sampler(build_sweep(content | {"samples": 2, "sampled": sampled}))
