@@ -77,7 +77,7 @@ def command(
         output.print_named_warnings({name: model.warnings for name, model in models.items()})
 
 
-def _numbers(roots: Sequence[tuple[float, float]] | None) -> str | None:
+def _numbers(roots: Sequence[Sequence[float]] | None) -> str | None:
     """Write the ``roots`` of a mode at one speed, real and imaginary part (1/s) each; None without any."""
     return " ".join(_number(*root) for root in roots or []) or None
 
