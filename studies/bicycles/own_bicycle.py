@@ -176,13 +176,13 @@ class OwnBicycle:
 
 
 def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
-    """Guess what was not measured, and tell what follows."""
+    """Guess what the owner did not measure, and compute critical speeds and which measurement would help."""
     guess = scaled.guess_bicycle(asked.geometry).condition_on(asked.weighed)
     rider, causes = _rider(asked, guess)
     bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
     nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
-    plausible = [_shaken(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
-    found = [critical_speeds(Model(_plain(values)), LIMITS.fastest) for values in plausible]
+    plausible = [_vary_rider(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
+    found = [critical_speeds(Model(_make_bicycle(values)), LIMITS.fastest) for values in plausible]
     weave, capsize = (_band(nominal, found, mode) for mode in ("weave", "capsize"))
     wobble = None
     if assumed_front(bicycle):
@@ -191,12 +191,12 @@ def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
         ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
         wobble = Band(math.nan, *ends, float(wobbles.mean()))
     given = ("w", "c", "lam", "rR", "rF", *asked.weighed)
-    helps, beyond = _helps(asked, guess, rider, causes), _beyond(guess.geometry)
+    helps, beyond = _helps(asked, guess, rider, causes), _find_outside_measured(guess.geometry)
     return OwnBicycle(bicycle, given, weave, capsize, wobble, helps, beyond)
 
 
-def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
-    """Value, and the least and largest of the measured bicycles, of what lies outside of them by more than a tenth."""
+def _find_outside_measured(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
+    """Find what lies a tenth or more outside of all measured bicycles: its value, their least and their largest."""
     others = [asdict(scaled.Geometry.of(one.values)) for one in scaled.measured_bicycles().values()]
     ends = {key: (min(one[key] for one in others), max(one[key] for one in others)) for key in asdict(own)}
     found = {key: (value, *ends[key]) for key, value in asdict(own).items()}
@@ -204,7 +204,7 @@ def _beyond(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
 
 
 def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
-    """The rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
+    """Make the rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
     if asked.rider_place is not None or asked.rider_inertia is not None:
         return _placed_rider(asked), {}
     if asked.rider_height is None and asked.rider_mass is None:
@@ -216,7 +216,7 @@ def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[st
     from bicycle.rider.rider_posture import SeatGeometry
 
     person = scaled_rider(height=asked.rider_height, mass=asked.rider_mass)
-    found = rider_on_bicycle(_plain(guess.values()), person, posture=asked.posture, geometry=SeatGeometry())
+    found = rider_on_bicycle(_make_bicycle(guess.values()), person, posture=asked.posture, geometry=SeatGeometry())
     return found.body, dict(found.causes)
 
 
@@ -229,12 +229,12 @@ def _placed_rider(asked: Asked) -> RigidBody:
     return read_body(entry | inertia)
 
 
-def _plain(values: Mapping[str, float]) -> Bicycle:
+def _make_bicycle(values: Mapping[str, float]) -> Bicycle:
     return Bicycle("plausible", {key: values[key] for key in UNITS})
 
 
-def _shaken(values: dict[str, float], causes: Mapping[str, Array], rng: np.random.Generator) -> dict[str, float]:
-    """The numbers with a rider who is a little off."""
+def _vary_rider(values: dict[str, float], causes: Mapping[str, Array], rng: np.random.Generator) -> dict[str, float]:
+    """Draw a rider near the guessed one: the ``values`` (SI) with each of the ``causes`` moved by a normal number."""
     from bicycle.rider.rider_frame import FRAME_KEYS
 
     moved = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(FRAME_KEYS)))
@@ -242,7 +242,7 @@ def _shaken(values: dict[str, float], causes: Mapping[str, Array], rng: np.rando
 
 
 def _speed(found: tuple[CriticalSpeed, ...], mode: str) -> float:
-    """Last speed at which weave settles, first at which capsize begins; NaN without one."""
+    """Find the last speed (m/s) at which weave settles, or the first at which capsize begins; NaN without one."""
     ordered, wanted = (found[::-1], STABILISING) if mode == "weave" else (found, DESTABILISING)
     return next((one.speed for one in ordered if one.mode == mode and one.direction == wanted), math.nan)
 
@@ -260,8 +260,8 @@ def _band(nominal: tuple[CriticalSpeed, ...], found: list[tuple[CriticalSpeed, .
 
 
 def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
-    """First speed (m/s) of wobble on a measured tyre with some flexible front; NaN without one."""
-    bicycle, per_wheel = _plain(values), ("cornering_stiffness", "relaxation_length")
+    """Find the first speed (m/s) of wobble on a measured tyre with a front drawn at random; NaN without one."""
+    bicycle, per_wheel = _make_bicycle(values), ("cornering_stiffness", "relaxation_length")
     condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
     tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
     contact = {key: dict(zip(WHEELS, (getattr(one, key) for one in tyres), strict=True)) for key in per_wheel}
@@ -278,7 +278,7 @@ def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
 
 
 def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: Mapping[str, Array]) -> tuple[Help, ...]:
-    """Measurements that are not made yet, from the easiest on."""
+    """List the measurements that are not made yet, from the easiest on, with the sds that each would leave."""
     options = {"mF": "--front-wheel-mass KG", "mH": "--fork-mass KG", "IFyy": "--front-wheel-inertia KG_M2"}
     bicycle = guess.bicycle("nominal", "", "", rider=rider, causes=causes)
     before, found = _sds(bicycle, bicycle), {}
@@ -294,7 +294,7 @@ def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: M
 
 
 def _sds(bicycle: Bicycle, spread: Bicycle) -> tuple[float, float]:
-    """Sd (m/s) of weave and capsize of a bicycle with the covariance of ``spread``, to first order."""
+    """Compute sds (m/s) of weave and capsize of a bicycle with the covariance of ``spread``, to first order."""
     every = critical_speeds(Model(bicycle), LIMITS.fastest)
     names, covariance = model_covariance(Model(spread))
     at = [[one for one in every if one.speed == _speed(every, mode)] for mode in ("weave", "capsize")]

@@ -6,6 +6,7 @@ FILES = {
     "chart": ("NamedBoundary", "StabilityChart", "Uncertain", "along_axes", "checked", "contour_values", "headers",
               "record", "rows", "spread", "stability_chart", "title"),
     "curve": ("CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary"), "figure": ("draw_chart",),
-    "plane": ("Look", "Plane", "marks", "split_range", "usual_range"), "search": ("all_boundaries", "completed"),
+    "plane": ("Look", "Plane", "marks", "split_range", "usual_range"),
+    "search": ("all_boundaries", "complete_boundaries"),
 }  # fmt: skip
 __getattr__, __dir__ = room(__name__, FILES)

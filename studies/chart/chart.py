@@ -19,7 +19,7 @@ from bicycle.stability.naming import Rules, name_points
 from bicycle.stability.propagation import model_covariance, standard_deviation
 from studies.chart.curve import DOUBLE_ZERO, Boundary
 from studies.chart.plane import Mark, Plane, lattice, marks, speed_of_rest
-from studies.chart.search import ASIDE, Check, all_boundaries, completed, counted
+from studies.chart.search import ASIDE, Check, all_boundaries, complete_boundaries, count_unstable
 from studies.model_space.axes import SPEED
 from studies.model_space.outputs import ROOTS, Output
 from studies.reporting.markdown_text import render_file
@@ -31,8 +31,8 @@ WIDE = 0.3  # of the axes: a band whose half width is more along half of a bound
 CELLS = 300  # of a band, along each axis
 
 
-def named(plane: Plane, boundary: Boundary) -> tuple[str, ...]:
-    """Names of the crossing root at each point: two joined by a plus if it is in doubt, empty if it is unknown."""
+def name_crossing_root(plane: Plane, boundary: Boundary) -> tuple[str, ...]:
+    """Name the crossing root at each point: two joined by a plus if it is in doubt, empty if it is unknown."""
     space, x, count = plane.space, plane.x(boundary.shares), len(boundary)
     values, rules = space.values(x), Rules.of(space.linear)
     gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
@@ -184,8 +184,8 @@ class StabilityChart:
     def regions(self, first: Array, second: Array) -> NDArray[np.intp]:
         """Number of unstable roots (k, l) as the boundaries tell it, at rising shares (k,) and (l,) of the axes."""
         grid = self.check.grid
-        start = int(self.check.told[0, 0] - counted(self.curves, grid, grid, 0)[0, 0])
-        return counted(self.curves, first, second, start)
+        start = int(self.check.told[0, 0] - count_unstable(self.curves, grid, grid, 0)[0, 0])
+        return count_unstable(self.curves, first, second, start)
 
     @property
     def curves(self) -> tuple[Boundary, ...]:
@@ -201,7 +201,7 @@ class StabilityChart:
             found = zip(self.plane.spans, self.plane.x(np.reshape(shares, (1, 2)))[0], strict=True)
             return [(span.axis.key, value, span.axis.unit) for span, value in found]
 
-        return _rendered("doubts", self, missing=missing, place=place)
+        return _render("doubts", self, missing=missing, place=place)
 
 
 def stability_chart(
@@ -209,12 +209,12 @@ def stability_chart(
 ) -> StabilityChart:
     """Every boundary of a plane, named, with the uncertainty that the model states, and checked."""
     uncertain = Uncertain.of(plane, sd, assume=assume)
-    curves, check = completed(plane, all_boundaries(plane, step=step), step=step)
+    curves, check = complete_boundaries(plane, all_boundaries(plane, step=step), step=step)
     boundaries = []
     for curve in curves:
         beside = plane.unstable(np.clip(curve.shares - ASIDE * curve.normals, 0.0, 1.0))
         growth = spread(plane, curve, uncertain) if uncertain else np.full(len(curve), np.nan)
-        boundaries.append(NamedBoundary(curve, named(plane, curve), beside, growth))
+        boundaries.append(NamedBoundary(curve, name_crossing_root(plane, curve), beside, growth))
     return StabilityChart(plane, tuple(boundaries), check, uncertain, tuple(marks(plane)))
 
 
@@ -232,7 +232,7 @@ def contour_values(plane: Plane, output: Output, count: int = 41) -> tuple[Array
 
 
 def title(chart: StabilityChart) -> str:
-    """The bicycle, its effects and what runs, in a line."""
+    """Write a title: the bicycle, its effects and the speed, unless it is an axis."""
     plane = chart.plane
     effects = [e.identifier.replace("_", " ") for e in plane.space.model.effects if e.identifier != "no_slip"]
     added = f" with {', '.join(effects)}" if effects else ""
@@ -241,7 +241,7 @@ def title(chart: StabilityChart) -> str:
 
 
 def headers(chart: StabilityChart) -> list[str]:
-    """Headers of :func:`rows`."""
+    """Make the headers of :func:`rows`."""
     names = [f"{span.axis.key} {span.axis.unit}".removesuffix(" 1") for span in chart.plane.spans]
     sd = [f"sd {name}, median along it" for name in names] if chart.uncertain else []
     return ["boundary", "mode", *names, "frequency Hz", *sd, "of a bicycle that is", "remark"]
@@ -283,13 +283,13 @@ def _deviations(chart: StabilityChart, one: NamedBoundary) -> list[str]:
 
 
 def checked(chart: StabilityChart) -> list[str]:
-    """Lines on the check of the chart, and on its band."""
+    """Write lines on the check of the chart, and on its band."""
     rest = speed_of_rest(chart.plane.space)
     from_rest = any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans)
-    return _rendered("checked", chart, rest=rest, from_rest=from_rest)
+    return _render("checked", chart, rest=rest, from_rest=from_rest)
 
 
-def _rendered(name: str, chart: StabilityChart, **more: Any) -> list[str]:
+def _render(name: str, chart: StabilityChart, **more: Any) -> list[str]:
     content = {"chart": chart, "check": chart.check, **more}
     return render_file("studies.chart", f"{name}.txt.j2", content, escaped=False).splitlines()
 

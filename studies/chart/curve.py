@@ -85,7 +85,7 @@ class AxisRoot(NamedTuple):
 
 
 def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoot:
-    """The root that is meant at each point."""
+    """Pick at each of m points the root nearest to ``expected`` (m,), 1/s; where ``real`` the one nearest to zero."""
     values, row = look.values, np.arange(len(look.values))
     target = np.where(real, 0.0, expected)
     away = np.abs(values - target[:, None])
@@ -115,7 +115,7 @@ class Sharp(NamedTuple):
     reached: NDArray[np.bool_]  # (m,), False: no such root on the axis near here
 
 
-def sharpened(
+def sharpen(
     plane: Plane,
     shares: Array,
     expected: Complex,
@@ -124,7 +124,10 @@ def sharpened(
     longest: float,
     held: NDArray[np.bool_] | None = None,
 ) -> Sharp:
-    """Newton from points to the nearest point at which the root that is expected lies on the axis."""
+    """Move points (m, 2) by Newton to where the root near ``expected`` (m,), 1/s, lies on the imaginary axis.
+
+    No step is longer than ``longest``; coordinates that are ``held`` (m, 2) stay; all in shares of the axes.
+    """
     u, root = shares.copy(), expected.astype(complex)
     free = np.ones_like(u) if held is None else (~held).astype(float)
     moving = np.arange(len(u))
@@ -177,7 +180,7 @@ class _Walker:
     slow: float  # 1/s, a pair slower than this is about to become real
 
     def walk(self, way: float) -> tuple[list[Array], list[complex], str]:
-        """Points and roots from the seed on, without it, and how the way ends."""
+        """Follow the boundary from the seed one ``way`` (1 or -1): points (2,), roots (1/s) and how it ends."""
         u, root, gradient = self.seed.shares, complex(self.seed.root), self.seed.gradient
         normal = self.seed.normal
         first = tangent = way * np.array([-normal[1], normal[0]])
@@ -193,7 +196,7 @@ class _Walker:
             h = min(h, falling)
             if h < SMALLEST:
                 return points, roots, LOST
-            reach, leaves = _within(u, tangent, h)
+            reach, leaves = _limit_step(u, tangent, h)
             if leaves and reach < SMALLEST:
                 return points, roots, EDGE
             ahead, expected = u + reach * tangent, root + complex(gradient @ (reach * tangent))
@@ -244,7 +247,7 @@ class _Walker:
         start = np.clip(u + min(float(share[k]), 1.0) * way, 0.0, 1.0)
         start[k] = 1.0 if way[k] > 0 else 0.0
         held = np.array([[k == 0, k == 1]])
-        found = sharpened(
+        found = sharpen(
             self.plane, start[None], np.array([root]), np.array([self.seed.real]), longest=self.step, held=held
         )
         near = np.hypot(*(found.shares[0] - start)) <= self.step
@@ -262,13 +265,13 @@ class _Walker:
 
 
 def _newton(at: AxisRoot) -> Array:
-    """The step (2,) to where the root of the first point lies on the axis."""
+    """Compute the step (2,), in shares, to where the root of the first point lies on the axis."""
     uphill = at.uphill[0]
     return np.asarray(-float(at.height[0]) * uphill / max(float(np.hypot(*uphill)), 1e-300) ** 2)
 
 
-def _within(u: Array, tangent: Array, h: float) -> tuple[float, bool]:
-    """Length that a step may go without leaving the chart, and whether that is short of ``h``."""
+def _limit_step(u: Array, tangent: Array, h: float) -> tuple[float, bool]:
+    """Limit a step of length ``h`` to the chart: its length, and True if that is shorter."""
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(tangent > 0, (1 - u) / tangent, np.where(tangent < 0, -u / tangent, np.inf))
     reach = max(float(room.min()), 0.0)
@@ -276,10 +279,10 @@ def _within(u: Array, tangent: Array, h: float) -> tuple[float, bool]:
 
 
 def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
-    """The whole boundary through a point of it."""
+    """Trace the whole boundary through a seed in steps of at most ``step``; a pair below ``slow`` (1/s) ends it."""
     for strides in STRIDES:
-        shares, roots, ends = _walked(_Walker(plane, seed, strides * step, slow), step)
-        sharp = _sharp(plane, shares, roots, seed, step)
+        shares, roots, ends = _walk_both_ways(_Walker(plane, seed, strides * step, slow), step)
+        sharp = _sharpen_on_edges(plane, shares, roots, seed, step)
         good = sharp.reached & (np.hypot(*(sharp.shares - shares).T) <= 0.5 * step)
         if good.all() and LOST not in ends:
             break
@@ -287,30 +290,30 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
     if seed.real:
         turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
         if len(turns) > good.sum():
-            sharp = _sharp(plane, turns, np.zeros(len(turns), complex), seed, step)
+            sharp = _sharpen_on_edges(plane, turns, np.zeros(len(turns), complex), seed, step)
             good = sharp.reached
     at = sharp.at
     return Boundary(sharp.shares[good], at.root[good], at.gradient[good], at.size[good], seed.real, ends)
 
 
-def _walked(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, str]]:
-    """Points and roots of the way to both sides, in steps of at most ``step``, and how it ends."""
+def _walk_both_ways(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, str]]:
+    """Walk both ways from a seed: points (m, 2) at most ``step`` apart, roots (m,), and the two ends."""
     seed = walker.seed
     ahead, roots_ahead, end = walker.walk(1.0)
     behind, roots_behind, begin = walker.walk(-1.0) if end != CLOSED else ([], [], end)
     shares = np.array([*behind[::-1], seed.shares, *ahead])
     roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
-    return *_filled(shares, roots, step, closed=end == CLOSED), (begin, end)
+    return *_fill_between(shares, roots, step, closed=end == CLOSED), (begin, end)
 
 
-def _sharp(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:
+def _sharpen_on_edges(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:
     held = (shares <= 0) | (shares >= 1)
     held[held.all(1)] = False
-    return sharpened(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
+    return sharpen(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
 
 
-def _filled(shares: Array, roots: Complex, step: float, *, closed: bool) -> tuple[Array, Complex]:
-    """Points and roots with others between, in even steps along the chords."""
+def _fill_between(shares: Array, roots: Complex, step: float, *, closed: bool) -> tuple[Array, Complex]:
+    """Add points and roots between those given, evenly along the chords and at most ``step`` apart."""
     if closed:
         shares, roots = np.vstack([shares, shares[:1]]), np.r_[roots, roots[:1]]
     length = np.hypot(*np.diff(shares, axis=0).T)
@@ -323,14 +326,14 @@ def _filled(shares: Array, roots: Complex, step: float, *, closed: bool) -> tupl
 
 
 def _turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
-    """Points with two more, close to each other, wherever a second root becomes zero and the unstable side changes."""
+    """Add two points, close to each other, wherever a second root becomes zero and the unstable side changes."""
     points: list[Array] = [shares[0]]
     for k in range(len(shares) - 1):
         a, b, before = shares[k], shares[k + 1], uphill[k]
         if before @ uphill[k + 1] < 0:
             # of the range: how sharply it is told where the unstable side of a real root changes
             while np.hypot(*(b - a)) > 1e-5:
-                middle = _sharp(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
+                middle = _sharpen_on_edges(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
                 point = middle.shares[0]
                 if not min(np.hypot(*(point - a)), np.hypot(*(point - b))) < np.hypot(*(b - a)):
                     break

@@ -129,7 +129,7 @@ class Plane:
         return np.stack([span.slope(shares[:, i]) for i, span in enumerate(self.spans)], -1)
 
     def look(self, shares: Array) -> Look:
-        """Roots and their derivatives at points."""
+        """Compute roots and their derivatives at points given as shares (m, 2), 0 to 1."""
         matrices, slopes = self.space.matrices_and_slopes(self.x(shares), self.speed)
         slopes = slopes * self.scale(shares)[..., None, None]
         values, right, left = eigensystem(matrices)
@@ -137,7 +137,7 @@ class Plane:
         return Look(values, gradients, matrices, slopes)
 
     def unstable(self, shares: Array) -> NDArray[np.intp]:
-        """Number of unstable roots (m,) at points."""
+        """Count the unstable roots (m,) at points given as shares (m, 2), 0 to 1."""
         roots = eigenvalues(self.space.matrices(self.x(shares), self.speed))
         return np.asarray((roots.real > NOISE * np.abs(roots).max(1, keepdims=True)).sum(1))
 

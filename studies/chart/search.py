@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from studies.chart.curve import SLOW, SMALLEST, Boundary, Seed, sharpened, trace
+from studies.chart.curve import SLOW, SMALLEST, Boundary, Seed, sharpen, trace
 from studies.chart.plane import NOISE, Plane, lattice
 from tyre.ground.arrays import Array
 
@@ -29,7 +29,7 @@ def from_points(plane: Plane, points: Array, reach: float) -> list[Seed]:
     order = np.argsort(away[k, i], kind="stable")
     k, i = k[order], i[order]
     real = look.values[k, i].imag == 0
-    found = sharpened(plane, points[k], look.values[k, i], real, longest=reach)
+    found = sharpen(plane, points[k], look.values[k, i], real, longest=reach)
     kept: list[Seed] = []
     seen: set[tuple[object, ...]] = set()
     for m in np.flatnonzero(found.reached):
@@ -63,8 +63,8 @@ def with_seeds(plane: Plane, known: Sequence[Boundary], found: Iterable[Seed], *
     return boundaries
 
 
-def counted(boundaries: Sequence[Boundary], first: Array, second: Array, start: int) -> NDArray[np.intp]:
-    """Number of unstable roots (k, l) on a grid as the boundaries tell it."""
+def count_unstable(boundaries: Sequence[Boundary], first: Array, second: Array, start: int) -> NDArray[np.intp]:
+    """Count unstable roots (k, l) on a grid: ``start`` at its first point, and what crosses at each boundary."""
     along = np.zeros((len(first) + 1, len(second)), np.intp)
     side = np.zeros(len(second) + 1, np.intp)
     for boundary in boundaries:
@@ -121,10 +121,10 @@ class Check:
         return np.linspace(0, 1, len(self.unstable))
 
 
-def completed(
+def complete_boundaries(
     plane: Plane, boundaries: Sequence[Boundary], *, step: float, fine: int = 101
 ) -> tuple[list[Boundary], Check]:
-    """The boundaries, with those that the count of unstable roots tells are missing, and the check of all."""
+    """Add the boundaries that the count of unstable roots on a ``fine`` grid shows to be missing, and check all."""
     found, grid = list(boundaries), np.linspace(0, 1, fine)
     points = lattice(grid, grid)
     unstable = plane.unstable(points).reshape(fine, fine)
@@ -133,7 +133,7 @@ def completed(
         if found:
             away = scipy.spatial.KDTree(np.concatenate([boundary.shares for boundary in found])).query(points)[0]
         apart = (away > 1.5 / (fine - 1)).reshape(fine, fine)
-        told = counted(found, grid, grid, 0)
+        told = count_unstable(found, grid, grid, 0)
         values, often = np.unique((unstable - told)[apart if apart.any() else ...], return_counts=True)
         told = told + values[often.argmax()]
         missing = apart & (told != unstable)

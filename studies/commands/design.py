@@ -92,7 +92,7 @@ def command(
         samples=samples,
         seed=seed,
     )
-    design = designs.designed(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
+    design = designs.find_design(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:
         asked = " ".join(f"--keep {mode} {what}" for mode, what in keep) + f" --from {low:g} --up-to {up_to:g}"
         write_text(out, designs.model_text(design, out.parent, shlex.join(asked.split())))

@@ -3,9 +3,9 @@
 from tyre.ground.door import room
 
 FILES = {
-    "design": ("Certainty", "Design", "Wanted", "designed", "with_effects"),
-    "problem": ("BY_SD", "RELATIVE", "Demand", "Problem", "base_of", "cost_of", "demands", "expanded", "grid",
-                "limits_of", "solved"),
+    "design": ("Certainty", "Design", "Wanted", "find_design", "with_effects"),
+    "problem": ("BY_SD", "RELATIVE", "Demand", "Problem", "base_of", "cost_of", "demands", "expand_all_modes", "grid",
+                "limits_of", "search_cheapest"),
     "report": ("HEADERS", "lines", "model_text", "record", "remarks", "rows"),
 }  # fmt: skip
 __getattr__, __dir__ = room(__name__, FILES)

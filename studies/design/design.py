@@ -14,7 +14,7 @@ from bicycle.parameters.parameter_covariance import ParameterKey
 from bicycle.stability.named_modes import modes
 from bicycle.stability.naming import Rules
 from studies.design import problem as posed
-from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, solved
+from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, search_cheapest
 from studies.model_space.changed_model import ModelSpace, changed_content
 from studies.model_space.lasting_motions import motion_at
 from studies.model_space.outputs import HIGHEST
@@ -91,7 +91,7 @@ def certainty(
 
 
 def _top(speeds: Array, excess: Array) -> Array:
-    """Largest value (m,) along speed of values (m, k), between speeds too: of the parabola through three of them."""
+    """Find the largest value (m,) along speed of values (m, k), between speeds by a parabola through three."""
     row, at = np.arange(len(excess)), np.clip(excess.argmax(1), 1, len(speeds) - 2)
     (a, fa), (b, fb), (c, fc) = ((speeds[at + k], excess[row, at + k]) for k in (-1, 0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -178,19 +178,19 @@ def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[
     return (dict(content) | {"effects": tables} if added else dict(content)), tuple(added)
 
 
-def designed(
+def find_design(
     content: Mapping[str, Any],
     keys: Sequence[str],
     asked: Sequence[Demand],
     speeds: tuple[float, float],
     wanted: Wanted,
 ) -> Design:
-    """The smallest change of some numbers of a model that keeps every demand over a range of speed."""
+    """Find the smallest change of the numbers ``keys`` that keeps every demand between two ``speeds`` (m/s)."""
     space = ModelSpace(content, keys)
     space.refuse_switches()
     start, looked = posed.base_of(space), posed.grid(*speeds)
     space.linear.check_speeds(looked)
-    demands = posed.expanded(asked, space.linear, looked)
+    demands = posed.expand_all_modes(asked, space.linear, looked)
     limits = posed.limits_of(space, wanted.limits)
     cost = posed.cost_of(space, wanted.costs, wanted.sd, assume=wanted.assume)
     space.refuse_impossible([start])
@@ -205,14 +205,14 @@ def designed(
         kept = f"--keep {limited[0].mode} {limited[0].amplitude:g}deg"
         raise InputError(f"{kept}: give one amplitude, without --probability")
     margins: dict[Demand, float] = {}
-    after, agreed = _best(problem, margins, wanted.seed)
+    after, agreed = _repeat_search(problem, margins, wanted.seed)
     amplitude = None
     if limited:
         problem, after, amplitude = _below_amplitude(problem, after, wanted)
     if wanted.probability is not None and after.kept:
-        after, margins = _sure(problem, after, wanted, wanted.probability)
+        after, margins = _search_with_margins(problem, after, wanted, wanted.probability)
     sure = None if uncertain is None else _certainty(problem, after, wanted, wanted.seed + 1)
-    unstable = (_unstable(problem, start), _unstable(problem, after.x))
+    unstable = (_unstable_ranges(problem, start), _unstable_ranges(problem, after.x))
     return Design(problem, before, after, agreed, unstable, sure, margins, wanted.probability, amplitude)
 
 
@@ -240,7 +240,7 @@ def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[
     for _ in range(8):  # rounds
         now = replace(demand, growth=growth + CLEARLY)
         tried = replace(problem, demands=tuple(now if one == demand else one for one in problem.demands))
-        answer = solved(tried, {}, problem.start)
+        answer = search_cheapest(tried, {}, problem.start)
         last = amplitude(answer.x) if answer.cost else first
         if answer.kept and last <= demand.amplitude:
             best, reached, low = (tried, answer), last, growth
@@ -253,8 +253,8 @@ def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[
     return *best, reached
 
 
-def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple[Answer, tuple[int, int]]:
-    """The cheapest of several searches, and how many of those that kept every demand came to the same."""
+def _repeat_search(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple[Answer, tuple[int, int]]:
+    """Search from four beginnings: the cheapest answer, how many came to its cost, and how many came to an answer."""
     rng = np.random.default_rng(seed)
     low, high = problem.limits.low, problem.limits.high
     found, refusal = list[Answer](), ""
@@ -262,7 +262,7 @@ def _best(problem: Problem, margins: Mapping[Demand, float], seed: int) -> tuple
         begin = low + (high - low) * rng.uniform(size=len(low)) if number else problem.start
         try:
             problem.space.refuse_impossible([begin])
-            answer = solved(problem, margins, begin)
+            answer = search_cheapest(problem, margins, begin)
             problem.space.refuse_impossible([answer.x])
         except (InputError, np.linalg.LinAlgError) as error:
             refusal = refusal or str(error)
@@ -296,8 +296,10 @@ def _certainty(
     return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed, matched=matched)
 
 
-def _sure(problem: Problem, after: Answer, wanted: Wanted, probability: float) -> tuple[Answer, dict[Demand, float]]:
-    """The design that keeps its demands with a probability, and the margins that make it so."""
+def _search_with_margins(
+    problem: Problem, after: Answer, wanted: Wanted, probability: float
+) -> tuple[Answer, dict[Demand, float]]:
+    """Search with margins (1/s) so large that the demands are kept with a ``probability``; answer and margins."""
     margins: dict[Demand, float] = {}
     best: tuple[Answer, dict[Demand, float]] | None = None
     for _ in range(8):
@@ -311,15 +313,15 @@ def _sure(problem: Problem, after: Answer, wanted: Wanted, probability: float) -
         if margins and all(abs(now[d] - margins[d]) <= 0.01 * abs(now[d]) + CLEARLY for d in now) and best:
             break
         margins = {d: max(value, 0.0) for d, value in now.items()}
-        after = solved(problem, margins, after.x)
+        after = search_cheapest(problem, margins, after.x)
         if not after.kept:
-            after = min([after, _best(problem, margins, wanted.seed)[0]], key=lambda one: one.missed)
+            after = min([after, _repeat_search(problem, margins, wanted.seed)[0]], key=lambda one: one.missed)
         if not after.kept:
             return after, margins
     return best or (replace(after, missed=max(after.missed, 1.0)), margins)
 
 
-def _unstable(problem: Problem, x: Array) -> Unstable:
+def _unstable_ranges(problem: Problem, x: Array) -> Unstable:
     found: Unstable = {}
     for name, values in modes(problem.space.linear_at(x), problem.speeds).branches.items():
         real = np.where(np.isnan(values), -np.inf, values.real).max(1)

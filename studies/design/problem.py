@@ -84,8 +84,8 @@ def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tupl
     return tuple(found.values())
 
 
-def expanded(asked: Sequence[Demand], linear: LinearModel, speeds: Array) -> tuple[Demand, ...]:
-    """Demands with ``all`` in place of every mode that a model has at speeds (m,), m/s; an unknown mode is refused."""
+def expand_all_modes(asked: Sequence[Demand], linear: LinearModel, speeds: Array) -> tuple[Demand, ...]:
+    """Replace a demand on ``all`` by one on every mode of a model at speeds (m,), m/s; an unknown mode is refused."""
     names = [name for name in modes(linear, speeds).names if "+" not in name]
     every = next((one for one in asked if one.mode == EVERY), None)
     found = {one.mode: one for one in asked if one.mode != EVERY}
@@ -133,12 +133,12 @@ def peaks(linear: LinearModel, asked: Sequence[Demand], speeds: Array) -> list[P
         for k in np.flatnonzero((excess >= left) & (excess >= right) & there).tolist():
             near = slice(max(k - 1, 0), min(k + 1, len(speeds) - 1) + 1)
             peak = Peak(demand, float(speeds[k]), complex(roots[k]), float(excess[k]))
-            found.append(_sharpened(linear, peak, speeds[near], roots[near]))
+            found.append(_sharpen_peak(linear, peak, speeds[near], roots[near]))
     return found
 
 
-def _sharpened(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -> Peak:
-    """The maximum between the neighbours of a node, of the root that leads from one to the other."""
+def _sharpen_peak(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -> Peak:
+    """Refine a peak of a grid: the maximum between its neighbours, of the root that leads from one to the other."""
     if np.isnan(roots).any():
         return peak
 
@@ -277,7 +277,7 @@ class Followed:
         """Roots (k,) nearest to what is expected, their derivatives (k, d), and which of them are clear."""
         matrices, slopes = self.space.matrices_and_slopes(x, self.speeds)
         values, right, left = eigensystem(matrices)
-        own, clear = _nearest(values, expected)
+        own, clear = _match_roots(values, expected)
         row = np.arange(len(values))
         change = np.stack([project(left, slopes[:, i], right)[row, own] for i in range(len(x))], -1)
         return values[row, own], change, clear
@@ -297,7 +297,7 @@ class Followed:
     def excess(self, x: Array) -> Array:
         """Excess (k,) by which each demand is missed, 1/s, at numbers ``x`` (d,) in their units."""
         values = np.linalg.eigvals(self.space.matrices(x, self.speeds)).astype(complex)
-        own, clear = _nearest(values, self.roots + self.slopes @ (x - self.x))
+        own, clear = _match_roots(values, self.roots + self.slopes @ (x - self.x))
         roots = values[np.arange(len(values)), own]
         if not clear.all():  # of rivals; else no derivatives are needed
             self.to(x)
@@ -311,8 +311,8 @@ class Followed:
         return np.array([d.slope(np.array([root]), change[None])[0] for d, root, change in rows])
 
 
-def _nearest(values: Complex, expected: Complex) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Nearest of the roots (k, n) to what is expected (k,), and True if it is clear of rivals."""
+def _match_roots(values: Complex, expected: Complex) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Match roots (k, n) to expected ones (k,), 1/s: the column of the nearest, and True if no other is as near."""
     away, row = np.abs(values - expected[:, None]), np.arange(len(values))
     own = away.argmin(1)
     apart = np.abs(values - values[row, own][:, None])
@@ -358,8 +358,8 @@ class Answer:
         return not self.kept, self.cost if self.kept else self.missed
 
 
-def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> Answer:
-    """The cheapest change from one beginning; the best reachable margin where no change keeps every demand."""
+def search_cheapest(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> Answer:
+    """Search the cheapest change from one beginning (d,); where none keeps every demand, the one that misses least."""
     x, working = begin.copy(), list[tuple[Demand, float]]()
     best: Answer | None = None
     region, last = 1.0, np.inf
@@ -372,7 +372,7 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
             break
         if number > ROUNDS // 2:
             region /= 2
-        near = _joined(problem, working, answer.peaks, margins, x)
+        near = _gather_peaks(problem, working, answer.peaks, margins, x)
         if not near:
             break
         working = [(peak.demand, peak.speed) for peak in near]
@@ -384,14 +384,14 @@ def solved(problem: Problem, margins: Mapping[Demand, float], begin: Array) -> A
     return best
 
 
-def _joined(
+def _gather_peaks(
     problem: Problem,
     working: Sequence[tuple[Demand, float]],
     found: Sequence[Peak],
     margins: Mapping[Demand, float],
     x: Array,
 ) -> list[Peak]:
-    """The peaks that matter, and the speeds of earlier rounds with their roots at these numbers."""
+    """Gather the peaks near their demands, and the speeds of earlier rounds with their roots at the numbers ``x``."""
     most = {p.demand: p.excess for p in sorted(found, key=lambda p: p.excess)}
     # 1/s: peaks that keep their demand by more than this are left out
     near = [p for p in found if p.excess + margins.get(p.demand, 0.0) > -3.0 or p.excess == most[p.demand]]
@@ -404,7 +404,7 @@ def _joined(
 
 
 def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float], x: Array, region: float) -> Array:
-    """The cheapest numbers that keep the demands at these speeds, within the region about x."""
+    """Compute the cheapest numbers (d,) that keep the demands at the peaks' speeds, within a ``region`` about ``x``."""
     scale, start = problem.cost.scale, problem.start
     margin = np.array([margins.get(peak.demand, 0.0) + CLEARLY for peak in near])
     # of the limits: the longest move of a number in a round
@@ -420,7 +420,7 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
 
     ends = ((low - start) / scale, (high - start) / scale)
     y0, constraint = np.clip((x - start) / scale, *ends), {"type": "ineq", "fun": kept, "jac": slopes}
-    y = _solved(lambda y: 0.5 * float(y @ y), y0, lambda y: y, ends, constraint, {"maxiter": 40, "ftol": 1e-14})
+    y = _minimise(lambda y: 0.5 * float(y @ y), y0, lambda y: y, ends, constraint, {"maxiter": 40, "ftol": 1e-14})
     if np.isfinite(y).all() and kept(y).min() > -1e-3:
         for _ in range(4):  # where a tyre's table has a kink, the solver ends a little beside the demand
             short = -kept(y)
@@ -438,11 +438,11 @@ def _step(problem: Problem, near: Sequence[Peak], margins: Mapping[Demand, float
     }
     wide = (np.r_[ends[0], -np.inf], np.r_[ends[1], np.inf])
     z0 = np.r_[(x - start) / scale, t0]
-    y = _solved(lambda z: float(z[-1]), z0, lambda z: down, wide, constraint, {"maxiter": 30, "ftol": 1e-10})[:-1]
+    y = _minimise(lambda z: float(z[-1]), z0, lambda z: down, wide, constraint, {"maxiter": 30, "ftol": 1e-10})[:-1]
     return np.asarray(start + scale * y) if (np.isfinite(y).all() and -kept(y).min() < t0 + 1e-6) else x
 
 
-def _solved(cost: Any, start: Array, slope: Any, ends: tuple[Array, Array], constraint: Any, options: Any) -> Array:
+def _minimise(cost: Any, start: Array, slope: Any, ends: tuple[Array, Array], constraint: Any, options: Any) -> Array:
     """Minimise by SLSQP within the ends; scipy before 1.12 warns of steps that leave them by rounding."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)

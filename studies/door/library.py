@@ -502,7 +502,7 @@ def design(
         ``after.kept``, the numbers ``after.x``, and ``content`` of the changed model file, for ``build_model``.
     """
     from bicycle.parameters.bicycle import canonical
-    from studies.design import Wanted, demands, designed, with_effects
+    from studies.design import Wanted, demands, find_design, with_effects
 
     keys = [canonical(key) for key in vary]
     content, _ = with_effects(content_of(model), keys)
@@ -514,7 +514,7 @@ def design(
         samples=samples,
         seed=seed,
     )
-    return designed(content, keys, demands([(mode, str(what)) for mode, what in keep.items()]), speeds, wanted)
+    return find_design(content, keys, demands([(mode, str(what)) for mode, what in keep.items()]), speeds, wanted)
 
 
 def simulate(

@@ -9,8 +9,9 @@ PLACES = {
     ),
     "cases": ("CONTACT", "Cases", "TyreCase", "given_case", "tyre_cases"),
     "result": (
-        "Band", "LeastDamped", "Result", "Span", "UncertainCriticalSpeed", "beside", "draws", "follow", "least_damped",
-        "model", "nearest", "solve", "uncertainty", "unstable_bands", "wobble_edges", "wobble_span",
+        "Band", "LeastDamped", "Result", "Span", "UncertainCriticalSpeed", "effect_tables", "draws", "follow",
+        "least_damped_wobble", "model", "nearest_root", "solve", "uncertainty", "unstable_bands",
+        "wobble_edges", "wobble_span",
     ),
     "compare": (
         "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Plausible", "contact_models",

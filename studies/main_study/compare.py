@@ -102,7 +102,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
-    """Critical speeds (m/s) by what tells them apart; an edge of unstable wobble counts as wobble's."""
+    """Name critical speeds (m/s) by mode, direction and occurrence; an edge of unstable wobble counts as wobble's."""
     every = identified(crossing.named(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
     return {which: float(crossing.speed) for which, crossing in every.items()}
 
@@ -116,7 +116,7 @@ def _follow_roots(
         return []
     for share in np.linspace(0, 1, 17)[1:]:
         linear = world.model(settings, setup, start + share * (end - start)).linear_model()
-        roots = [world.nearest(linear, settings.report_speed, root) for root in roots]
+        roots = [world.nearest_root(linear, settings.report_speed, root) for root in roots]
     return roots
 
 
@@ -149,7 +149,7 @@ def wobble(settings: Settings, setup: Setup, contact: Array, what: str = "") -> 
     """Compute the wobble of one model; ``contact`` (4,) holds its tyre numbers."""
     linear = world.model(settings, setup, contact).linear_model()
     span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
-    return End(what, span, world.least_damped(modes(linear, settings.speeds)))
+    return End(what, span, world.least_damped_wobble(modes(linear, settings.speeds)))
 
 
 def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
@@ -317,7 +317,7 @@ class Sources:
 
 
 def sources(settings: Settings, case: TyreCase) -> Sources:
-    """Find out where the uncertainty of a case comes from."""
+    """Compute the share of each source in the variance of the critical speeds of a case."""
     uncertain = world.uncertainty(settings, case, settings.reference)
     crossings = uncertain.crossings(settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
@@ -421,12 +421,12 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
 
 
 def growth_speeds(settings: Settings) -> Array:
-    """Speeds (m/s) at which the growth of the plausible bicycles is drawn."""
+    """Choose the speeds (30,), m/s, at which the growth of the plausible bicycles is drawn."""
     return np.linspace(1.0, settings.fastest, 30)
 
 
 def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
-    """Largest real part (1/s) of the oscillations of wobble's frequencies at ``speeds`` (n,); NaN without one."""
+    """Find the largest real part (1/s) of oscillations of wobble's frequencies at ``speeds`` (n,); NaN without one."""
     values = linear.eigenvalues(speeds)
     hertz = frequency_hz(values)
     found = np.where((hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz), values.real, -np.inf).max(axis=1)
@@ -434,7 +434,7 @@ def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
 
 
 def front_draws(settings: Settings) -> Mapping[str, Array]:
-    """Numbers (fronts,) of each quantity that is drawn, the same for every case."""
+    """Draw numbers (fronts,), in the units of the ranges, of each quantity; the same for every case."""
     from scipy.stats import qmc
 
     ranges = vars(settings.ranges)
@@ -450,7 +450,7 @@ def front_draws(settings: Settings) -> Mapping[str, Array]:
 def front_values(
     settings: Settings, setup: Setup, drawn: Mapping[str, Array], k: int, values: Mapping[str, float]
 ) -> dict[str, float]:
-    """Parameters of the effects beside the tyre's law for draw number ``k`` of ``drawn``, on a bicycle of ``values``.
+    """Compute parameters (SI) of effects but the contact law, for draw ``k`` of ``drawn`` on a bicycle of ``values``.
 
     What the file of the tyre or the model holds of trail and twisting torque stays.
     """
@@ -476,7 +476,9 @@ def front_values(
             "front_compliance.damping": front.damping,
             "front_compliance.joint_z": -front.joint_height,
             "front_compliance.joint_x": float(front.hinge_x(values)),
-            f"{FRICTION}.damping": float(world.beside(settings, replace(setup, front=front))[FRICTION]["damping"]),
+            f"{FRICTION}.damping": float(
+                world.effect_tables(settings, replace(setup, front=front))[FRICTION]["damping"]
+            ),
         }
     if setup.arms:
         found |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}

@@ -61,7 +61,7 @@ def compared(study: Study) -> tuple[Comparison, ...]:
 
 
 def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
-    """Numbers of the study in one world by the quantities of the published ranges."""
+    """List the numbers of the study in one world, by the quantities of the published ranges and in their units."""
     results, cases, loads = study.of(setup), study.cases, study.settings.bicycle.static_loads
     spans = [span for one in results if (span := one.span(study.settings.fastest))]
     own = [] if "camber_thrust" in study.settings.further else [case.on(setup).camber_share for case in cases]

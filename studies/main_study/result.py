@@ -42,18 +42,18 @@ def model(settings: Settings, setup: Setup, contact: Sequence[float] | Array) ->
         "cornering_stiffness": {"rear": rear_stiffness, "front": front_stiffness},
         "relaxation_length": {"rear": rear_length, "front": front_length},
     }
-    effects = {**beside(settings, setup), LAW: law}
+    effects = {**effect_tables(settings, setup), LAW: law}
     return Model(settings.bicycle, tuple(effect_class(name)(**table) for name, table in effects.items()))
 
 
-def beside(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
-    """Tables of the effects beside the tyre; what the user gave comes before what is assumed."""
+def effect_tables(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]:
+    """Make the tables of all effects but the contact law (SI); what the user gave comes before what is assumed."""
     p, front, arms = settings.bicycle.values, setup.front, setup.arms
     camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
     tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
     trailing = np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings)
-    tables |= {TRAIL: {"trail": _both(setup.trail)}} if trailing else {}
-    tables |= {TWIST: {"twisting_stiffness": _both(setup.twisting)}} if np.any(setup.twisting) else {}
+    tables |= {TRAIL: {"trail": _by_wheel(setup.trail)}} if trailing else {}
+    tables |= {TWIST: {"twisting_stiffness": _by_wheel(setup.twisting)}} if np.any(setup.twisting) else {}
     tables |= {name: dict(table) for name, table in settings.further.items()}
     held = {name: getattr(arms, name) for name in ("inertia", "stiffness", "damping") if arms}
     tables |= {"rider_arms": held} if arms else {}
@@ -77,12 +77,12 @@ def has_moment(settings: Settings) -> bool:
     return any(effect_class(name).slot == effect_class(TRAIL).slot for name in settings.further)
 
 
-def _both(value: PerWheel) -> dict[str, float]:
+def _by_wheel(value: PerWheel) -> dict[str, float]:
     return dict(zip(WHEELS, np.broadcast_to(value, 2).tolist(), strict=True))
 
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters that hang on the bicycle ``p``: assumed camber thrust on the loads, an assumed hinge."""
+    """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place of the hinge."""
     assumed = setup.front if setup.front and setup.front.joint_x is None else None
     found = {} if "camber_thrust" in settings.further else dict(zip(CAMBER, _camber_stiffness(setup, p), strict=True))
     return found | ({"front_compliance.joint_x": assumed.hinge_x(p)} if assumed else {})
@@ -95,14 +95,14 @@ def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
-    """Model of a case with all that is uncertain about tyre and bicycle."""
+    """Make the model of a case with the covariance of all that is uncertain about tyre and bicycle."""
     setup = case.on(setup)
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
     exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
     content = {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
-        "effects": {LAW: dict(case.table), **beside(settings, setup)},
+        "effects": {LAW: dict(case.table), **effect_tables(settings, setup)},
     }
     return Uncertainty(
         content,
@@ -149,7 +149,7 @@ class Span:
 
 
 def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
-    """Critical speeds at which wobble begins or ends, rising."""
+    """Select the critical speeds at which wobble begins or ends, rising."""
     return sorted((edge for edge in edges if is_wobble(edge)), key=lambda edge: edge.speed)
 
 
@@ -161,7 +161,7 @@ def is_wobble(edge: CriticalSpeed) -> bool:
 
 
 def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Span | None:
-    """Unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None if there is none."""
+    """Find unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None if there is none."""
     mine = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
     if not mine:
         for speed in (1e-3 * limit, limit):  # not at rest, where a bicycle without damping is neutral
@@ -262,11 +262,11 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
         UncertainCriticalSpeed(**vars(crossing), sd=sd, tyre_sd=tyre_sd)
         for crossing, sd, tyre_sd in zip(critical, *moved, strict=True)
     ]
-    return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped(found))
+    return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped_wobble(found))
 
 
-def least_damped(found: Modes) -> LeastDamped | None:
-    """Least damped wobble at the speeds that are ridden; None if there is none."""
+def least_damped_wobble(found: Modes) -> LeastDamped | None:
+    """Find the least damped wobble at the speeds of ``found`` that are ridden; None if it oscillates at none."""
     ridden = (found.speeds >= LIMITS.ridden[0]) & (found.speeds <= LIMITS.ridden[1])
     every = [
         LeastDamped(complex(root), float(speed))
@@ -279,12 +279,12 @@ def least_damped(found: Modes) -> LeastDamped | None:
 
 
 def oscillations(found: Modes) -> dict[str, complex]:
-    """Eigenvalues (1/s, upper half) of the compared modes that oscillate at the last speed, the report speed."""
+    """Select eigenvalues (1/s, upper half) of compared modes that oscillate at the last speed, the report speed."""
     values = {name: complex(found.branches[name][-1, 0]) for name in COMPARED if name in found.branches}
     return {name: value for name, value in values.items() if value.imag > 0}
 
 
-def nearest(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
-    """Eigenvalue (1/s) of a model at a ``speed`` (m/s) that is nearest to ``eigenvalue`` (1/s)."""
+def nearest_root(linear: LinearModel, speed: float, eigenvalue: complex) -> complex:
+    """Find the eigenvalue (1/s) of a model at a ``speed`` (m/s) that is nearest to ``eigenvalue`` (1/s)."""
     values = linear.eigenvalues(speed)
     return complex(values[int(np.argmin(np.abs(values - eigenvalue)))])

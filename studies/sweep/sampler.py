@@ -56,7 +56,7 @@ class TyreTable:
         linear: bool = False,
         share: float = 1.0,
     ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:
-        """Properties of the tyres of both wheels by name, (m,) each, and where an item's tyre is extrapolated."""
+        """Evaluate the tyres of both wheels: properties (m,) by name, SI, and where an item's tyre is extrapolated."""
         count = len(wheels[0]["load_N"])
         found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *properties.MEASURED_BESIDE)} for _ in wheels]
         outside = np.zeros(count, bool)
@@ -173,7 +173,7 @@ def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd:
 
 
 def _alike(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
-    """Rows that are equal in every column (m,), together."""
+    """Group rows that are equal in every column (m,): the indices of each group."""
     code = np.zeros(len(columns[0]), np.intp)
     for column in columns:
         if any(column.strides):  # else one value, broadcast

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from toy_plane import Toy, blocks, oscillator, pair, single
 
-from studies.chart import CLOSED, DOUBLE_ZERO, EDGE, all_boundaries, completed
+from studies.chart import CLOSED, DOUBLE_ZERO, EDGE, all_boundaries, complete_boundaries
 
 STEP = 1 / 150
 
@@ -87,7 +87,7 @@ def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
         return a[k] @ terms
 
     toy = Toy(lambda u: blocks(pair(wave(u, 0), 4 + 0.2 * wave(u, 3)), pair(wave(u, 1), 9.0), single(wave(u, 2))))
-    found, check = completed(toy, all_boundaries(toy, step=STEP), step=STEP)
+    found, check = complete_boundaries(toy, all_boundaries(toy, step=STEP), step=STEP)
     assert check.apart.sum() > 5000
     assert not check.wrong.any()
     assert check.sides == 0
@@ -99,7 +99,7 @@ def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
 
 def test_a_missing_boundary_is_found_by_the_count_and_else_said():
     toy = circle(np.array([0.4, 0.6]), 0.2)
-    found, check = completed(toy, [], step=STEP)  # as if no seed had led there
+    found, check = complete_boundaries(toy, [], step=STEP)  # as if no seed had led there
     assert len(found) == 1
     assert found[0].closed
     assert not check.wrong.any()

@@ -13,7 +13,7 @@ from bicycle.motion import find_limit_cycles
 from bicycle.stability import critical_speeds
 from studies import design
 from studies.cli import main
-from studies.design import Demand, Wanted, demands, designed, grid, lines
+from studies.design import Demand, Wanted, demands, find_design, grid, lines
 from studies.model_space import ModelSpace
 from tyre.ground import InputError
 
@@ -56,7 +56,7 @@ def wobble_growth(content, numbers, speeds=SPEEDS):
 def test_the_optimum_of_three_numbers_is_confirmed_by_a_grid():
     """No cheaper point of a grid keeps it, and those a little dearer in its direction do."""
     keys = ["steer_damper.damping", "front_compliance.damping", "c"]
-    found = designed(PLAIN, keys, WOBBLE, RANGE, nothing())
+    found = find_design(PLAIN, keys, WOBBLE, RANGE, nothing())
     x, start, scale = found.after.x, found.problem.start, found.problem.cost.scale
     assert found.after.kept
     assert found.problem.cost.kind == design.RELATIVE
@@ -76,7 +76,7 @@ def test_the_optimum_of_three_numbers_is_confirmed_by_a_grid():
 
 
 def test_what_binds_is_the_worst_speed_and_the_file_keeps_the_demand():
-    found = designed(TYRED, ["steer_damper.damping", "pressure_bar.front", "c"], WOBBLE, RANGE, nothing())
+    found = find_design(TYRED, ["steer_damper.damping", "pressure_bar.front", "c"], WOBBLE, RANGE, nothing())
     (peak,) = found.binding
     assert peak.root.real == pytest.approx(0, abs=1e-4)
     model = build_model(found.content)
@@ -102,9 +102,9 @@ def test_a_search_that_ends_at_a_kink_of_a_tyre_s_table_keeps_the_demand():
     speeds = grid(*RANGE)
     problem = design.Problem(
         space, design.base_of(space), design.cost_of(space, {}, {}, assume=False), design.limits_of(space, {}),
-        design.expanded(WOBBLE, space.linear, speeds), speeds,
+        design.expand_all_modes(WOBBLE, space.linear, speeds), speeds,
     )  # fmt: skip
-    found = design.solved(problem, {}, np.array([1148.75, 24.585, 7.151]))
+    found = design.search_cheapest(problem, {}, np.array([1148.75, 24.585, 7.151]))
     assert found.kept
     assert found.x[2] == pytest.approx(5.5, abs=1e-4)
     assert not [c for c in critical_speeds(space.model_at(found.x), 25.0) if c.mode == "wobble"]
@@ -113,7 +113,7 @@ def test_a_search_that_ends_at_a_kink_of_a_tyre_s_table_keeps_the_demand():
 
 def test_a_damping_ratio_and_two_modes():
     asked = demands([("wobble", "0.05"), ("weave", "stable")])
-    found = designed(PLAIN, ["steer_damper.damping", "front_compliance.stiffness"], asked, (8.0, 25.0), nothing())
+    found = find_design(PLAIN, ["steer_damper.damping", "front_compliance.stiffness"], asked, (8.0, 25.0), nothing())
     assert found.after.kept
     roots = np.linalg.eigvals(build_model(found.content).linear_model().state_matrix(np.linspace(8, 25, 400)))
     wave = roots[(roots.imag > FASTER) & (roots.imag < 2 * np.pi * 14)]
@@ -124,7 +124,7 @@ def test_a_damping_ratio_and_two_modes():
 
 def test_what_cannot_be_had_is_said_with_the_best_there_is():
     limits = {"front_compliance.stiffness": (2500.0, 3500.0), "c": (0.055, 0.065)}
-    found = designed(PLAIN, list(limits), WOBBLE, RANGE, nothing(limits=limits))
+    found = find_design(PLAIN, list(limits), WOBBLE, RANGE, nothing(limits=limits))
     assert not found.after.kept
     grid = np.array(np.meshgrid(*[np.linspace(low, high, 9) for low, high in limits.values()])).reshape(2, -1)
     growth = wobble_growth(PLAIN, dict(zip(limits, grid, strict=True)))
@@ -143,7 +143,7 @@ def test_the_probability_is_that_of_the_distribution():
     limits, sd = {"front_compliance.stiffness": (300.0, 3000.0)}, {"front_compliance.stiffness": 500.0}
     content = PLAIN | {"effects": PLAIN["effects"] | {"steer_damper": {"damping": 1.2}}}
     asked = nothing(sd=sd, samples=200, limits=limits)
-    found = designed(content, ["front_compliance.stiffness"], WOBBLE, (9.0, 18.0), asked)
+    found = find_design(content, ["front_compliance.stiffness"], WOBBLE, (9.0, 18.0), asked)
     assert found.problem.cost.kind == design.BY_SD
     most = found.after.x[0]
     assert most < 3000
@@ -154,13 +154,13 @@ def test_the_probability_is_that_of_the_distribution():
 
 
 def test_a_model_that_keeps_it_already_is_left_alone():
-    found = designed(PLAIN, ["c"], (Demand("weave"),), (8.0, 20.0), nothing())
+    found = find_design(PLAIN, ["c"], (Demand("weave"),), (8.0, 20.0), nothing())
     assert found.after.x.tolist() == found.problem.start.tolist()
     assert "nothing is changed" in "\n".join(lines(found))
 
 
 def test_every_mode_at_once():
-    found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.1, 5.5), nothing())
+    found = find_design(WHIPPLE, ["c", "w"], (Demand("all"),), (4.1, 5.5), nothing())
     assert found.after.kept
     assert {d.mode for d in found.problem.demands} == {"weave", "capsize", "castering"}
     roots = build_model(found.content).linear_model().eigenvalues(np.linspace(4.1, 5.5, 50))
@@ -170,7 +170,7 @@ def test_every_mode_at_once():
 
 def test_two_modes_that_cannot_both_be_kept():
     """Weave asks for less trail, capsize for more: on no point of a grid are all roots stable from 4 to 5.5 m/s."""
-    found = designed(WHIPPLE, ["c", "w"], (Demand("all"),), (4.0, 5.5), nothing())
+    found = find_design(WHIPPLE, ["c", "w"], (Demand("all"),), (4.0, 5.5), nothing())
     grid = np.array(np.meshgrid(np.linspace(0.02, 0.1, 61), np.linspace(0.9, 1.1, 61))).reshape(2, -1)
     family, numbers = ModelFamily(build_model(WHIPPLE)), {"c": grid[0], "w": grid[1]}
     roots = np.linalg.eigvals(family.state_matrices(numbers, np.linspace(4, 5.5, 31)[None]))
@@ -217,7 +217,7 @@ def test_effects_that_are_not_there_yet_are_added_without_influence():
 ])  # fmt: skip
 def test_what_is_no_design(keys, asked, wanted, message):
     with pytest.raises(InputError) as error:
-        designed(TYRED, keys, (Demand(asked),), RANGE, nothing(**wanted))
+        find_design(TYRED, keys, (Demand(asked),), RANGE, nothing(**wanted))
     assert message in str(error.value)
 
 
@@ -225,13 +225,13 @@ def test_numbers_that_cannot_be_varied():
     split = TYRED | {"effects": TYRED["effects"] | {
         "relaxation_length": {"tyre": "Tyre1", "pressure_bar": {"rear": 6, "front": 5}}}}  # fmt: skip
     with pytest.raises(InputError, match="rear and front differ; vary pressure_bar.rear, pressure_bar.front or both"):
-        designed(split, ["pressure_bar"], WOBBLE, RANGE, nothing())
+        find_design(split, ["pressure_bar"], WOBBLE, RANGE, nothing())
     with pytest.raises(InputError, match="--probability 0.9: nothing is uncertain"):
-        designed({"bicycle": "benchmark"}, ["c"], (Demand("weave"),), (4.0, 6.0), nothing(probability=0.9))
+        find_design({"bicycle": "benchmark"}, ["c"], (Demand("weave"),), (4.0, 6.0), nothing(probability=0.9))
 
 
 def test_a_largest_amplitude_costs_less_than_stability_and_is_kept():
-    stable, small = (designed(TYRED, ["steer_damper.damping"], demands([("wobble", what)]), RANGE, nothing())
+    stable, small = (find_design(TYRED, ["steer_damper.damping"], demands([("wobble", what)]), RANGE, nothing())
                      for what in ("stable", "4deg"))  # fmt: skip
     assert small.after.kept
     assert 0 < small.after.cost < 0.99 * stable.after.cost
@@ -240,7 +240,7 @@ def test_a_largest_amplitude_costs_less_than_stability_and_is_kept():
     assert np.degrees(max(sizes)) == pytest.approx(small.amplitude, rel=0.01)
     assert 3.8 < small.amplitude <= 4.0
     assert any(f"largest motion that lasts: {small.amplitude:.2f}° at the bar" in line for line in lines(small))
-    wide = designed(TYRED, ["steer_damper.damping"], demands([("wobble", "18deg")]), RANGE, nothing())
+    wide = find_design(TYRED, ["steer_damper.damping"], demands([("wobble", "18deg")]), RANGE, nothing())
     assert wide.after.cost == 0
 
 
@@ -253,7 +253,7 @@ def test_amplitudes_that_no_design_keeps(keep, speeds, more, message):
     faq = TYRED | {"effects": TYRED["effects"] | {"front_compliance": HINGE | {
         "stiffness": 4000.0, "damping": 12.0, "joint_x": 0.86, "joint_z": -0.65}}}  # fmt: skip
     with pytest.raises(InputError) as error:
-        designed(faq, ["steer_damper.damping"], demands(keep), speeds, nothing(**more))
+        find_design(faq, ["steer_damper.damping"], demands(keep), speeds, nothing(**more))
     assert message in str(error.value)
 
 
@@ -328,7 +328,7 @@ def test_a_demand_on_wobble_binds_the_root_that_is_wobble():
     tyre = {"cornering_stiffness": 8279.0, "relaxation_length": 0.142}
     effects = {"relaxation_length": tyre, "camber_thrust": {"camber_stiffness": 474.3, "lag_share": 1.0}}
     content = {"bicycle": "benchmark", "effects": effects | {"steer_damper": {"damping": 0.0}}}
-    found = designed(content, ["steer_damper.damping"], WOBBLE, (3.0, 45.0), nothing())
+    found = find_design(content, ["steer_damper.damping"], WOBBLE, (3.0, 45.0), nothing())
     assert found.after.kept
     family, speeds = ModelFamily(build_model(content)), np.linspace(3, 45, 211)[None]
     growth = []

@@ -220,7 +220,7 @@ def test_standard_deviations_against_monte_carlo(racing, tyre):
     damping, ends = [], []
     for contact in samples:
         linear = model(racing.settings, setup, contact).linear_model()
-        damping.append(damping_ratio(main_study.nearest(linear, speed, wobble_root(result))))
+        damping.append(damping_ratio(main_study.nearest_root(linear, speed, wobble_root(result))))
         values = linear.eigenvalues(around)
         at = np.argmin(np.abs(values - 2j * np.pi * end.frequency_hz), axis=1)
         ends.append(np.interp(0.0, -np.take_along_axis(values, at[:, None], 1).real[:, 0], around))
@@ -243,7 +243,7 @@ def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
 
     def quantities(bicycle, contact):
         found = model(small(bicycle), setup, contact).linear_model()
-        eigenvalue = main_study.nearest(found, 15.0, start)
+        eigenvalue = main_study.nearest_root(found, 15.0, start)
         speeds = main_study.named_speeds(critical_speeds(found))
         ends = [speeds[CrossingIdentity(mode, destabilising=False)] for mode in ("wobble", "weave")]
         return np.array([*ends, damping_ratio(eigenvalue), eigenvalue.imag / (2 * np.pi)])

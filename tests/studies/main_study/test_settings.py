@@ -133,17 +133,17 @@ def test_own_front_and_arms_take_the_place_of_the_assumed_ones(model):
     assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, given=True)
     assert dict(settings.further) == {}
     assert settings.ranges.stiffness == (3200.0, 5000.0)
-    flexible = main_study.beside(settings, settings.reference)
+    flexible = main_study.effect_tables(settings, settings.reference)
     assert flexible["front_compliance"] == {
         "stiffness": 4000.0, "damping": 8.0, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.25
     }  # fmt: skip
     assert "rider_arms" not in flexible
-    assert main_study.beside(settings, settings.setups[3])["rider_arms"] == {
+    assert main_study.effect_tables(settings, settings.setups[3])["rider_arms"] == {
         "inertia": 0.2,
         "stiffness": 12.0,
         "damping": 2.0,
     }
-    assert "front_compliance" not in main_study.beside(settings, settings.setups[3])
+    assert "front_compliance" not in main_study.effect_tables(settings, settings.setups[3])
 
 
 def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed_one(model):
@@ -154,7 +154,7 @@ def test_other_effects_are_in_every_world_and_camber_thrust_replaces_the_assumed
         )
     )
     for setup in settings.setups:
-        tables = main_study.beside(settings, setup)
+        tables = main_study.effect_tables(settings, setup)
         assert tables["crown_radius"] == {"crown_radius": 0.014}
         assert tables["camber_thrust"] == {"camber_stiffness": 210}
         assert tables["steer_damper"] == {"damping": 0.3}
