@@ -65,11 +65,11 @@ JOINT_START = {"rad/s": 0.5, "rad": 0.05}
 def start_sd(family: Family) -> Array:
     """Prior sd (n,) of the initial states of a ``family`` of models, in the units of their states."""
     weight = sum(family.base.bicycle.static_loads)
-    found = []
+    sds = []
     for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
         sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
-        found.append(sd * (weight if state.forcelike else 1.0) / unit)
-    return np.array(found)
+        sds.append(sd * (weight if state.forcelike else 1.0) / unit)
+    return np.array(sds)
 
 
 def _scaled(states: Array, width: int) -> Array:
@@ -111,8 +111,8 @@ class Histories(BicycleKind, kind="histories"):
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
         runs, noise, notes = read_runs(content, folder)
         if any(STEER_TORQUE in {**run.inputs, **run.channels} for run in runs):
-            common, said = without_motors(content, common)
-            notes += said
+            common, motor_notes = without_motors(content, common)
+            notes += motor_notes
         return cls(**common, runs=runs, noise_sd=noise, notes=notes)
 
     def ready(self, **how: Any) -> Self:
@@ -152,7 +152,7 @@ class Histories(BicycleKind, kind="histories"):
         """Speed, a bias or drift, gain and delay of each channel and torque, low-pass of each channel; friction."""
         run = self.runs[0]
         channels = [name for name in run.channels if SENSORS.get(name, ("", 0.0))[1]]
-        found = [
+        errors = [
             *speed_errors(self.speeds.tolist()),
             Candidate(
                 "bias",
@@ -170,17 +170,17 @@ class Histories(BicycleKind, kind="histories"):
             ),
         ]
         for name in (*channels, *run.inputs):
-            found += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
-        found += [lowpass_error(SENSORS[name][0], name) for name in channels]
+            errors += [gain_error(SENSORS[name][0], name), delay_error(SENSORS[name][0], name)]
+        errors += [lowpass_error(SENSORS[name][0], name) for name in channels]
         gyros = [name for name in BOX if name in channels]
         if gyros:
-            stated = [m.sd for m in run.mountings if m.sd > 0]
-            found += [rotation_error(*stated[:1]), leaning_error()][: len(gyros)]  # both gyros tell the lean
+            mounting_sds = [m.sd for m in run.mountings if m.sd > 0]
+            errors += [rotation_error(*mounting_sds[:1]), leaning_error()][: len(gyros)]  # both gyros tell the lean
         if gyros and len(channels) + len(run.inputs) > len(gyros):
-            found.append(clock_error())
-        found += [coasting(), *riding_candidates(), friction_candidate()]
+            errors.append(clock_error())
+        errors += [coasting(), *riding_candidates(), friction_candidate()]
         refused = self.impossible()
-        return tuple(c for c in found if c.identifier not in refused)
+        return tuple(c for c in errors if c.identifier not in refused)
 
     @property
     def prescribed(self) -> bool:
@@ -190,8 +190,8 @@ class Histories(BicycleKind, kind="histories"):
     def impossible(self) -> dict[str, str]:
         why = "the steer angle is prescribed"
         riding = dict.fromkeys(("imu_rotation", "imu_clock", "coast_down", *WORDS), why) if self.prescribed else {}
-        empty = nobody_rides(self.model)
-        nobody = dict.fromkeys(("pedalling", "rider_sway"), empty) if empty else {}
+        no_rider = nobody_rides(self.model)
+        nobody = dict.fromkeys(("pedalling", "rider_sway"), no_rider) if no_rider else {}
         return one_speed(self.speeds.tolist()) | friction_refused(self.runs[0]) | nobody | riding
 
     @property
@@ -249,36 +249,36 @@ class Histories(BicycleKind, kind="histories"):
 
     def _course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
         """Most probable size of one ``torque`` of the ride beside ``candidates`` at ``theta``."""
-        rest, columns = self._pushed(torque, candidates, theta)
+        marginal, columns = self._pushed(torque, candidates, theta)
         weight = sum(self.model.bicycle.static_loads)
-        return most_probable(torque.identifier, rest.residual, columns, weight * SIZES)
+        return most_probable(torque.identifier, marginal.residual, columns, weight * SIZES)
 
     def _pushed(self, torque: Candidate, candidates: Candidates, theta: Array) -> tuple[Marginal, Array]:
         """Runs beside ``candidates``, and what each coefficient of a unit ``torque`` adds (R, C T, k)."""
         forced, free = self._bare.free(self.family((*candidates, torque)), theta)
         count = self._bare.free(self.family(candidates), theta)[1].shape[-1]
         white = self._white((self._measured - forced)[..., None])
-        rest = self._marginal(free[..., :count], white, candidates, start_sd(self.family(candidates)))
-        return rest, rest.without(self._white(free[..., count:]))
+        marginal = self._marginal(free[..., :count], white, candidates, start_sd(self.family(candidates)))
+        return marginal, marginal.without(self._white(free[..., count:]))
 
     def sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
         """Root mean square and frequency of the torque of the ride called ``name``."""
         for torque in (one for one in riding_candidates() if one.identifier == name):
-            rest, columns = self._pushed(torque, tuple(c for c in candidates if c.identifier != name), theta)
+            marginal, columns = self._pushed(torque, tuple(c for c in candidates if c.identifier != name), theta)
             slopes = self._white_slopes(self.family(candidates), theta, self.starts(candidates, theta))
-            slopes = rest.without(slopes) * [u.scale for u in self.unknowns(candidates)]
-            free, weight = integrated_out(slopes, rest.residual[..., None]), sum(self.model.bicycle.static_loads)
+            slopes = marginal.without(slopes) * [u.scale for u in self.unknowns(candidates)]
+            free, weight = integrated_out(slopes, marginal.residual[..., None]), sum(self.model.bicycle.static_loads)
             return sizes_of(name, [run.time for run in self.runs], free.residual, free.without(columns), weight * SIZES)
         return {}
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """Rows channel by channel within a run."""
-        where, series, group, repeat, speed, inputs = [], [], [], [], [], []
+        labels, series, group, repeat, speed, inputs = [], [], [], [], [], []
         for run in self.runs:
             for name, noise in self.noise.items():
                 n = len(run.time)
-                where += [f"{name}, {run.speed:.3g} m/s"] * n
+                labels += [f"{name}, {run.speed:.3g} m/s"] * n
                 series += [f"{run.name} {name}"] * n
                 group += [run.group or f"{run.speed:.2g}"] * n
                 repeat += [run.name] * n
@@ -287,8 +287,8 @@ class Histories(BicycleKind, kind="histories"):
                     inputs.append(np.stack([noise.whiten(u) for u in run.inputs.values()], 1))
         shown = {f"{run.name} {name}": Series(name) for run in self.runs for name in self.noise}
         fold = folds(group, speed, repeat)
-        known = np.vstack(inputs) if inputs else None
-        return Rows(tuple(where), np.array(speed), tuple(series), fold, known, shown=shown, axis=SPEED_AXIS)
+        whitened_inputs = np.vstack(inputs) if inputs else None
+        return Rows(tuple(labels), np.array(speed), tuple(series), fold, whitened_inputs, shown=shown, axis=SPEED_AXIS)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states."""
@@ -297,8 +297,8 @@ class Histories(BicycleKind, kind="histories"):
         residual = self._flat(runs.residual)
         if not slopes or not len(theta):
             return residual, np.empty((len(residual), 0))
-        moved = self._flat(runs.without(self._white_slopes(family, theta, runs.start)))
-        return residual, np.negative(moved, out=moved)
+        changes = self._flat(runs.without(self._white_slopes(family, theta, runs.start)))
+        return residual, np.negative(changes, out=changes)
 
     def _white_slopes(self, family: Family, theta: Array, starts: Array) -> Array:
         # a tenth of the steps of central differences: one-sided ones of the matrices err no more than rounding then
@@ -325,8 +325,10 @@ class Histories(BicycleKind, kind="histories"):
 
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
         """Sum of ln(1 + s^2) over the runs."""
-        tried = 2 * len(self.runs) * np.log(len(CADENCE_HZ)) * any(c.identifier == "pedalling" for c in candidates)
-        return float(tried - 2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
+        log_cadences = (
+            2 * len(self.runs) * np.log(len(CADENCE_HZ)) * any(c.identifier == "pedalling" for c in candidates)
+        )
+        return float(log_cadences - 2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
 
     def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         runs = self._fitted(self.family(candidates), candidates, theta)
@@ -346,11 +348,11 @@ class Histories(BicycleKind, kind="histories"):
         """Measured minus computed signals of each run (T, channels), in their units, from the best starts."""
         runs = self._fitted(self.family(candidates), candidates, theta)
         white = runs.without(runs.residual[..., None]).reshape(self._recorded.shape)  # once more: nothing integrated
-        found = []
-        for run, own in zip(self.runs, white, strict=True):
-            channels = zip(self.noise.values(), own[:, : len(run.time)], strict=True)
-            found.append(np.stack([noise.colour_again(w) for noise, w in channels], 1))
-        return found
+        residuals = []
+        for run, white_run in zip(self.runs, white, strict=True):
+            channels = zip(self.noise.values(), white_run[:, : len(run.time)], strict=True)
+            residuals.append(np.stack([noise.colour_again(w) for noise, w in channels], 1))
+        return residuals
 
     @cached_property
     def _recorded(self) -> NDArray[np.bool_]:
@@ -367,10 +369,10 @@ class Histories(BicycleKind, kind="histories"):
         white = limited(signals) / np.array([one.sd for one in self.noise.values()])[:, None, None]
         colour = np.array([one.colour for one in self.noise.values()])[:, None, None]
         if colour.any():
-            rest = np.sqrt(1 - colour**2)
+            innovation_sd = np.sqrt(1 - colour**2)
             for run in white:  # one after the other: whole copies of all would cost more than the arithmetic
                 run[:, 1:] -= colour * run[:, :-1]
-                run[:, 1:] /= rest
+                run[:, 1:] /= innovation_sd
         if not self._recorded.all():
             white *= self._recorded[..., None]
         return white.reshape(len(white), -1, white.shape[-1])
@@ -383,20 +385,20 @@ class Histories(BicycleKind, kind="histories"):
         if {"bias", "drift"} & {c.identifier for c in candidates}:
             slow = self._slow(self._bare.length, tuple(self.noise), candidates)
             phi = np.concatenate([phi, self._white(slow)], -1)
-        found = integrated_out(phi, white)
-        return found._replace(start=found.start[:, :n] * scale)
+        marginal = integrated_out(phi, white)
+        return marginal._replace(start=marginal.start[:, :n] * scale)
 
     def _slow(self, length: int, channels: Sequence[str], candidates: Candidates) -> Array:
         """Signals (R, C, T, columns) that a bias, or a drift, among ``candidates`` adds to C ``channels`` by 1 sd."""
         names = [c.identifier for c in candidates]
         kinds = 2 if "drift" in names else int("bias" in names)
-        found = np.zeros((len(self.runs), len(channels), length, kinds * len(channels)))
+        signals = np.zeros((len(self.runs), len(channels), length, kinds * len(channels)))
         for r, run in enumerate(self.runs):
             n = len(run.time)
             for k, shape in enumerate([np.ones(n), np.linspace(-1.0, 1.0, n)][:kinds]):
                 for c, name in enumerate(channels):
-                    found[r, c, :n, c + k * len(channels)] = SENSORS[name][1] * shape
-        return found
+                    signals[r, c, :n, c + k * len(channels)] = SENSORS[name][1] * shape
+        return signals
 
     # ---- search ----
 
@@ -424,10 +426,10 @@ class Histories(BicycleKind, kind="histories"):
         absorbed = isinstance(best, Fit) and (not best.candidates or any(c.absorbs for c in best.candidates))
         if not absorbed:  # it may stand for a torque of the ride, whose size is not known with it
             return replace(self, noise=noise)
-        own, theta = [c for c in best.candidates if not c.absorbs], list(best.theta[: best.effect_columns.start])
-        for c in own:
+        named, theta = [c for c in best.candidates if not c.absorbs], list(best.theta[: best.effect_columns.start])
+        for c in named:
             theta += best.theta[best.columns(c)].tolist()
-        return replace(self, noise=noise, ridden=(tuple(own), np.array(theta)))
+        return replace(self, noise=noise, ridden=(tuple(named), np.array(theta)))
 
     # ---- what to measure next ----
 
@@ -450,25 +452,25 @@ class Histories(BicycleKind, kind="histories"):
     def _channel(self, channel: str, candidates: Candidates, theta: Array) -> Prediction:
         """The channel (m,) with the initial states that fit best, and its derivatives (m, p)."""
         batch, steps = self.family(candidates).stencil(theta)
-        moved = self.simulated(candidates, theta, (channel,), batch)
-        flat = np.concatenate([moved[:, k, 0, : len(run.time)] for k, run in enumerate(self.runs)], axis=1)
+        signals = self.simulated(candidates, theta, (channel,), batch)
+        flat = np.concatenate([signals[:, k, 0, : len(run.time)] for k, run in enumerate(self.runs)], axis=1)
         return flat[0], central_differences(flat, steps)
 
     def _starts_in(self, channel: str, sd: float, candidates: Candidates, theta: Array) -> Prediction:
         """Effect of the starts of the same runs, and of a bias, on a further channel."""
         family = self.family(candidates)
-        found, states = self._fitted(family, candidates, theta), start_sd(family)
+        marginal, states = self._fitted(family, candidates, theta), start_sd(family)
         free = self.replay_of((channel,)).free(family, theta)[1][:, 0]
         free = free * _scaled(states, free.shape[-1])
-        white = self._white_slopes(family, theta, found.start)
-        uncertain, last = free.shape[-1] - len(states), found.start.shape[1]
+        white = self._white_slopes(family, theta, marginal.start)
+        uncertain, last = free.shape[-1] - len(states), marginal.start.shape[1]
         places = [*range(len(states)), *range(last - uncertain, last)]  # filters of the recorded channels lie between
-        follow, spread = -found.follows(white)[:, places], found.spread[:, places]
+        follow, spread = -marginal.follows(white)[:, places], marginal.spread[:, places]
         slow = self._slow(free.shape[1], (channel,), candidates)[:, 0]
         lengths = [len(run.time) for run in self.runs]
-        each = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, slow, lengths, strict=True)]
+        spreads = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, slow, lengths, strict=True)]
         followed = np.vstack([f[:n] @ s for f, s, n in zip(free, follow, lengths, strict=True)])
-        return followed / sd, block_diag(*each) / sd
+        return followed / sd, block_diag(*spreads) / sd
 
     # ---- report ----
 
@@ -479,32 +481,32 @@ class Histories(BicycleKind, kind="histories"):
         return replace(self, runs=self.unseen, unseen=()) if self.unseen else None
 
     def unexplained(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
-        rest = np.concatenate(self.left(candidates, theta))
-        return dict(zip(self.noise, rest.T, strict=True))
+        residuals = np.concatenate(self.left(candidates, theta))
+        return dict(zip(self.noise, residuals.T, strict=True))
 
     def taken_noise(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
         """Channels whose sd is estimated: it, and the noise from sample to sample by third differences."""
         ends = np.cumsum([len(run.time) for run in self.runs])[:-1]
-        found = {}
+        noise_sds = {}
         for name, noise in self.noise.items():
             pairs = zip((run.channels[name] for run in self.runs), np.split(left[name], ends), strict=True)
-            shown = [[third_difference_noise(x) ** 2 for x in pair] for pair in pairs if len(pair[1]) >= 20]
-            if shown and not noise.given:
-                found[name] = (noise.sd, float(np.sqrt(np.mean(shown, axis=0).min())))
-        return found
+            squares = [[third_difference_noise(x) ** 2 for x in pair] for pair in pairs if len(pair[1]) >= 20]
+            if squares and not noise.given:
+                noise_sds[name] = (noise.sd, float(np.sqrt(np.mean(squares, axis=0).min())))
+        return noise_sds
 
     # ---- doubts ----
 
     def doubts(self, judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
-        found = []
+        sentences = []
         for name, noise in self.noise.items():
             size = max(float(np.sqrt(np.mean(run.channels[name] ** 2))) for run in self.runs)
             if size < 0.3 * noise.sd:  # noise of the stated sd has 1
-                found.append(FAINT.format(channel=name, size=size, sd=noise.sd))
+                sentences.append(FAINT.format(channel=name, size=size, sd=noise.sd))
         ridden = not nobody_rides(self.model) and not {STEER, STEER_TORQUE} & {*self.runs[0].inputs}
         if ridden and judgement.verdict.verdict == "unknown":
-            found.append(SOMEBODY)
-        return (*found, *self._between_samples(judgement, torque))
+            sentences.append(SOMEBODY)
+        return (*sentences, *self._between_samples(judgement, torque))
 
     @property
     def taken_as_held(self) -> bool:
@@ -516,34 +518,34 @@ class Histories(BicycleKind, kind="histories"):
         named = judgement.verdict.verdict in (*NAMED, "none")
         if not self.taken_as_held or not (named or torque is not None):
             return ()
-        found = judgement.final if torque is None else torque
-        least = 25 * max(1.0, found.objective / len(found.residual))
+        compared = judgement.final if torque is None else torque
+        least = 25 * max(1.0, compared.objective / len(compared.residual))
         linear = replace(self, runs=tuple(replace(run, between=AS_LINEAR) for run in self.runs))
-        other = fit(linear, found.candidates, starts=[found.theta])
-        if not other.objective < found.objective - least:
+        linear_fit = fit(linear, compared.candidates, starts=[compared.theta])
+        if not linear_fit.objective < compared.objective - least:
             return ()
         names = ", ".join(name for name in self.runs[0].inputs if name in INPUTS)
         final = judgement.final
         model = final.name.replace("+", " + ") if final.candidates else "parameters only"
         model += " and the residual torque" * (torque is not None)
-        n = len(found.residual)
-        return (BETWEEN.format(inputs=names, n=n, model=model, other=other.chi2, chi2=found.chi2),)
+        n = len(compared.residual)
+        return (BETWEEN.format(inputs=names, n=n, model=model, other=linear_fit.chi2, chi2=compared.chi2),)
 
     def misreadings(self) -> Iterator[tuple[str, Self]]:
         """Units and sign of each channel and torque, channels in each other's place, and the speeds."""
         for name in (*self.noise, *(name for name in self.runs[0].inputs if name != STEER)):
-            for what, factor in readings_of(name).items():
-                yield f"{name} {what}", self._read_as({name: name}, factor)
-        for one, other in combinations(self.noise, 2):
-            yield f"{one} and {other} swapped", self._read_as({one: other, other: one}, 1.0)
-        for what, factor in SPEEDS.items():
-            yield what, replace(self, runs=tuple(replace(run, speed=factor * run.speed) for run in self.runs))
+            for reading, factor in readings_of(name).items():
+                yield f"{name} {reading}", self._read_as({name: name}, factor)
+        for first, second in combinations(self.noise, 2):
+            yield f"{first} and {second} swapped", self._read_as({first: second, second: first}, 1.0)
+        for reading, factor in SPEEDS.items():
+            yield reading, replace(self, runs=tuple(replace(run, speed=factor * run.speed) for run in self.runs))
 
     def _read_as(self, names: Mapping[str, str], factor: float) -> Self:
         """The runs with some signals under other names, times a factor, and their noise alike."""
 
-        def read(given: Mapping[str, Array]) -> dict[str, Array]:
-            return {**given, **{names[n]: factor * x for n, x in given.items() if n in names}}
+        def read(signals: Mapping[str, Array]) -> dict[str, Array]:
+            return {**signals, **{names[n]: factor * x for n, x in signals.items() if n in names}}
 
         noise = {names[n]: replace(one, sd=abs(factor) * one.sd) for n, one in self.noise.items() if n in names}
         runs = tuple(replace(run, channels=read(run.channels), inputs=read(run.inputs)) for run in self.runs)
@@ -557,16 +559,16 @@ class Histories(BicycleKind, kind="histories"):
         whole = self.prescribed
         count = min(len(self.runs), max(8, round(samples / np.median(lengths))))
         order = np.argsort(self.speeds, kind="stable")
-        kept = [self.runs[k] for k in sorted(order[np.linspace(0, len(order) - 1, count).round().astype(int)])]
-        runs = kept if whole else [loudest(run, self.noise, samples // count) for run in kept]
+        chosen = [self.runs[k] for k in sorted(order[np.linspace(0, len(order) - 1, count).round().astype(int)])]
+        runs = chosen if whole else [loudest(run, self.noise, samples // count) for run in chosen]
         return replace(self, runs=tuple(runs))
 
     def quick(self) -> "Histories":
         """Eight runs at most, in pieces; three whole ones if a prescribed angle has to be smoothed."""
         whole = self.prescribed
-        few = self.thinned(RULES.thinned)
-        few = replace(few, runs=few.runs[:: -(-len(few.runs) // (3 if whole else 8))])
-        return few if whole else (few.easier() or (few,))[-1]
+        thinned = self.thinned(RULES.thinned)
+        thinned = replace(thinned, runs=thinned.runs[:: -(-len(thinned.runs) // (3 if whole else 8))])
+        return thinned if whole else (thinned.easier() or (thinned,))[-1]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -116,14 +116,14 @@ class ModalPoint:
 
     def with_ratios(self, names: Mapping[str, str], factor: float) -> "ModalPoint":
         """The point with ratios under other ``names``, times a ``factor``; those that are not named stay."""
-        given = {names[n]: (factor * x, abs(factor) * sd) for n, (x, sd) in self.ratios.items() if n in names}
-        return replace(self, ratios={**self.ratios, **given})
+        renamed = {names[n]: (factor * x, abs(factor) * sd) for n, (x, sd) in self.ratios.items() if n in names}
+        return replace(self, ratios={**self.ratios, **renamed})
 
     @property
     def called(self) -> str:
         """The mode, with its settings: ``weave (steer_assist.gain = 8)``."""
-        said = ", ".join(f"{key} = {value:g}" for key, value in self.settings)
-        return f"{self.mode} ({said})" if said else self.mode
+        settings = ", ".join(f"{key} = {value:g}" for key, value in self.settings)
+        return f"{self.mode} ({settings})" if settings else self.mode
 
 
 def _read_points(
@@ -154,8 +154,8 @@ def _read_points(
     settings = _read_settings(path, columns, model, tuple(settable), uncertainty)
     points = tuple(_point(path, row, columns, known) for row, known in enumerate(settings))
     refuse_repeats(path, columns.lines, [(p.speed, p.called, repr(p.eigenvalue)) for p in points], "run")
-    points, told = _with_sd(points, [name in columns.numbers for name in SD])
-    notes += told
+    points, sd_notes = _with_sd(points, [name in columns.numbers for name in SD])
+    notes += sd_notes
     if SPEED_SD in columns.numbers:
         points = tuple(map(partial(_with_speed_sd, model), points, columns.numbers[SPEED_SD].tolist()))
     if unused := [name for name in UNUSED if name in columns.numbers]:
@@ -169,36 +169,38 @@ def _read_settings(
     path: Path, columns: Columns, model: Model, settable: Sequence[str], uncertainty: Mapping[str, float]
 ) -> list[Settings]:
     """Settings of each row: a controller's gain, a damper's notch, a pressure's stiffness."""
-    given = {name: entries_of(name, model.parameters) for name in settable if name in columns.numbers}
-    own = [key for entries in given.values() for key in entries]
-    for key in own:
-        if own.count(key) > 1:
+    entries_by_column = {name: entries_of(name, model.parameters) for name in settable if name in columns.numbers}
+    keys = [key for entries in entries_by_column.values() for key in entries]
+    for key in keys:
+        if keys.count(key) > 1:
             raise InputError(f"{path}: {key} is given by two columns, for both wheels and for one; keep one of them")
     for key, sd in uncertainty.items():
-        if sd and set(own).intersection(entries_of(key, model.parameters)):
+        if sd and set(keys).intersection(entries_of(key, model.parameters)):
             raise InputError(
                 f"{path}: {key} is a column, known in each row, but [uncertainty] gives it a standard deviation of "
                 f"{sd:g}; take one of the two out (for a gain, what all rows have in common, steer_motor.share, may be "
                 "uncertain)"
             )
-    family, found = ModelFamily(model), []
+    family, settings = ModelFamily(model), []
     for row, line in enumerate(columns.lines):
-        here = {key: float(columns.numbers[name][row]) for name, entries in given.items() for key in entries}
+        values = {
+            key: float(columns.numbers[name][row]) for name, entries in entries_by_column.items() for key in entries
+        }
         try:
-            if here:
-                family.with_values(here)
+            if values:
+                family.with_values(values)
         except InputError as error:
             raise InputError(f"{path}, line {line}: {error}") from error
-        found.append(tuple(here.items()))
-    return found
+        settings.append(tuple(values.items()))
+    return settings
 
 
 def _point(path: Path, row: int, columns: Columns, settings: Settings) -> ModalPoint:
-    where, texts = f"{path}, line {columns.lines[row]}", columns.texts
+    place, texts = f"{path}, line {columns.lines[row]}", columns.texts
     cell = {name: float(column[row]) for name, column in columns.numbers.items()}
     mode, ratios = texts["mode"][row], {}
     if mode not in known_modes():
-        raise InputError(f"{where}: {unknown('mode', mode, known_modes())}")
+        raise InputError(f"{place}: {unknown('mode', mode, known_modes())}")
     for ratio in RATIOS:
         parts = [f"{ratio}_re" in cell, f"{ratio}_im" in cell]
         if not all(parts) and (any(parts) or f"{ratio}_sd" in cell):
@@ -207,18 +209,18 @@ def _point(path: Path, row: int, columns: Columns, settings: Settings) -> ModalP
             ratios[ratio] = (complex(cell[f"{ratio}_re"], cell[f"{ratio}_im"]), cell.get(f"{ratio}_sd", 0.0))
     real, imag, *sd = (cell.get(name, np.nan) for name in (*EIGENVALUE, *SD))
     if np.isnan(real) and np.isnan(imag):
-        raise InputError(f"{where}: neither real_1_s nor imag_rad_s is given; take the row out")
+        raise InputError(f"{place}: neither real_1_s nor imag_rad_s is given; take the row out")
     group = texts["group"][row] if "group" in texts else ""
-    stated = float(np.nan_to_num(sd[0])), float(np.nan_to_num(sd[1]))
-    return ModalPoint(cell["speed_m_s"], mode, complex(real, imag), stated, ratios, group, settings)
+    eigenvalue_sd = float(np.nan_to_num(sd[0])), float(np.nan_to_num(sd[1]))
+    return ModalPoint(cell["speed_m_s"], mode, complex(real, imag), eigenvalue_sd, ratios, group, settings)
 
 
 def _with_speed_sd(model: Model, point: ModalPoint, speed_sd: float) -> ModalPoint:
     """The ``point`` whose speed is known to ``speed_sd`` (m/s): a critical speed is a row with real_1_s = 0."""
     if np.isnan(speed_sd):
         return point
-    near = point.speed + np.array([-0.02, 0.02])  # m/s
-    root = modes(model.linear_model(), near).branches.get(point.mode, np.full((2, 1), np.nan))[:, 0]
+    speeds = point.speed + np.array([-0.02, 0.02])  # m/s
+    root = modes(model.linear_model(), speeds).branches.get(point.mode, np.full((2, 1), np.nan))[:, 0]
     slope = (root[1] - root[0]) / 0.04
     if not np.isfinite(slope):
         raise InputError(f"{SPEED_SD}: the base model has no {point.mode} near {point.speed:g} m/s, so leave it out")
@@ -226,15 +228,15 @@ def _with_speed_sd(model: Model, point: ModalPoint, speed_sd: float) -> ModalPoi
     return replace(point, sd=(real, imag if point.sd[1] else 0.0))
 
 
-def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[ModalPoint, ...], list[str]]:
+def _with_sd(points: tuple[ModalPoint, ...], has_sd: list[bool]) -> tuple[tuple[ModalPoint, ...], list[str]]:
     """Fill in missing standard deviations, and add the scatter of repeats beyond the stated ones."""
     notes: list[str] = []
     is_real = np.array([point.eigenvalue.imag == 0 and point.sd[1] == 0 for point in points])
     oscillating = tuple(
         point if not real else point.without_frequency() for point, real in zip(points, is_real, strict=True)
     )
-    real_sd = _sd_of_part(points, 0, notes, given=given[0])
-    imag_sd = np.where(is_real, 0.0, _sd_of_part(oscillating, 1, notes, given=given[1]))
+    real_sd = _sd_of_part(points, 0, notes, given=has_sd[0])
+    imag_sd = np.where(is_real, 0.0, _sd_of_part(oscillating, 1, notes, given=has_sd[1]))
     eigenvalue_sd = np.stack([real_sd, imag_sd], 1)
     if is_real.any():
         notes.append(f"{is_real.sum()} roots are real: they have no frequency that could be off, so it is not counted")
@@ -253,37 +255,37 @@ def _with_sd(points: tuple[ModalPoint, ...], given: list[bool]) -> tuple[tuple[M
 
 def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, given: bool) -> Array:
     """Sd (n,) of the real or imaginary parts, of which ``notes`` are taken."""
-    name, stated = SD[part], np.array([point.sd[part] for point in points])
-    both = np.array([(point.eigenvalue.real, point.eigenvalue.imag) for point in points])
-    default = DEFAULT_SD * np.linalg.norm(np.nan_to_num(both), axis=1)
-    if np.isnan(both[:, part]).all():
+    name, stated_sd = SD[part], np.array([point.sd[part] for point in points])
+    parts = np.array([(point.eigenvalue.real, point.eigenvalue.imag) for point in points])
+    default = DEFAULT_SD * np.linalg.norm(np.nan_to_num(parts), axis=1)
+    if np.isnan(parts[:, part]).all():
         return default
     series: dict[str, list[int]] = {}  # rows of one mode at one setting
-    for row in np.flatnonzero(~np.isnan(both[:, part])).tolist():
+    for row in np.flatnonzero(~np.isnan(parts[:, part])).tolist():
         series.setdefault(points[row].called, []).append(row)
-    columns = [
-        ([points[row].speed for row in rows], both[rows, part].tolist(), stated[rows].tolist())
+    repeated = [
+        ([points[row].speed for row in rows], parts[rows, part].tolist(), stated_sd[rows].tolist())
         for rows in series.values()
     ]
-    each = [(rows, repeats(*one)) for rows, one in zip(series.values(), columns, strict=True)]
-    freedom = sum(found.freedom for _, found in each)
+    scatters = [(rows, repeats(*one)) for rows, one in zip(series.values(), repeated, strict=True)]
+    freedom = sum(scatter.freedom for _, scatter in scatters)
     if freedom < FEWEST_REPEATS:
         if given:
-            return np.where(stated > 0, stated, default)
-        few = (
+            return np.where(stated_sd > 0, stated_sd, default)
+        reason = (
             f"too few repeats ({freedom} of {FEWEST_REPEATS} degrees of freedom)" if freedom else "there are no repeats"
         )
-        notes.append(f"{name} is missing and {few}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
+        notes.append(f"{name} is missing and {reason}: {DEFAULT_SD:.0%} of |eigenvalue| is assumed")
         return default
     if given:  # refuted if repeats of all modes scatter more than chance (1 %) allows with the stated sd
-        every = [surprise(*one, same=0.01) for one in columns]
-        total, free = sum(squares for squares, _ in every), max(sum(degrees for _, degrees in every), 1)
+        surprises = [surprise(*one, same=0.01) for one in repeated]
+        total, free = sum(squares for squares, _ in surprises), max(sum(degrees for _, degrees in surprises), 1)
         if not chdtrc(free, total) < 0.01:
-            return np.where(stated > 0, stated, default)
-    sd = stated.copy()
-    for rows, found in each:
-        if given or found.freedom:
-            sd[rows] = found.sd
+            return np.where(stated_sd > 0, stated_sd, default)
+    sd = stated_sd.copy()
+    for rows, scatter in scatters:
+        if given or scatter.freedom:
+            sd[rows] = scatter.sd
     lone = sd == 0  # a mode without repeats among others with
     sd[lone] = default[lone]
     if lone.all():  # a real mode has no frequency that could scatter
@@ -294,13 +296,13 @@ def _sd_of_part(points: tuple[ModalPoint, ...], part: int, notes: list[str], *, 
         )
         if lone.any():
             notes.append(f"{name}: {lone.sum()} rows of modes without repeats; {DEFAULT_SD:.0%} is assumed there")
-    elif (wider := sd > 1.001 * stated).any():
+    elif (wider := sd > 1.001 * stated_sd).any():
         notes.append(
             f"repeats scatter more than {name} says: {wider.sum()} of {len(points)} rows are widened, to "
             f"{_range(sd[wider])}"
         )
-    for rows, found in each:
-        for place in found.aside:
+    for rows, scatter in scatters:
+        for place in scatter.aside:
             point = points[rows[place]]
             notes.append(
                 f"{name}: the {point.called} at {point.speed:g} m/s lies far outside the scatter of its repeats; it "
@@ -324,8 +326,8 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]
     root, x = values[at, chosen], right[at, :, chosen]
     c = system.output[0, at][:, rows]
-    seen = np.einsum("mri,mi->mr", c, x)
-    ratio = seen[:, 1:] / seen[:, :1]
+    signals = np.einsum("mri,mi->mr", c, x)
+    ratio = signals[:, 1:] / signals[:, :1]
     number = np.concatenate([root[:, None], ratio], axis=1)
     slope = np.zeros((*number.shape, len(bicycle.steps)), complex)
     if slope.size:
@@ -335,15 +337,17 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         point = np.arange(len(at))
         gap[point, chosen] = np.inf
         dx = right[at] @ (turned / gap[:, :, None])
-        dseen = c @ dx + bicycle.applied("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
+        dsignals = c @ dx + bicycle.applied("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
         slope[:, 0] = turned[point, chosen]
-        slope[:, 1:] = (dseen[:, 1:] - ratio[:, :, None] * dseen[:, :1]) / seen[:, :1, None]
+        slope[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
     errors = family.coordinates(theta)
     turn_ratios(number[:, 1:], slope[:, 1:], errors)
     for r, name in enumerate(RATIOS, 1):
         for signal, power in ((name, 1), (LEAN, -1)):
-            one = errors_of(errors, signal)
-            apply_sensor(number[:, r], slope[:, r], number[:, 0].copy(), one, s_slope=slope[:, 0], power=power)
+            sensor_errors = errors_of(errors, signal)
+            apply_sensor(
+                number[:, r], slope[:, r], number[:, 0].copy(), sensor_errors, s_slope=slope[:, 0], power=power
+            )
     bias_identified(number[:, 0], slope[:, 0], errors)
     return number, slope
 
@@ -380,41 +384,41 @@ class Modal(BicycleKind, kind="modal"):
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed, identification, the clock; gain, delay and low-pass of the sensors of the ratios, a turned box."""
-        found = [*speed_errors(self.speeds.tolist()), *identification_errors()]
+        errors = [*speed_errors(self.speeds.tolist()), *identification_errors()]
         ratios = dict.fromkeys(name for p in self.points for name in p.ratios)
         for ratio in ratios:
             sensor = f"{ratio.partition('_')[0]}_sensor"
-            found += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
-            found.append(lowpass_error(sensor, ratio))
+            errors += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
+            errors.append(lowpass_error(sensor, ratio))
         if len(ratios) > 1:
-            found += [gain_error("lean_sensor", LEAN), rotation_error()]
+            errors += [gain_error("lean_sensor", LEAN), rotation_error()]
         if ratios:
-            found += [delay_error("lean_sensor", LEAN), lowpass_error("lean_sensor", LEAN)]
-        return tuple(found)
+            errors += [delay_error("lean_sensor", LEAN), lowpass_error("lean_sensor", LEAN)]
+        return tuple(errors)
 
     # ---- physics ----
 
     @cached_property
     def _wanted(self) -> list[tuple[Settings, NDArray[np.intp], Wanted]]:
         """Measured modes, those of one setting together: settings, indices of the points, and the modes."""
-        found = []
+        groups = []
         for settings in dict.fromkeys(p.settings for p in self.points):
-            here = [i for i, p in enumerate(self.points) if p.settings == settings]
-            points = [self.points[i] for i in here]
-            roots = self._near[here]
+            indices = [i for i, p in enumerate(self.points) if p.settings == settings]
+            points = [self.points[i] for i in indices]
+            roots = self._near[indices]
             wanted = Wanted(np.array([p.speed for p in points]), tuple(p.mode for p in points), roots)
-            found.append((settings, np.array(here), wanted))
-        return found
+            groups.append((settings, np.array(indices), wanted))
+        return groups
 
     @cached_property
     def _near(self) -> Complex:
         """Measured eigenvalues (n,); a part that was not measured is that of the base model's mode of the name."""
-        found = np.array([[p.eigenvalue.real, p.eigenvalue.imag] for p in self.points])
-        for k in np.flatnonzero(np.isnan(found).any(1)).tolist():
-            p, lacking = self.points[k], np.isnan(found[k])
+        parts = np.array([[p.eigenvalue.real, p.eigenvalue.imag] for p in self.points])
+        for k in np.flatnonzero(np.isnan(parts).any(1)).tolist():
+            p, lacking = self.points[k], np.isnan(parts[k])
             mode = modes(self.model.linear_model(), [p.speed]).branches.get(p.mode, np.zeros((1, 1), complex))[0, 0]
-            found[k, lacking] = np.nan_to_num([mode.real, abs(mode.imag)])[lacking]
-        return np.asarray(found[:, 0] + 1j * found[:, 1])
+            parts[k, lacking] = np.nan_to_num([mode.real, abs(mode.imag)])[lacking]
+        return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
     def _modes(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
         """:func:`predict` of all points, in their order."""
@@ -434,15 +438,15 @@ class Modal(BicycleKind, kind="modal"):
     @cached_property
     def _parts(self) -> Array:
         """Real and imaginary parts of eigenvalue and ratios, and their sd (m, 3, 2, 2); NaN if not measured."""
-        found = np.full((len(self.points), 1 + len(RATIOS), 2, 2), np.nan)
-        for row, p in zip(found, self.points, strict=True):
+        parts = np.full((len(self.points), 1 + len(RATIOS), 2, 2), np.nan)
+        for row, p in zip(parts, self.points, strict=True):
             frequency = p.eigenvalue.imag if p.sd[1] else np.nan
             row[0] = [(p.eigenvalue.real, p.sd[0]), (frequency, p.sd[1])]
             for place, name in enumerate(RATIOS, 1):
                 if name in p.ratios:
                     value, sd = p.ratios[name]
                     row[place] = [(value.real, sd), (value.imag, sd)]
-        return found
+        return parts
 
     @cached_property
     def _kept(self) -> NDArray[np.bool_]:
@@ -460,23 +464,23 @@ class Modal(BicycleKind, kind="modal"):
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
-        where, series, speed, group, repeat = [], [], [], [], []
+        labels, series, speed, group, repeat = [], [], [], [], []
         shown: dict[str, Series] = {}
         for k, p in enumerate(self.points):
             for place, name in enumerate(("", *RATIOS)):
-                what = f"{p.called} {name.replace('_', ' ')}".strip()
+                channel = f"{p.called} {name.replace('_', ' ')}".strip()
                 for column, (part, unit) in enumerate((("real", "1/s"), ("imaginary", "rad/s"))):
                     if not self._kept[k, place, column]:
                         continue
                     quantity = f"{part} part" if name else f"{part} part, {unit}"
-                    shown[f"{what}, {part}"] = Series(what, quantity)
-                    where.append(f"{what}, {p.speed:g} m/s, {part}")
-                    series.append(f"{what}, {part}")
+                    shown[f"{channel}, {part}"] = Series(channel, quantity)
+                    labels.append(f"{channel}, {p.speed:g} m/s, {part}")
+                    series.append(f"{channel}, {part}")
                     speed.append(p.speed)
                     group.append(p.group or f"{p.speed:.6g}")
                     repeat.append(f"{k:06d}")
         fold = folds(group, speed, repeat)
-        return Rows(tuple(where), np.array(speed), tuple(series), fold, shown=shown, axis=SPEED_AXIS)
+        return Rows(tuple(labels), np.array(speed), tuple(series), fold, shown=shown, axis=SPEED_AXIS)
 
     @property
     def speeds(self) -> Array:
@@ -496,7 +500,7 @@ class Modal(BicycleKind, kind="modal"):
         base_roots = self._modes((), self.nominal, slopes=False)[0][:, 0]
         chi2 = float(judgement.nominal @ judgement.nominal)
         final = self._rows_elsewhere(judgement.final)
-        found = []
+        sentences = []
         for other in compared_with_another(self.points, base_roots, self.model):
             lies = " and ".join(other.lies_on) or "a root without a name"
             if other.more_chi2 is None:
@@ -505,11 +509,11 @@ class Modal(BicycleKind, kind="modal"):
                 by_name = (
                     f"with the roots called {other.mode} its chi^2 is {chi2 + other.more_chi2:.5g}, not {chi2:.5g}"
                 )
-            found.append(
+            sentences.append(
                 f"{other} are compared with another root of the base model, which is nearer ({lies}); {by_name}; "
                 f"of the final model {final.get(other.mode, 'none is')}"
             )
-        return tuple(found)
+        return tuple(sentences)
 
     def _rows_elsewhere(self, final: Fit) -> dict[str, str]:
         """By mode, how many rows a ``final`` model is compared with at another root, in words."""
@@ -534,13 +538,13 @@ class Modal(BicycleKind, kind="modal"):
         proposals: list[Proposal] = []
         for place, ratio in enumerate(RATIOS, 1):
             if ratio not in have:
-                what = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
+                title = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
                 sds = np.full(2 * len(self.points), DEFAULT_RATIO_SD)
-                proposals.append(Proposal(what, sds, partial(self._ratio, place)))
+                proposals.append(Proposal(title, sds, partial(self._ratio, place)))
         for factor in (0.8, 1.25, 1.5, 2.0):
             speed = factor * (fastest if factor > 1 else slowest)
-            what, few = f"{last.called} at {speed:.3g} m/s, 6 runs", np.full(2, sd / np.sqrt(6))
-            proposals.append(Proposal(what, few, partial(self._mode_at, last, speed)))
+            title, sds_of_mean = f"{last.called} at {speed:.3g} m/s, 6 runs", np.full(2, sd / np.sqrt(6))
+            proposals.append(Proposal(title, sds_of_mean, partial(self._mode_at, last, speed)))
         return (*proposals, *self.forced(fastest))
 
     def _ratio(self, place: int, candidates: Candidates, theta: Array) -> base.Prediction:
@@ -553,13 +557,13 @@ class Modal(BicycleKind, kind="modal"):
         family = self.family(candidates, like.settings)
         measured = (p for p in self.points if (p.mode, p.settings) == (like.mode, like.settings))
         nearest = min(measured, key=lambda p: abs(p.speed - speed))
-        near = self._near[self.points.index(nearest)]
+        root = self._near[self.points.index(nearest)]
         for v in np.linspace(nearest.speed, speed, 12):
             system = family(theta[None], np.array([v]))
             values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
-            cost = np.where(values.imag >= 0, np.abs(values - near), np.inf)
-            near = values[int(cost.argmin())]
-        wanted = Wanted(np.array([speed]), (like.mode,), np.array([near]))
+            cost = np.where(values.imag >= 0, np.abs(values - root), np.inf)
+            root = values[int(cost.argmin())]
+        wanted = Wanted(np.array([speed]), (like.mode,), np.array([root]))
         number, slope = _undamped(*predict(family, wanted, theta))
         return flat_parts(number[:, 0], slope[:, 0])
 
@@ -571,15 +575,15 @@ class Modal(BicycleKind, kind="modal"):
         def read(change: Callable[[ModalPoint], ModalPoint]) -> Modal:
             return replace(self, points=tuple(map(change, self.points)))
 
-        for what, factor in SPEEDS.items():
-            yield what, read(partial(ModalPoint.times, speed=factor))
-        for what, factor in FREQUENCIES.items():
-            yield f"imag_rad_s {what}", read(partial(ModalPoint.times, imag=factor))
+        for reading, factor in SPEEDS.items():
+            yield reading, read(partial(ModalPoint.times, speed=factor))
+        for reading, factor in FREQUENCIES.items():
+            yield f"imag_rad_s {reading}", read(partial(ModalPoint.times, imag=factor))
         yield "real_1_s of the opposite sign", read(partial(ModalPoint.times, real=-1.0))
         names = list(dict.fromkeys(name for p in self.points for name in p.ratios))
         for name in names:
-            for what, factor in ANGLES.items():
-                yield f"{name} {what}", read(partial(ModalPoint.with_ratios, names={name: name}, factor=factor))
+            for reading, factor in ANGLES.items():
+                yield f"{name} {reading}", read(partial(ModalPoint.with_ratios, names={name: name}, factor=factor))
         if len(names) == 2:
             swap = dict(zip(names, names[::-1], strict=True))
             yield f"{' and '.join(names)} swapped", read(partial(ModalPoint.with_ratios, names=swap, factor=1.0))

@@ -204,20 +204,20 @@ class Replay:
         aside = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
         middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[mistakes.REFERENCE]) * lasts
         middle = np.maximum(middle, 2 * aside + 0.2 - speeds)  # no run ends at rest
-        found = []
+        sides = []
         for side in (-aside, 0.0, aside):
             there = {**values, SPEED_OFFSET: middle + side}
             driven = self._driven(family, there, family.system(there, speeds))
-            found.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
+            sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
         h, parts = aside[..., None, None], []
-        for slow, base, fast in zip(*(each for _, each in found), strict=True):
+        for slow, base, fast in zip(*(each for _, each in sides), strict=True):
             parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
-        return found[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
+        return sides[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
 
     @staticmethod
     def _along(system: Sampled, x: Array, only: int | None = None) -> Array:
         """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
-        along, found = system.along, [x]
+        along, states = system.along, [x]
         assert along is not None
         parts = (along.step, along.before, along.after)
         every = [
@@ -236,8 +236,8 @@ class Replay:
             x = every[0] @ grown(x, k)
             if driven:
                 x = x + every[1] @ grown(u[..., k, None], k) + every[2] @ grown(u[..., k + 1, None], k)
-            found.append(x)
-        return np.stack(found, -1)
+            states.append(x)
+        return np.stack(states, -1)
 
     @cached_property
     def _steps(self) -> Array:
@@ -280,10 +280,10 @@ class Replay:
         """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
         if mistakes.ROTATION[1] not in values:
             return outputs
-        found, places = outputs.copy(), [names.index(CHANNELS[name]) for name in mistakes.BOX]
+        turned, places = outputs.copy(), [names.index(CHANNELS[name]) for name in mistakes.BOX]
         for place, shares in zip(places, mistakes.turned(values), strict=True):
-            found[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
-        return found
+            turned[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
+        return turned
 
     def _courses(self, name: str) -> Array:
         """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
@@ -313,31 +313,31 @@ class Replay:
         if (settings == settings[0]).all():
             settings = settings[:1]
         riding, last = riding_in(values), len(names) + (mistakes.FRICTION in values)
-        found = np.zeros((len(settings), len(self.runs), last + len(PUSHES) * bool(riding), self.length))
-        found[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
+        signals = np.zeros((len(settings), len(self.runs), last + len(PUSHES) * bool(riding), self.length))
+        signals[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
         for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
             delay = settings[i, 2 * m + 1]
             for r, run in enumerate(self.runs):
                 shifted = np.interp(run.time - delay, run.time, run.inputs[names[m]])
-                found[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
+                signals[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
         if mistakes.FRICTION in values:
-            found[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
-        own = np.zeros((len(self.runs), 0)) if starts is None else starts  # coefficients of the courses are its last
+            signals[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
+        coefficients = np.zeros((len(self.runs), 0)) if starts is None else starts  # of the courses the last
         for name in reversed(riding if starts is not None else []):
             courses = self._courses(name)
             count = 2 * courses.shape[-1]
-            own, mine = own[:, :-count], own[:, -count:].reshape(len(self.runs), 2, -1)
-            found[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, mine, SHARES[name])
-        return found
+            coefficients, sizes = coefficients[:, :-count], coefficients[:, -count:].reshape(len(self.runs), 2, -1)
+            signals[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, sizes, SHARES[name])
+        return signals
 
     def padded(self, signals: Iterable[Sequence[Array]]) -> Array:
         """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
-        rows = [list(own) for own in signals]
-        found = np.zeros((len(rows), len(rows[0]), self.length))
-        for own, given in zip(found, rows, strict=True):
-            for padded, x in zip(own, given, strict=True):
+        rows = [list(run_signals) for run_signals in signals]
+        array = np.zeros((len(rows), len(rows[0]), self.length))
+        for run_signals, given in zip(array, rows, strict=True):
+            for padded, x in zip(run_signals, given, strict=True):
                 padded[: len(x)] = x
-        return found
+        return array
 
     @cached_property
     def _recorded(self) -> Array:
@@ -366,48 +366,48 @@ class Replay:
     def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
         step, before, after, seen, _, _ = system.first
-        found = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
+        columns = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
         for name in riding_in(values):
             courses = self._courses(name)
             known, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
             pushes = slice(-len(PUSHES), None)
             into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)
             across = np.einsum("srni,jk->rskijn", into, np.eye(k)).reshape(len(step), 2 * k, 2 * k, -1)
-            found.append(from_rest(step, known, across, seen))
-        return np.concatenate(found, -1)[None]
+            columns.append(from_rest(step, known, across, seen))
+        return np.concatenate(columns, -1)[None]
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:
         """Effect of the unknown state of each low-pass on the channels (K, R, C, filters, T)."""
         filtered = [c for c, name in enumerate(self.channels) if mistakes.LOWPASS.format(name) in values]
         k = len(next(iter(values.values())))
-        found = np.zeros((k, len(self.runs), len(self.channels), len(filtered), self.length))
+        effects = np.zeros((k, len(self.runs), len(self.channels), len(filtered), self.length))
         for f, c in enumerate(filtered):
             name = self.channels[c]
             size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
             dying = begun(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
-            found[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
-        return found
+            effects[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
+        return effects
 
     def _sensed(self, y: Array, values: Mapping[str, Array], starts: Array | None) -> Array:
         """Low-pass, delay (to second order in time) and gain of each channel, outputs (K, R, C, T, ...)."""
         for c, name in enumerate(self.channels):
-            one = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
+            channel = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
             if mistakes.LEANS in values and name == mistakes.BOX[1]:
-                one *= self._leaning.reshape(self.length, 1, -1, *(1,) * (one.ndim - 3))
+                channel *= self._leaning.reshape(self.length, 1, -1, *(1,) * (channel.ndim - 3))
             if mistakes.LOWPASS.format(name) in values:
-                one[:] = lowpassed(one, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
+                channel[:] = lowpassed(channel, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
             late = values.get(mistakes.DELAY.format(name))
             if late is not None or (mistakes.OFFSET in values and name in mistakes.BOX):
                 tau = np.zeros((1, 1, 1)) if late is None else late[:, :1, None] / self._steps[:, None]  # (K, R, T)
                 if mistakes.OFFSET in values and name in mistakes.BOX:
                     since = values[mistakes.SKEW][:, :1, None] * np.arange(self.length)
                     tau = tau + values[mistakes.OFFSET][:, :1, None] / self._steps[:, None] + since
-                tau = np.moveaxis(np.broadcast_to(tau, (*tau.shape[:-1], one.shape[0])), -1, 0)
-                tau = tau.reshape(*tau.shape, *(1,) * (one.ndim - 3))
-                first = np.gradient(one, axis=0)
-                one += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
+                tau = np.moveaxis(np.broadcast_to(tau, (*tau.shape[:-1], channel.shape[0])), -1, 0)
+                tau = tau.reshape(*tau.shape, *(1,) * (channel.ndim - 3))
+                first = np.gradient(channel, axis=0)
+                channel += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
             if mistakes.GAIN.format(name) in values:
-                one *= 1 + values[mistakes.GAIN.format(name)][:, :, None]
+                channel *= 1 + values[mistakes.GAIN.format(name)][:, :, None]
         if starts is not None:
             behind = self._filter_starts(values)
             y[..., 0] += np.einsum("krcft,rf->krct", behind, starts[:, : behind.shape[3]])
