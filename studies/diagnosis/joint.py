@@ -64,23 +64,23 @@ class JointData(Joint, kind="joint"):
             raise InputError(
                 f"kind is 'joint' but there is a table [{stray[0]}] at the top; write it as [part.{stray[0]}]"
             )
-        found: dict[str, Part] = {}
+        parts: dict[str, Part] = {}
         for number, given in enumerate(content["part"], 1):
             part = _read_part(given, number, content, folder, common)
-            if part.name in found:
+            if part.name in parts:
                 raise InputError(f"[[part]]: {part.name!r} is given twice; give each part a name of its own")
-            found[part.name] = part
-        things = {part.thing for part in found.values()} - {""}
-        if all(part.thing for part in found.values()):
+            parts[part.name] = part
+        things = {part.thing for part in parts.values()} - {""}
+        if all(part.thing for part in parts.values()):
             raise InputError("every [[part]] has a bicycle of its own; one at least must be of the bicycle at the top")
-        if taken := things & set(found):
+        if taken := things & set(parts):
             name = taken.pop()
             raise InputError(f"[[part]]: {name!r} is the name of a part and of a bicycle; call the part otherwise")
         if "common" in content:
             if not things:
                 raise InputError("common: all parts are of one bicycle, which shares everything; take it out")
             refuse_unknown("effect", content["common"], registry(), where="common")
-        return cls(**common, parts=tuple(found.values()), common=tuple(content.get("common", ())))
+        return cls(**common, parts=tuple(parts.values()), common=tuple(content.get("common", ())))
 
     @property
     def shared(self) -> tuple[str, ...]:
@@ -89,29 +89,31 @@ class JointData(Joint, kind="joint"):
 
     def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """All parts with candidates; names of one part, or one bicycle, are ``PART/NAME`` or ``BICYCLE/NAME``."""
-        known = {part.name: part.kind.names() for part in self.parts}
-        every = {n for names in known.values() for n in names}
-        every |= {f"{own}{OF}{n}" for part in self.parts for own in _owners(part) for n in known[part.name]}
+        names_by_part = {part.name: part.kind.names() for part in self.parts}
+        every = {name for names in names_by_part.values() for name in names}
+        for part in self.parts:
+            for owner in _owners(part):
+                every |= {f"{owner}{OF}{name}" for name in names_by_part[part.name]}
         for option, given in (("--without", without), ("--with", also)):
             refuse_unknown("effect", given, every, where=option)
         excluded = (name for part in self.parts for name in part.kind.excludes)
         without = tuple(dict.fromkeys((*without, *excluded)))
 
         def made_ready(part: Part, owners: Iterable[str]) -> Any:
-            left, tried = (_concerning(owners, known[part.name], given) for given in (without, also))
+            left, tried = (_concerning(owners, names_by_part[part.name], given) for given in (without, also))
             return part.kind.ready(without=left, also=tried)
 
         first = next(part for part in self.parts if not part.thing)
         parts: list[Part] = []
         for part in self.parts:
-            own = frozenset(c.identifier for c in part.kind.mistakes() if c.mistake)
+            mistakes = frozenset(c.identifier for c in part.kind.mistakes() if c.mistake)
             kind = made_ready(part, _owners(part))
             if part.thing:
                 common = {u.name for u in kind.nuisances if u.name.split(".")[0] in self.shared}
                 kind = _as_of(made_ready(first, (first.name,)), kind, self.shared)
-                parts.append(replace(part, kind=kind, own=own, common=frozenset({*self.shared, *common})))
+                parts.append(replace(part, kind=kind, own=mistakes, common=frozenset({*self.shared, *common})))
             else:
-                parts.append(replace(part, kind=kind, own=own))
+                parts.append(replace(part, kind=kind, own=mistakes))
         others = ", ".join(dict.fromkeys(part.thing for part in self.parts if part.thing))
         note = (
             f"several bicycles: {self.model.bicycle.name} and {others}; common to all of them: "
@@ -131,7 +133,7 @@ class JointData(Joint, kind="joint"):
         return with_named(self.model, final)
 
     def bicycles(self, final: Fit) -> dict[str, tuple[Kind, Fit]]:
-        found: dict[str, tuple[Kind, Fit]] = {"": (self, _of_first(final))}
+        fits: dict[str, tuple[Kind, Fit]] = {"": (self, _of_first(final))}
         for called in dict.fromkeys(part.thing for part in self.parts if part.thing):
             floating: dict[str, tuple[UncertainParameter, int]] = {}
             acting: dict[str, tuple[Candidate, list[int]]] = {}
@@ -140,13 +142,13 @@ class JointData(Joint, kind="joint"):
                 if part.thing != called:
                     continue
                 first = first or part.kind
-                kept, places = self.of_part(number, final.candidates)
-                where = iter(places.tolist())
-                floating |= {u.name: (u, next(where)) for u in part.kind.nuisances}
-                acting |= {c.identifier: (c, [next(where) for _ in c.unknowns]) for c in kept}
+                candidates, places = self.of_part(number, final.candidates)
+                position = iter(places.tolist())
+                floating |= {u.name: (u, next(position)) for u in part.kind.nuisances}
+                acting |= {c.identifier: (c, [next(position) for _ in c.unknowns]) for c in candidates}
             assert first is not None
-            found[called] = first, _restricted(final, floating.values(), acting.values())
-        return found
+            fits[called] = first, _restricted(final, floating.values(), acting.values())
+        return fits
 
 
 def _owners(part: Part) -> tuple[str, ...]:
@@ -155,8 +157,8 @@ def _owners(part: Part) -> tuple[str, ...]:
 
 def _concerning(owners: Iterable[str], known: Iterable[str], given: tuple[str, ...]) -> tuple[str, ...]:
     """Names ``given`` that are meant for a part: its own after ``PART/``, and those that it knows."""
-    own = [name.removeprefix(owner + OF) for owner in owners for name in given if name.startswith(owner + OF)]
-    return (*own, *(name for name in given if name in known))
+    prefixed = [name.removeprefix(owner + OF) for owner in owners for name in given if name.startswith(owner + OF)]
+    return (*prefixed, *(name for name in given if name in known))
 
 
 # ---- reading ----
@@ -223,22 +225,24 @@ def _other_bicycle(
 
 def _of_first(final: Fit) -> Fit:
     """Part of a ``final`` fit that is of the first bicycle: without effects that are another's own."""
-    kept = [c for c in final.candidates if c.effect is None or OF not in c.identifier]
+    candidates = [c for c in final.candidates if c.effect is None or OF not in c.identifier]
     floating = [(u, k) for k, u in enumerate(final.unknowns[: final.effect_columns.start])]
-    return _restricted(final, floating, [(c, list(range(*final.columns(c).indices(len(final.theta))))) for c in kept])
+    return _restricted(
+        final, floating, [(c, list(range(*final.columns(c).indices(len(final.theta))))) for c in candidates]
+    )
 
 
 def _restricted(
     final: Fit, nuisances: Iterable[tuple[UncertainParameter, int]], candidates: Iterable[tuple[Candidate, list[int]]]
 ) -> Fit:
     """A ``final`` fit with only these unknowns, each with its places among the coordinates."""
-    floating, kept = list(nuisances), list(candidates)
-    places = [*(k for _, k in floating), *(k for _, where in kept for k in where)]
+    floating, acting = list(nuisances), list(candidates)
+    places = [*(k for _, k in floating), *(k for _, where in acting for k in where)]
     return replace(
         final,
-        candidates=tuple(c for c, _ in kept),
+        candidates=tuple(c for c, _ in acting),
         theta=final.theta[places],
-        unknowns=(*(u for u, _ in floating), *(u for c, _ in kept for u in c.unknowns)),
+        unknowns=(*(u for u, _ in floating), *(u for c, _ in acting for u in c.unknowns)),
         covariance=final.covariance[places][:, places],
         jacobian=final.jacobian[:, places],
     )
@@ -247,23 +251,23 @@ def _restricted(
 def _as_of(first: Any, other: Any, shared: tuple[str, ...]) -> Kind:
     """Another bicycle's kind whose shared effects have the coordinates and priors of those of the ``first`` one."""
     heavier = sum(other.model.bicycle.static_loads) / sum(first.model.bicycle.static_loads)
-    known = {c.identifier: c for c in first.candidates}
-    stated = {u.name: u for u in first.nuisances}
+    first_candidates = {c.identifier: c for c in first.candidates}
+    first_nuisances = {u.name: u for u in first.nuisances}
 
     def scaled(u: UncertainParameter, own: UncertainParameter, factor: float) -> UncertainParameter:
         return replace(u, sets={key: factor * share for key, share in own.sets.items()})
 
     def alike(c: Candidate) -> Candidate:
-        if c.identifier not in shared or c.identifier not in known:
+        if c.identifier not in shared or c.identifier not in first_candidates:
             return c
-        pairs = zip(known[c.identifier].unknowns, c.unknowns, strict=True)
+        pairs = zip(first_candidates[c.identifier].unknowns, c.unknowns, strict=True)
         # a stiffness in N/rad is in proportion to the static load
         return replace(c, unknowns=tuple(scaled(u, own, heavier if u.unit == "N/rad" else 1.0) for u, own in pairs))
 
     def relative(own: UncertainParameter) -> UncertainParameter:
-        if own.name.split(".")[0] not in shared or own.name not in stated:
+        if own.name.split(".")[0] not in shared or own.name not in first_nuisances:
             return own
-        u = stated[own.name]
+        u = first_nuisances[own.name]
         return scaled(u, own, own.centre / u.centre if u.centre else 1.0)
 
     changed: Kind = replace(
