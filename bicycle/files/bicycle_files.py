@@ -35,7 +35,7 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
 
     A ``.m`` file of MATLAB assigns the fields of a struct: ``P.w = 1.02; % m``.
     """
-    found = GivenNumbers()
+    numbers = GivenNumbers()
     if path.read_bytes().removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{"):
         raise InputError(f"{path}: holds JSON; let its name end in .json")
     for where, key, text in key_value_lines(path):
@@ -45,17 +45,17 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
             )
         key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
         if key in FLAGS:
-            found.add_word(key, text.rstrip("; "), where=where)
+            numbers.add_word(key, text.rstrip("; "), where=where)
         else:
-            found.add(key, text.rstrip("; "), where=where)
+            numbers.add(key, text.rstrip("; "), where=where)
     for line in path.read_bytes().decode("utf-8-sig", errors="replace").split("\n"):
         mark, _, text = line.strip().partition(":")
         word = mark.lstrip("#%").strip()
         text = _unquote(text.strip())
         comment = word == "kind" and text not in KINDS
-        if mark[:1] in ("#", "%") and word in WORDS and word not in found.words and not comment:
-            found.words[word] = text
-    return found
+        if mark[:1] in ("#", "%") and word in WORDS and word not in numbers.words and not comment:
+            numbers.words[word] = text
+    return numbers
 
 
 def read_mapping(path: Path | Traversable) -> GivenNumbers:
@@ -80,27 +80,27 @@ def read_mapping(path: Path | Traversable) -> GivenNumbers:
             f"one used here ({', '.join(KEYS)}); write the bicycle out in these (benchmark, meijaard2007)"
         )
     try:
-        found = GivenNumbers({key: text for key, (_, text) in tables.get("units", ("", {}))[1].items()})
+        numbers = GivenNumbers({key: text for key, (_, text) in tables.get("units", ("", {}))[1].items()})
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    found.bodies = bodies
+    numbers.bodies = bodies
     for key in words:
-        found.add_word(key, top[key][1], where=top.pop(key)[0])
+        numbers.add_word(key, top[key][1], where=top.pop(key)[0])
     for key, (where, value) in (tables["values"][1] if "values" in tables else top).items():
         if isinstance(value, Mapping | list):
             raise InputError(f"{where}: expected one 'key: value' a line, found a nested value {key}")
-        found.add(key, value, where=where)
+        numbers.add(key, value, where=where)
     if "values" in tables:
         top.pop("parameterization", None)
         for key, (where, value) in top.items():
             text = "{...}" if isinstance(value, Mapping) else shown(value)
-            found.notes.append(f"{where}: {key} = {text} is not used")
+            numbers.notes.append(f"{where}: {key} = {text} is not used")
     for key, (where, value) in tables.get("sd", ("", {}))[1].items():
-        found.add_sd(key, value, where=where)
+        numbers.add_sd(key, value, where=where)
     if COVARIANCE in tables:
         plain = {key: value for key, (_, value) in tables[COVARIANCE][1].items()}
-        found.add_covariance(plain, where=f"{path}: [{COVARIANCE}]")
-    return found
+        numbers.add_covariance(plain, where=f"{path}: [{COVARIANCE}]")
+    return numbers
 
 
 def _add_places(content: Mapping[str, Any], where: str) -> dict[str, tuple[str, Any]]:
@@ -198,14 +198,16 @@ def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:
     missing = [key for key in ("name", *UNITS) if key not in keys and not (key == "c" and FORK_OFFSET in keys)]
     if missing:
         raise InputError(f"{path}: the column {', '.join(missing)} is missing; a row needs a name and every parameter")
-    found: dict[str, Bicycle] = {}
+    bicycles: dict[str, Bicycle] = {}
     for place, cells in sheet.rows:
         row = dict(zip(keys, zip(cells, (unit for _, unit in columns), sheet.header, strict=True), strict=True))
-        one = _row_bicycle(f"{path}, {place}", row, allow_unusual=allow_unusual)
-        if one.name in found:
-            raise InputError(f"{path}, {place}, column 'name': {one.name!r} is there already; give each its own name")
-        found[one.name] = one
-    return list(found.values())
+        bicycle = _row_bicycle(f"{path}, {place}", row, allow_unusual=allow_unusual)
+        if bicycle.name in bicycles:
+            raise InputError(
+                f"{path}, {place}, column 'name': {bicycle.name!r} is there already; give each its own name"
+            )
+        bicycles[bicycle.name] = bicycle
+    return list(bicycles.values())
 
 
 def _column(name: str, sheet: Sheet) -> tuple[str, str]:
@@ -308,16 +310,16 @@ def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bi
 def _one_of_table(text: str, *, allow_unusual: bool) -> Bicycle:
     """Read the bicycle ``FILE#NAME`` of a table of bicycles, or the only one of ``FILE``."""
     path, name = split_row(text)
-    found = {one.name: one for one in read_bicycles(path, allow_unusual=allow_unusual)}
-    if not name and len(found) > 1:
-        more = ", ..." if len(found) > 4 else ""
+    bicycles = {one.name: one for one in read_bicycles(path, allow_unusual=allow_unusual)}
+    if not name and len(bicycles) > 1:
+        more = ", ..." if len(bicycles) > 4 else ""
         raise InputError(
-            f"{path}: the table has {len(found)} bicycles ({', '.join(list(found)[:4])}{more}); "
-            f"name one of them: {path.name}{ROW}{next(iter(found))}"
+            f"{path}: the table has {len(bicycles)} bicycles ({', '.join(list(bicycles)[:4])}{more}); "
+            f"name one of them: {path.name}{ROW}{next(iter(bicycles))}"
         )
-    if name and name not in found:
-        raise InputError(f"{path}: {unknown('bicycle', name, found)}")
-    return found[name] if name else next(iter(found.values()))
+    if name and name not in bicycles:
+        raise InputError(f"{path}: {unknown('bicycle', name, bicycles)}")
+    return bicycles[name] if name else next(iter(bicycles.values()))
 
 
 def bicycle_place(text: str, folder: Path) -> str:

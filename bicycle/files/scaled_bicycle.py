@@ -116,8 +116,8 @@ def values_of(features: Array, q: Geometry) -> dict[str, float]:
 def measured_bicycles() -> Mapping[str, Bicycle]:
     """The bicycles of :data:`MAKES`."""
     text = data_root().joinpath("bicycle_text", "YellowBenchmark.txt")
-    found = {name: load_bicycle(name) for name in MAKES if name != "Yellow"}
-    return found | {"Yellow": read_flat_text(text).bicycle("Yellow", "bicycle file")}
+    bicycles = {name: load_bicycle(name) for name in MAKES if name != "Yellow"}
+    return bicycles | {"Yellow": read_flat_text(text).bicycle("Yellow", "bicycle file")}
 
 
 def _mean(*without: str) -> Array:

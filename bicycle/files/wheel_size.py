@@ -209,16 +209,16 @@ def _candidates(sizes: Sequence[Size], *, without_width: bool) -> str:
         widths = "a decimal such as 1.75" if size.widths == DECIMAL else size.widths
         shown = size.name.upper() if size.widths == MM else f"{size.name} x {widths}"
         rims.setdefault(size.rim, []).append(shown)
-    found = "; ".join(f"{rim} mm ({', '.join(names)})" for rim, names in rims.items())
+    meanings = "; ".join(f"{rim} mm ({', '.join(names)})" for rim, names in rims.items())
     why = "the width is missing" if without_width and len(rims) == 1 else "this may be several rims"
-    return f"{why}: {found}; "
+    return f"{why}: {meanings}; "
 
 
 def _check_size(text: str, rim: float, width: float) -> WheelSize:
     if not WIDTHS[0] <= width <= WIDTHS[1]:
         raise InputError(f"{text!r}: a tyre {width:g} mm wide is outside {WIDTHS[0]:g} to {WIDTHS[1]:g} mm; {HOW}")
     if rim not in RIMS:
-        nearest = sorted(sorted(RIMS, key=lambda known: abs(known - rim))[:4])
+        nearest = sorted(sorted(RIMS, key=lambda listed: abs(listed - rim))[:4])
         rims = ", ".join(map(str, nearest))
         raise InputError(f"{text!r}: no tyre is made for a rim of {rim:g} mm, the nearest are {rims}; {HOW}")
     return WheelSize(rim, width)

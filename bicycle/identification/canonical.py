@@ -55,12 +55,12 @@ def identify(motion: Motion, fixed: Canonical) -> Array:
     """The nine coefficients (K, 9) of :attr:`Canonical.free`, by least squares of roll, then steer equation."""
     phi, delta, s, v, g = motion.lean, motion.steer, motion.s, motion.v, fixed.gravity
     m, c1, k0, k2 = fixed.mass, fixed.c1, fixed.k0, fixed.k2
-    known = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta
-    roll = _least_squares([s**2 * delta, v * s * delta, g * delta], fixed.force[0] * motion.force - known)
+    explained = (m[0, 0] * s**2 + v * c1[0, 0] * s + g * k0[0, 0] + v**2 * k2[0, 0]) * phi + v**2 * k2[0, 1] * delta
+    roll = _least_squares([s**2 * delta, v * s * delta, g * delta], fixed.force[0] * motion.force - explained)
     m_dp, k0_dp = (roll[:, k, None, None, None] for k in (0, 2))
-    known = (m_dp * s**2 + g * k0_dp + v**2 * k2[1, 0]) * phi
+    explained = (m_dp * s**2 + g * k0_dp + v**2 * k2[1, 0]) * phi
     columns = [s**2 * delta, v * s * phi, v * s * delta, g * delta, v**2 * delta, -motion.force]
-    return np.hstack([roll, _least_squares(columns, motion.torque - known)])
+    return np.hstack([roll, _least_squares(columns, motion.torque - explained)])
 
 
 def _least_squares(columns: list[Complex], right: Complex) -> Array:

@@ -108,14 +108,14 @@ def residual(w: Window, modes: Array) -> tuple[Array, int]:
 
 def noise_floor(w: Window, modes: Array) -> Array:
     """Sd (c,) of :func:`residual`, at least 1e-5: with less noise the normal equations are singular."""
-    left, columns = residual(w, modes)
-    return np.asarray(np.maximum(np.sqrt((left**2).sum(0) / max(len(w.time) - columns, 1)), 1e-5))
+    residuals, columns = residual(w, modes)
+    return np.asarray(np.maximum(np.sqrt((residuals**2).sum(0) / max(len(w.time) - columns, 1)), 1e-5))
 
 
 def guesses(w: Window, known: Array | None = None, start_hz: float | None = None) -> list[Array]:
     """The three best starts (m, 2) with one mode more than the ``known``, near ``start_hz`` or the highest peak."""
-    sought = w.signals if known is None else residual(w, known)[0]
-    peak = _peak(w, sought) if start_hz is None else float(angular_frequency(start_hz))
+    unexplained = w.signals if known is None else residual(w, known)[0]
+    peak = _peak(w, unexplained) if start_hz is None else float(angular_frequency(start_hz))
     omega = np.array([0.35, 0.5, 0.65, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 1.8]) * peak
     omega = np.clip(omega, 1.01 * SLOWEST, 0.99 * FASTEST)
     damping = (-0.1, 0.02, 0.1, 0.2, 0.35, 0.6, *(() if known is None else (1.0, 2.5)))
@@ -124,8 +124,8 @@ def guesses(w: Window, known: Array | None = None, start_hz: float | None = None
     if known is not None:
         net = np.concatenate([np.repeat(known[None], len(net), 0), net], 1)
     q, _ = np.linalg.qr(np.concatenate([basis(net, w.time), np.broadcast_to(w.drift, (len(net), *w.drift.shape))], 2))
-    left = (w.signals**2).sum() - ((np.swapaxes(q, 1, 2) @ w.signals) ** 2).sum((1, 2))
-    return [net[k] for k in np.argsort(left)[:3]]
+    misfit = (w.signals**2).sum() - ((np.swapaxes(q, 1, 2) @ w.signals) ** 2).sum((1, 2))
+    return [net[k] for k in np.argsort(misfit)[:3]]
 
 
 def _peak(w: Window, signals: Array) -> float:
@@ -199,10 +199,10 @@ class Solved:
     def linear(self) -> Linear:
         """Amplitudes with the most probable coefficient of the noise."""
         points, places = np.indices((len(self.logs), self.logs.shape[2]))
-        one = points, self.logs.argmax(axis=1), places
-        gram = self.gram[one]
-        mean = np.linalg.solve(gram, self.right[one][..., None])[..., 0]
-        return Linear(mean, np.linalg.inv(gram) * (self.squares[one] / self.samples)[..., None, None])
+        likeliest = points, self.logs.argmax(axis=1), places
+        gram = self.gram[likeliest]
+        mean = np.linalg.solve(gram, self.right[likeliest][..., None])[..., 0]
+        return Linear(mean, np.linalg.inv(gram) * (self.squares[likeliest] / self.samples)[..., None, None])
 
 
 @dataclass(frozen=True)
@@ -235,23 +235,23 @@ class Evidence:
     def _fixed(self) -> tuple[Array, Array, Array, Array]:
         """Polynomials and signals (k, n); what each colour takes of the three sums; its log determinant; the ridge."""
         w, phi = self.window, self.window.colours
-        kept = len(KINDS[self.drift])
+        degrees = len(KINDS[self.drift])
         sums = np.stack([1 + phi**2, -(phi**2), -phi], 1) / (1 - phi**2)[:, None]
         spread = (len(w.time) - 1) * np.log(1 - phi**2) + 2 * math.log(len(phi))
         sizes = np.tile(KINDS[self.drift], (w.signals.shape[1], 1))
         sizes[:, :1] *= np.maximum(1.0, np.abs(w.signals.mean(0)))[:, None]  # an offset may be larger than the motion
-        return np.concatenate([w.drift[:, :kept], w.signals], 1).T, sums, spread, 1 / sizes**2
+        return np.concatenate([w.drift[:, :degrees], w.signals], 1).T, sums, spread, 1 / sizes**2
 
     def _ridge(self, plain: Array, oscillating: int, p: int) -> tuple[Array, Array]:
         """Prior precision of the amplitudes (points, channels, h, h), in units of the noise, and log determinants."""
         fixed = self._fixed[3]
-        own = plain[:, :p, :p] / len(self.window.time) * (1 + TWINS * np.eye(p))
+        energies = plain[:, :p, :p] / len(self.window.time) * (1 + TWINS * np.eye(p))
         ridge = np.zeros((len(plain), len(fixed), p + fixed.shape[1], p + fixed.shape[1]))
-        turning = own[:, :oscillating, :oscillating] / AMPLITUDE**2
+        turning = energies[:, :oscillating, :oscillating] / AMPLITUDE**2
         ridge[:, :, :oscillating, :oscillating] = turning[:, None]
         logs = np.linalg.slogdet(turning)[1]
         if p > oscillating:
-            dying = own[:, -1, -1] / REAL**2
+            dying = energies[:, -1, -1] / REAL**2
             ridge[:, :, p - 1, p - 1] = dying[:, None]
             logs = logs + np.log(dying)
         for k, precision in enumerate(fixed.T, p):
@@ -266,12 +266,12 @@ def _solve_normal_equations(full: Array, logdet: Array, count: int) -> Solved:
     gram, right, total = full[..., :h, :h], full[..., h, :h], full[..., h, h]
     try:
         root = np.diagonal(np.linalg.cholesky(full), axis1=-2, axis2=-1)
-        squares, own = root[..., h] ** 2, 2 * np.log(root[..., :h]).sum(-1)
+        squares, log_determinant = root[..., h] ** 2, 2 * np.log(root[..., :h]).sum(-1)
     except np.linalg.LinAlgError:  # singular to rounding, or a trial that grew beyond all numbers
         squares = total - (right * np.linalg.solve(gram, right[..., None])[..., 0]).sum(-1)
-        own = np.linalg.slogdet(gram)[1]
+        log_determinant = np.linalg.slogdet(gram)[1]
     squares = np.maximum(squares, 1e-13 * total)
-    logs = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + own + logdet)
+    logs = gammaln(count / 2) - 0.5 * (count * np.log(math.pi * squares) + log_determinant + logdet)
     return Solved(logs, gram, right, squares, count)
 
 

@@ -70,8 +70,8 @@ class Estimate:
     def drifts(self) -> dict[str, float]:
         """Kind of drift -> probability, the most probable first."""
         kinds = [(kind.partition("/")[0], weight) for kind, weight in self.kinds.items()]
-        found = {name: sum(weight for own, weight in kinds if own == name) for name, _ in kinds}
-        return dict(sorted(found.items(), key=lambda item: -item[1]))
+        drifts = {name: sum(weight for own, weight in kinds if own == name) for name, _ in kinds}
+        return dict(sorted(drifts.items(), key=lambda item: -item[1]))
 
     def curves(self) -> tuple[Array, Array]:
         """Fit and drift of the most probable kind, (n, c) each, in units of the window's scale."""
@@ -149,33 +149,33 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
         normal = _solve(evidence, best[None], m)[0] - 0.5 * ((WIDER * z) ** 2).sum(1) + volume
         log = np.where(np.isfinite(log), normal, -np.inf)
     total = float(noise.log_sum(log[:, None])[0])
-    kept = log > log.max() - 30.0
+    relevant = log > log.max() - 30.0
     (most,), best_rate = _split_rate(best[None], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
-    linear = solved.take(kept[inside]).linear().reorder(order)
-    modes = _split_rate(x[kept], m)[0][:, order]
+    linear = solved.take(relevant[inside]).linear().reorder(order)
+    modes = _split_rate(x[relevant], m)[0][:, order]
     evidence_log = total - math.log(points) - prior
-    return Posterior(evidence, most[order], modes, np.exp(log - total)[kept], evidence_log, best_rate, linear)
+    return Posterior(evidence, most[order], modes, np.exp(log - total)[relevant], evidence_log, best_rate, linear)
 
 
 def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
     """Weigh the modes of a window over some kinds of drift, from ``starts`` (m, 2); None without a maximum."""
     evidence, best = evidence_about(w, starts[0])
     tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
-    found = tuple(one for one in tried if one is not None)
-    if not found:
+    posteriors = tuple(one for one in tried if one is not None)
+    if not posteriors:
         return None
-    logs = np.array([p.log_evidence for p in found])
+    logs = np.array([p.log_evidence for p in posteriors])
     kinds = np.exp(logs - logs.max())
     kinds /= kinds.sum()
-    modes = np.concatenate([p.modes for p in found])
-    weights = np.concatenate([weight * p.weights for p, weight in zip(found, kinds, strict=True)])
+    modes = np.concatenate([p.modes for p in posteriors])
+    weights = np.concatenate([weight * p.weights for p, weight in zip(posteriors, kinds, strict=True)])
     mean = np.tensordot(weights, modes, 1)
     ends = np.array([interval(modes[:, *place], weights) for place in np.ndindex(*mean.shape)]).reshape(*mean.shape, 2)
     sd = np.maximum((ends[..., 1] - ends[..., 0]) / (2 * 1.959964), 1e-9 * np.hypot(*mean.T)[:, None])  # rounding
-    ratios = tuple(_ratios(found, weights, number) for number in range(len(mean)))
-    return Estimate(w, found, tuple(float(x) for x in kinds), mean, sd, ratios)
+    ratios = tuple(_ratios(posteriors, weights, number) for number in range(len(mean)))
+    return Estimate(w, posteriors, tuple(float(x) for x in kinds), mean, sd, ratios)
 
 
 def seek_modes(
@@ -196,23 +196,23 @@ def seek_modes(
     for _ in range(1, count):  # the next is sought in what the fitted ones leave; a guess leaves more of itself
         starts, rough = noise.guesses(whole, evidence_about(w, starts[0])[1]), noise.guesses(whole, rough[0])
         w = fine(starts)
-    found = estimate(w, drifts, starts)
-    if found is None and count > 1:  # if no more are there, little is left to begin from
+    fit = estimate(w, drifts, starts)
+    if fit is None and count > 1:  # if no more are there, little is left to begin from
         w = fine(rough)
-        found = estimate(w, drifts, rough)
-    if found is None or not further:
-        return found
-    starts = noise.guesses(whole, found.best.best)
-    spared = np.log(noise.noise_floor(w, found.best.best) / noise.noise_floor(w, starts[0])).sum()
+        fit = estimate(w, drifts, rough)
+    if fit is None or not further:
+        return fit
+    starts = noise.guesses(whole, fit.best.best)
+    spared = np.log(noise.noise_floor(w, fit.best.best) / noise.noise_floor(w, starts[0])).sum()
     if len(w.time) * spared < CLEAR:  # at most so much evidence, were the noise white
-        return found
+        return fit
     w = fine(starts)
-    drift = [found.best.evidence.drift]
-    few, more = estimate(w, drift, [found.best.best]), estimate(w, drift, starts)
+    drift = [fit.best.evidence.drift]
+    few, more = estimate(w, drift, [fit.best.best]), estimate(w, drift, starts)
     if few is None or more is None or not clearer(more.best, few.best) or not _beside(few.best.best, more.best.best):
-        return found
+        return fit
     both = estimate(w, drifts, [more.best.best])
-    return found if both is None or not _beside(few.best.best, both.best.best) else both
+    return fit if both is None or not _beside(few.best.best, both.best.best) else both
 
 
 def _beside(few: Array, more: Array) -> bool:
@@ -235,19 +235,19 @@ def clearer(more: Posterior, few: Posterior) -> bool:
 
 def log_odds_of_each(found: Estimate) -> Array:
     """Logarithm of the odds of each of several modes (m,), infinite if none less would do in the same window."""
-    odds, left = np.full(len(found.mean), math.inf), list(range(len(found.mean)))
-    while len(left) > 1:
-        modes = found.best.best[left]
+    odds, remaining = np.full(len(found.mean), math.inf), list(range(len(found.mean)))
+    while len(remaining) > 1:
+        modes = found.best.best[remaining]
         starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]
-        every, *tried = (estimate(found.window, [found.best.evidence.drift], [start]) for start in starts)
+        whole, *tried = (estimate(found.window, [found.best.evidence.drift], [start]) for start in starts)
         fewer = [one.best for one in tried if one is not None]
-        if every is None or not fewer:
+        if whole is None or not fewer:
             break
-        few = max(fewer, key=lambda one: one.log_evidence)
-        if clearer(every.best, few):
+        few = max(fewer, key=lambda fit: fit.log_evidence)
+        if clearer(whole.best, few):
             break
         away = np.linalg.norm(modes[:, None] - few.best[None], axis=-1).min(1)
-        odds[left.pop(int(away.argmax()))] = _log_odds(every.best, few)
+        odds[remaining.pop(int(away.argmax()))] = _log_odds(whole.best, few)
     return odds
 
 
@@ -305,9 +305,9 @@ def _ratios(found: Sequence[Posterior], weights: Array, number: int) -> dict[str
         )
         value = over * phasors[:, a] / (under * phasors[:, b])
         miss = spread[:, a] + np.abs(phasors[:, a] / phasors[:, b]) ** 2 * spread[:, b]
-        own = miss / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2
+        variance = miss / np.abs(phasors[:, a]) ** 2 * np.abs(value) ** 2 / 2
         mean = complex(weights @ value)
-        ratios[name] = (mean, math.sqrt(float(weights @ (own + np.abs(value - mean) ** 2 / 2))))
+        ratios[name] = (mean, math.sqrt(float(weights @ (variance + np.abs(value - mean) ** 2 / 2))))
     return ratios
 
 
@@ -334,12 +334,12 @@ def _solve(evidence: noise.Evidence, x: Array, m: int) -> tuple[Array, NDArray[n
     span = _rates(evidence)
     if span is not None:
         inside &= (x[:, -1] > span[0]) & (x[:, -1] < span[1])
-    found = np.full(len(x), -np.inf)
+    log_likelihood = np.full(len(x), -np.inf)
     if not inside.any():
-        return found, inside, None
+        return log_likelihood, inside, None
     solved = evidence.solve(modes[inside], None if rates is None else rates[inside])
-    found[inside] = solved.log()
-    return found, inside, solved
+    log_likelihood[inside] = solved.log()
+    return log_likelihood, inside, solved
 
 
 def _climb_from(evidence: noise.Evidence, start: Array, m: int) -> tuple[Array, Array | None]:
@@ -373,9 +373,9 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
         inverse = (vectors / np.maximum(np.abs(values), 0.02)) @ vectors.T
         covariance = np.asarray(inverse * np.outer(steps, steps))
         trials = x + np.outer(damped, inverse @ ((up - down) / 2) * steps)
-        found = log(trials)
-        place = int(np.argmax(found))
-        gain = found[place] - top
+        heights = log(trials)
+        place = int(np.argmax(heights))
+        gain = heights[place] - top
         if gain > 1e-6:  # less is rounding
             x = trials[place]
         elif up.max() > top or down.max() > top:  # not a parabola yet

@@ -60,19 +60,19 @@ class Break(Shift):
     size: float  # sd of what is unforeseen
 
 
-def movement(run: Run, found: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
+def movement(run: Run, whole: Estimate, number: int, last_s: float, *, beside: bool) -> Movement | None:
     """Movement of mode ``number`` of a fit when its window begins later, at three starts; None if it gets too short."""
-    fits = [(found, number)]
-    cycle = 2 * math.pi / float(found.mean[number, 1])
+    fits = [(whole, number)]
+    cycle = 2 * math.pi / float(whole.mean[number, 1])
     for step in dict.fromkeys(max(round(REACH * cycle * k / 3 / run.step), 1) * run.step for k in (1, 2, 3)):
-        later = _refit_part(run, fits[0], found.window.start + step, last_s, beside=beside)
+        later = _refit_part(run, fits[0], whole.window.start + step, last_s, beside=beside)
         if later is None:
             break
         fits.append(later)
     if len(fits) == 1:
         return None
     starts = [fit.window.start for fit, _ in fits]
-    table, energy = [numbers_of(*fit) for fit in fits], found.energy_from(starts)
+    table, energy = [numbers_of(*fit) for fit in fits], whole.energy_from(starts)
     shifts, farthest, what = largest_shifts(table, energy, 0)
     settled = next((place for place in range(1, len(fits) - 1) if largest_shifts(table, energy, place)[1] == 0), None)
     refused = settled is not None and largest_shifts(table, energy, 0, CERTAIN)[1] > TOO_FAR
@@ -93,9 +93,9 @@ def find_break(run: Run, found: Estimate, number: int) -> Break | None:
     whole = numbers_of(found, number)
     shift = dict.fromkeys(whole, 0.0), 0.0, "", False  # too little lies before it to be fitted
     if earlier is not None:
-        table, (every, after) = [whole, numbers_of(*earlier)], found.energy_from([w.start, at])
-        refused = largest_shifts(table, [every, every - after], 0, CERTAIN)[1] > TOO_FAR
-        shift = (*largest_shifts(table, [every, every - after], 0), refused)
+        table, (energy, after) = [whole, numbers_of(*earlier)], found.energy_from([w.start, at])
+        refused = largest_shifts(table, [energy, energy - after], 0, CERTAIN)[1] > TOO_FAR
+        shift = (*largest_shifts(table, [energy, energy - after], 0), refused)
     return Break(*shift, at, end, w.channels[channel], size)
 
 
@@ -103,20 +103,20 @@ def _refit_part(
     run: Run, whole: tuple[Estimate, int], first_s: float, last_s: float, *, beside: bool
 ) -> tuple[Estimate, int] | None:
     """Fit the part of a window from ``first_s`` to ``last_s``; its fit and the place of the mode in it, or None."""
-    found, number = whole
-    likely, known = [drift for drift, weight in found.kinds.items() if weight > 0.05], found.best.best
+    estimate, number = whole
+    likely, modes = [drift for drift, weight in estimate.kinds.items() if weight > 0.05], estimate.best.best
     try:
-        w = window(run, first_s, last_s, block=found.window.block)
+        w = window(run, first_s, last_s, block=estimate.window.block)
     except InputError:
         return None
-    part = posterior.estimate(w, likely, [known])
+    part = posterior.estimate(w, likely, [modes])
     if beside:
-        alone = posterior.estimate(w, likely, [known[number : number + 1]])
+        alone = posterior.estimate(w, likely, [modes[number : number + 1]])
         if alone is not None and (part is None or not posterior.clearer(part.best, alone.best)):
             return alone, 0
     if part is None:
         return None
-    distance = np.hypot(*(known[:, None, :] - part.mean[None, :, :]).transpose(2, 0, 1))
+    distance = np.hypot(*(modes[:, None, :] - part.mean[None, :, :]).transpose(2, 0, 1))
     return part, int(scipy.optimize.linear_sum_assignment(distance)[1][number])  # near modes may change places
 
 
@@ -132,8 +132,8 @@ def largest_shifts(
 ) -> tuple[dict[str, float], float, str]:
     """Compare the numbers of the window at ``place`` with those of its parts that follow, as :class:`Shift` says."""
     shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
-    for later, left in zip(table[place + 1 :], energy[place + 1 :], strict=True):
-        more = max(energy[place] / max(left, 1e-300) - 1, 0.0)  # of the variance; less is rounding
+    for later, remaining in zip(table[place + 1 :], energy[place + 1 :], strict=True):
+        more = max(energy[place] / max(remaining, 1e-300) - 1, 0.0)  # of the variance; less is rounding
         for name, (value, sd) in table[place].items():
             shift = float(np.abs(later[name][0] - value).max())
             if shift > sd and shift > chances * math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2)):
@@ -145,14 +145,14 @@ def largest_shifts(
 
 def unforeseen(found: Estimate, ordinary: float = 0.95) -> Array:
     """Residual of each sample given the one before it (n, c), over its sd; white and normal in a sound window."""
-    left = found.window.signals - found.curves()[0]
-    left = np.vstack([left[:1], found.whiten(left)])
-    usual = np.sort(np.abs(left), axis=0)[: math.ceil(ordinary * len(left))]
+    innovations = found.window.signals - found.curves()[0]
+    innovations = np.vstack([innovations[:1], found.whiten(innovations)])
+    usual = np.sort(np.abs(innovations), axis=0)[: math.ceil(ordinary * len(innovations))]
     edge = -ndtri((1 - ordinary) / 2)
     density = math.exp(-(edge**2) / 2) / math.sqrt(2 * math.pi)
     part = math.sqrt(1 - 2 * edge * density / ordinary)  # rms of a normal distribution without its tails
-    median = np.median(np.abs(left), axis=0) / ndtri(0.75)
-    return np.asarray(left / np.maximum(median, np.sqrt((usual**2).mean(0)) / part))
+    median = np.median(np.abs(innovations), axis=0) / ndtri(0.75)
+    return np.asarray(innovations / np.maximum(median, np.sqrt((usual**2).mean(0)) / part))
 
 
 def probability_of_noise(found: Estimate) -> float:
@@ -160,11 +160,11 @@ def probability_of_noise(found: Estimate) -> float:
 
     Portmanteau test of Ljung & Box (1978, Biometrika 65, 297-303), all channels together.
     """
-    left = found.whiten(found.residual())
-    n, channels = left.shape
+    innovations = found.whiten(found.residual())
+    n, channels = innovations.shape
     lags = np.arange(1, max(min(n // 5, 20), 3) + 1)
-    left = left - left.mean(0)
-    correlations = np.array([(left[lag:] * left[:-lag]).sum(0) for lag in lags]) / (left**2).sum(0)
+    innovations = innovations - innovations.mean(0)
+    correlations = np.array([(innovations[lag:] * innovations[:-lag]).sum(0) for lag in lags]) / (innovations**2).sum(0)
     return float(chdtrc(lags.size * channels, n * (n + 2) * (correlations**2 / (n - lags)[:, None]).sum()))
 
 
@@ -275,23 +275,23 @@ def identify_modes(
         raise InputError(f"{count} modes in one window; give 1 to {MOST_MODES}")
     drifts = tuple(kind for kind in KINDS if drift in (None, kind.partition("/")[0]))
     further = thorough and count == 1
-    found = posterior.seek_modes(
+    fit = posterior.seek_modes(
         lambda block: window(run, first_s, last_s, block=block), drifts, start_hz, count, further=further
     )
-    if found is None:
+    if fit is None:
         return (Decay(run.name, run.speed),) * count
     numbers = range(count)
-    if len(found.mean) > count:  # one of two: that near the start frequency, else the larger one that oscillates
-        near = np.abs(found.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
-        turns = frequency_hz(1j * found.mean[:, 1]) * found.window.length >= FEWEST_CYCLES
-        number = int(np.argmax(np.where(turns, 1 + found.energies(), 0.0)) if start_hz is None else np.argmin(near))
+    if len(fit.mean) > count:  # one of two: that near the start frequency, else the larger one that oscillates
+        near = np.abs(fit.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
+        turns = frequency_hz(1j * fit.mean[:, 1]) * fit.window.length >= FEWEST_CYCLES
+        number = int(np.argmax(np.where(turns, 1 + fit.energies(), 0.0)) if start_hz is None else np.argmin(near))
         numbers = range(number, number + 1)
-    decays = tuple(_decay(run, found, number, asked=len(found.mean) == count) for number in numbers)
+    decays = tuple(_decay(run, fit, number, asked=len(fit.mean) == count) for number in numbers)
     if thorough:
         decays = tuple(_weigh_shifts(run, decay, number, last_s) for decay, number in zip(decays, numbers, strict=True))
     if count == 1:
         return decays
-    doubt = _doubt_count(found, min(decay.cycles for decay in decays))
+    doubt = _doubt_count(fit, min(decay.cycles for decay in decays))
     return tuple(replace(decay, doubt=doubt if doubt[0] else decay.doubt) for decay in decays)
 
 
@@ -340,8 +340,8 @@ def _weigh_shifts(run: Run, decay: Decay, number: int, last_s: float) -> Decay:
         return replace(decay, broken=find_break(run, decay.estimate, number))
     if decay.rejected or decay.estimate is None:
         return decay
-    moved = movement(run, decay.estimate, number, last_s, beside=bool(decay.beside))
-    decay = replace(decay, movement=moved, broken=find_break(run, decay.estimate, number))
+    shift = movement(run, decay.estimate, number, last_s, beside=bool(decay.beside))
+    decay = replace(decay, movement=shift, broken=find_break(run, decay.estimate, number))
     moves: list[Shift] = [move for move in (decay.movement, decay.broken) if move is not None]
     if any(move.refused for move in moves):
         return decay

@@ -35,24 +35,24 @@ def lines_of(signal: Array, step: float) -> Array:
     x = _off_a_line(np.asarray(signal, float))
     duration = len(x) * step
     total = float(weights(len(x)) @ x**2)
-    found, rest, share = np.empty(0), x, 1.0
+    lines, rest, share = np.empty(0), x, 1.0
     for number in range(3):
-        more = _peaks(rest, step, found)
-        if not 0 < len(more) + len(found) <= MOST:
+        more = _peaks(rest, step, lines)
+        if not 0 < len(more) + len(lines) <= MOST:
             break
-        first = np.sort(np.concatenate([found, more]))
+        first = np.sort(np.concatenate([lines, more]))
         rest = fit_lines(first, [x], step)[1][0]
         if not number and float(weights(len(x)) @ rest**2) > 0.2 * total:
             return np.empty(0)
-        found = first
+        lines = first
         for _ in range(3):
-            found = _refine_lines(found, x, step)
-        rest = fit_lines(found, [x], step)[1][0]
+            lines = _refine_lines(lines, x, step)
+        rest = fit_lines(lines, [x], step)[1][0]
         share = float(weights(len(x)) @ rest**2) / total
         if share < 1e-4 or not len(more):
             break
-    found = found[np.diff(found, prepend=-np.inf) * duration > 1]
-    return found if share <= 0.05 else np.empty(0)
+    lines = lines[np.diff(lines, prepend=-np.inf) * duration > 1]
+    return lines if share <= 0.05 else np.empty(0)
 
 
 def weights(size: int) -> Array:
@@ -90,9 +90,11 @@ def fit_lines(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Arra
         a *= v[rows, None]
         gram += a.T @ a
         side += a.T @ (x[:, rows] * v[rows]).T
-    found = np.linalg.lstsq(gram, side, rcond=None)[0]
-    left = np.concatenate([x[:, rows] - (a @ found).T for rows, a, _ in _line_basis(hertz, size, step)], axis=1)
-    return np.asarray(found, float), left
+    coefficients = np.linalg.lstsq(gram, side, rcond=None)[0]
+    residuals = np.concatenate(
+        [x[:, rows] - (a @ coefficients).T for rows, a, _ in _line_basis(hertz, size, step)], axis=1
+    )
+    return np.asarray(coefficients, float), residuals
 
 
 def _peaks(x: Array, step: float, known: Array) -> Array:
@@ -119,15 +121,15 @@ def _peaks(x: Array, step: float, known: Array) -> Array:
 def _refine_lines(hertz: Array, x: Array, step: float) -> Array:
     """Frequencies ``hertz`` (m,), Hz, after one step of Gauss and Newton on the residual of their lines."""
     size, m = len(x), len(hertz)
-    found, left = fit_lines(hertz, [x], step)
-    of_cos, of_sin = found[:m, 0], found[m : 2 * m, 0]
+    coefficients, residuals = fit_lines(hertz, [x], step)
+    of_cos, of_sin = coefficients[:m, 0], coefficients[m : 2 * m, 0]
     width = 3 * m + 2
     gram, side, v = np.zeros((width, width)), np.zeros(width), np.sqrt(weights(size))
     for rows, a, time in _line_basis(hertz, size, step):
         turn = 2 * np.pi * time[:, None] / (size * step)
         a = np.column_stack([a, turn * (of_sin * a[:, :m] - of_cos * a[:, m : 2 * m])]) * v[rows, None]
         gram += a.T @ a
-        side += a.T @ (left[0, rows] * v[rows])
+        side += a.T @ (residuals[0, rows] * v[rows])
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
     bins = (np.linalg.lstsq(gram / np.outer(scale, scale), side / scale, rcond=1e-12)[0] / scale)[2 * m + 2 :]
     return np.asarray(hertz + np.clip(bins, -0.25, 0.25) / (size * step))
@@ -147,8 +149,8 @@ class LineResponse:
 def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineResponse:
     """Response of one record at the lines ``hertz`` (m,), Hz, sampled by ``step`` (s)."""
     size, m = len(given), len(hertz)
-    found, (rest_u, rest_y) = fit_lines(hertz, [given, seen], step)
-    u, y = (found[:m] - 1j * found[m : 2 * m]).T
+    coefficients, (rest_u, rest_y) = fit_lines(hertz, [given, seen], step)
+    u, y = (coefficients[:m] - 1j * coefficients[m : 2 * m]).T
     between = _gap_frequencies(hertz, size, step)
     v, width = weights(size), 2 * m + 2
     once, twice, cross = np.zeros((width, width)), np.zeros((width, width)), np.zeros((width, len(between)), complex)
@@ -183,13 +185,13 @@ def _gap_frequencies(hertz: Array, size: int, step: float) -> Array:
     ends = np.concatenate(
         [[LOWEST * bin_width / 2], hertz, [min(hertz[-1] + (BESIDE + 1) * OFF * bin_width, 0.5 / step)]]
     )
-    found = []
+    frequencies = []
     for low, high in pairwise(ends):
         gap = (high - low) / bin_width
         count = int(gap / OFF) - 1 if gap >= 2 * OFF else int(gap >= APART)
         places = low + (high - low) * np.arange(1, count + 1) / (count + 1)
-        found.append(places if count <= 2 * BESIDE else np.concatenate([places[:BESIDE], places[-BESIDE:]]))
-    return np.concatenate(found)
+        frequencies.append(places if count <= 2 * BESIDE else np.concatenate([places[:BESIDE], places[-BESIDE:]]))
+    return np.concatenate(frequencies)
 
 
 @dataclass(frozen=True)

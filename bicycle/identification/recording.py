@@ -360,9 +360,9 @@ def _notes(
     starts = "first_s" in histories or all("first_s" in entry for entry in histories["runs"])
     if not starts and not common.get("first_s") and not set(INPUTS) & set(runs[0].inputs):
         yield NOTES["kick"]
-    kept = [run.name for run in runs if run.held_out]
-    if kept:
-        yield NOTES["held out"].format(runs=", ".join(kept))
+    predicted = [run.name for run in runs if run.held_out]
+    if predicted:
+        yield NOTES["held out"].format(runs=", ".join(predicted))
     yield from (f"{run.name}: {note}" for run in runs for note in run.notes)
 
 
@@ -415,24 +415,24 @@ def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> 
         settings.pop(START, None)
     tables = {key: settings[key] for key in TABLES if key in settings}
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
-    found = list[Run]()
+    runs = list[Run]()
     for named in _files(given, folder, where):
         with looking(folder / named):
             events = read_events(folder / named, given["speed_m_s"], given["group"], channel_map=channel_map)
         names = [named.as_posix() + run.name.removeprefix(named.name) for run in events]
         own = (replace(run, name=name, held_out=given["held_out"]) for run, name in zip(events, names, strict=True))
-        found += [_window(run, settings) for run in own]
-    return found
+        runs += [_window(run, settings) for run in own]
+    return runs
 
 
 def _in_m_s(entry: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Convert the speed of an entry to m/s, if given in km/h."""
-    given = dict(entry)
-    if KM_H in given and "speed_m_s" in given:
+    converted = dict(entry)
+    if KM_H in converted and "speed_m_s" in converted:
         raise InputError(f"{where}: speed_m_s and {KM_H} say the same; keep one")
-    if KM_H in given:
-        given["speed_m_s"] = read(SPEED, given.pop(KM_H), where=where, section=KM_H) / 3.6
-    return given
+    if KM_H in converted:
+        converted["speed_m_s"] = read(SPEED, converted.pop(KM_H), where=where, section=KM_H) / 3.6
+    return converted
 
 
 def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
@@ -443,8 +443,8 @@ def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
         return [Path(given["file"])]
     pattern = Path(given["files"])
     root = Path(pattern.anchor) if pattern.is_absolute() else folder
-    found = sorted(path for path in root.glob(pattern.relative_to(pattern.anchor).as_posix()) if path.is_file())
-    if not found:
+    paths = sorted(path for path in root.glob(pattern.relative_to(pattern.anchor).as_posix()) if path.is_file())
+    if not paths:
         held = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir()) if folder.is_dir() else []
         held = [name for name in held if pattern.suffix and name.endswith(pattern.suffix)] or held
         more = f" and {len(held) - 8} more" if len(held) > 8 else ""
@@ -452,7 +452,7 @@ def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
             f'{where}: no file in {folder} is called so; give a pattern such as "kick_*.csv" or "ride_*/recording.csv"'
             f"; it holds {', '.join(held[:8]) or 'nothing'}{more}"
         )
-    return found if pattern.is_absolute() else [path.relative_to(folder) for path in found]
+    return paths if pattern.is_absolute() else [path.relative_to(folder) for path in paths]
 
 
 def _window(run: Run, settings: Mapping[str, Any]) -> Run:

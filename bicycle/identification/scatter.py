@@ -53,8 +53,8 @@ class _Group:
 
     def square(self) -> tuple[float, int]:
         """Sum of squares of the residuals and its degrees of freedom."""
-        left, free = self.residual()
-        return float(left @ left), round(float(free.sum()))
+        residuals, free = self.residual()
+        return float(residuals @ residuals), round(float(free.sum()))
 
 
 def about_one_speed(speeds: Sequence[float], same: float = SAME_SPEED) -> tuple[tuple[int, ...], ...]:
@@ -70,7 +70,7 @@ def about_one_speed(speeds: Sequence[float], same: float = SAME_SPEED) -> tuple[
 
 def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
     """Find the scatter of ``values`` at ``speeds`` (m/s), and what their ``stated`` sd should be."""
-    v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
+    v, y, stated_sd = (np.asarray(x, float) for x in (speeds, values, stated))
     members = about_one_speed(v.tolist())
     aside: list[int] = []
     while (worst := _outlier(_group_runs(members, v, y, aside), len(y), len(aside))) is not None:
@@ -78,8 +78,8 @@ def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
     groups = _group_runs(members, v, y, aside)
     squares = [group.square() for group in groups]
     total, freedom = (sum(each) for each in zip(*squares, strict=True))
-    scatter, sd = np.full(len(y), np.nan), own.copy()
-    shown = not own.all() or chdtrc(*_surprise(groups, own)[::-1]) < REFUTED
+    scatter, sd = np.full(len(y), np.nan), stated_sd.copy()
+    shown = not stated_sd.all() or chdtrc(*_surprise(groups, stated_sd)[::-1]) < REFUTED
     for places, (square, nu) in zip(map(list, members), squares, strict=True):
         if not freedom:
             break
@@ -92,10 +92,10 @@ def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
         scatter[places] = math.sqrt(variance)
         if not nu and not shown:  # of a speed without repeats nothing is known but what the others show
             continue
-        own_variance = float(np.mean(own[places] ** 2))
+        own_variance = float(np.mean(stated_sd[places] ** 2))
         if chdtrc(prior + nu, (prior + nu) * variance / max(own_variance, 1e-300)) < REFUTED:
             few = float(stdtrit(freedom if prior else nu, 0.975)) / 1.959964  # such an sd is itself uncertain
-            sd[places] = np.sqrt(own[places] ** 2 + max(few**2 * variance - own_variance, 0.0))
+            sd[places] = np.sqrt(stated_sd[places] ** 2 + max(few**2 * variance - own_variance, 0.0))
     for place in aside:
         group = next(group for one, group in zip(members, groups, strict=True) if place in one)
         sd[place] = math.hypot(sd[place], float(abs(y[place] - group.slope * v[place] - np.mean(group.level))))
@@ -110,8 +110,8 @@ def surprise(speeds: Numbers, values: Numbers, stated: Numbers, same: float) -> 
 
 def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
     scaled = [(group.law / own[group.kept][:, None], group.level / own[group.kept]) for group in groups]
-    left = [level - law @ np.linalg.lstsq(law, level, rcond=None)[0] for law, level in scaled]
-    return float(sum(one @ one for one in left)), sum(max(len(law) - law.shape[1], 0) for law, _ in scaled)
+    residuals = [level - law @ np.linalg.lstsq(law, level, rcond=None)[0] for law, level in scaled]
+    return float(sum(one @ one for one in residuals)), sum(max(len(law) - law.shape[1], 0) for law, _ in scaled)
 
 
 def _group_runs(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
@@ -120,14 +120,14 @@ def _group_runs(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Seq
     if len(members) > 1:
         at = np.array([np.mean(v[list(group)]) for group in members])
         slopes = np.gradient(np.array([np.median(y[list(group)]) for group in members]), at)
-    found = []
+    groups = []
     for group, slope in zip(members, slopes, strict=True):
         kept = [place for place in group if place not in aside]
         columns = [np.ones(len(kept))]
         if len(kept) > 1 and np.ptp(v[kept]) > OWN_LINE * v[kept].mean():
             columns.append(v[kept] - v[kept].mean())
-        found.append(_Group(kept, np.stack(columns, 1), y[kept] - slope * v[kept], float(slope)))
-    return found
+        groups.append(_Group(kept, np.stack(columns, 1), y[kept] - slope * v[kept], float(slope)))
+    return groups
 
 
 def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
@@ -135,14 +135,14 @@ def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
     squares = [group.square() for group in groups]
     total, nu = (sum(each) for each in zip(*squares, strict=True))
     worst, largest = None, 0.0
-    for group, (square, own) in zip(groups, squares, strict=True):
-        if own < 2 or nu < 4 or aside >= max(1, count // 8):
+    for group, (square, group_freedom) in zip(groups, squares, strict=True):
+        if group_freedom < 2 or nu < 4 or aside >= max(1, count // 8):
             continue
-        left, free = group.residual()
-        taken = left**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
+        residuals, free = group.residual()
+        taken = residuals**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
         others = (total - taken) / (nu - 1)
-        if own >= 3:  # a speed at which all scatter more has no outlier
-            others = np.maximum(others, (square - taken) / (own - 1))
+        if group_freedom >= 3:  # a speed at which all scatter more has no outlier
+            others = np.maximum(others, (square - taken) / (group_freedom - 1))
         score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
             largest, worst = float(score.max()), group.kept[int(np.argmax(score))]

@@ -72,15 +72,17 @@ def standard_deviations(
         if not is_number(sd) or not 0 <= sd < math.inf:
             raise InputError(f"the standard deviation of {name} is {shown(sd)}; it must be finite and >= 0 (SI units)")
         stated |= dict.fromkeys(keys, float(sd))
-    found = {}
+    deviations = {}
     for key in values:
         if key in stated:
             _refuse_another_unit(model, key, stated[key])
-            found[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
+            deviations[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
         elif key in known and key not in model.tied:
             source = _stated_deviation(model, key)
-            found[key] = source or (_default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated"))
-    return found
+            deviations[key] = source or (
+                _default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated")
+            )
+    return deviations
 
 
 def _stated_deviation(model: Model, key: str) -> Deviation | None:
@@ -100,9 +102,9 @@ def _stated_deviation(model: Model, key: str) -> Deviation | None:
 
 
 def _find_parameter(model: Model, key: str) -> Parameter | None:
-    own = ParameterKey.parse(key)
-    of_effect = (p for e in model.effects if e.identifier == own.effect for p in e.parameters)
-    return next((p for p in of_effect if p.name == own.name), None)
+    parameter = ParameterKey.parse(key)
+    of_effect = (p for e in model.effects if e.identifier == parameter.effect for p in e.parameters)
+    return next((p for p in of_effect if p.name == parameter.name), None)
 
 
 def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:

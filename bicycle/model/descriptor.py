@@ -70,16 +70,16 @@ class DescriptorStack:
         pencil = w * self.mass[0, :, None] - self.dynamics[0, :, None]  # (k, f, n, n)
         right = np.linalg.solve(pencil, b[0, :, None] + 0j)
         left = np.linalg.solve(pencil.swapaxes(-1, -2), c[0, :, None].swapaxes(-1, -2) + 0j).swapaxes(-1, -2)
-        found = np.repeat((c[0, :, None] @ right)[None], len(self.mass), 0)
+        responses = np.repeat((c[0, :, None] @ right)[None], len(self.mass), 0)
         # left (dF - i omega dE) right: the changes of all bicycles times what stands about each of their entries
         about = left.transpose(0, 3, 1, 2)[:, :, None, ..., None] * right.transpose(0, 2, 1, 3)[:, None, ..., None, :]
         speeds, n, _, *answers = about.shape  # (k, n, n, f, outputs, inputs)
         for part, entries in ((self.dynamics, about), (self.mass, -w * about)):
             change = (part[1:] - part[0]).swapaxes(0, 1).reshape(speeds, -1, n * n)
             more = change @ entries.reshape(speeds, n * n, -1)
-            found[1:] += more.reshape(speeds, -1, *answers).swapaxes(0, 1)
+            responses[1:] += more.reshape(speeds, -1, *answers).swapaxes(0, 1)
         if (change := c[1:] - c[0]).any():
-            found[1:] += change[:, :, None] @ right
+            responses[1:] += change[:, :, None] @ right
         if (change := b[1:] - b[0]).any():
-            found[1:] += left @ change[:, :, None]
-        return found
+            responses[1:] += left @ change[:, :, None]
+        return responses

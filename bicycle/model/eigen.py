@@ -198,9 +198,9 @@ def _real_again(roots: Complex, matrices: Array) -> None:
 def participation_at(polynomial: SpeedPolynomial, speeds: Array, weights: Array, ratio: Array) -> Participation:
     """:func:`participation` in the roots of A(v); what rounding split of a double real root is real again."""
     matrices = polynomial(speeds)
-    found = participation(matrices, weights, ratio)
-    _real_again(found.values, matrices)
-    return found
+    roots = participation(matrices, weights, ratio)
+    _real_again(roots.values, matrices)
+    return roots
 
 
 def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = True) -> Decomposition:
@@ -212,9 +212,11 @@ def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = Tru
         if len(polynomial.shape) > 2 and len(speeds) > BATCH:
             own = polynomial.take(part)
         matrices = own(v)
-        found = eigensystem_with_slopes(matrices, np.broadcast_to(own.derivative(v), matrices.shape), vectors=vectors)
-        _real_again(found.values, matrices)
-        parts.append(found)
+        decomposition = eigensystem_with_slopes(
+            matrices, np.broadcast_to(own.derivative(v), matrices.shape), vectors=vectors
+        )
+        _real_again(decomposition.values, matrices)
+        parts.append(decomposition)
     return parts[0] if len(parts) == 1 else Decomposition(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

@@ -152,7 +152,7 @@ def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, flo
         key: value if isinstance(value := table.get(key), Mapping) else dict.fromkeys(WHEELS, value)
         for key in ("tyre", "surface", "pressure_bar")
     }
-    found = {}
+    curves = {}
     for wheel, source in wheel_sources(own["tyre"], own["surface"]).items():
         if not isinstance(source, FormulaTyre):
             return {}
@@ -161,8 +161,8 @@ def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, flo
             source.side_force(slip_angle=0.0, load=source.loads[0], pressure=pressure)
         except InputError:
             return {}
-        found[wheel] = source, pressure
-    return found
+        curves[wheel] = source, pressure
+    return curves
 
 
 TRAIL = "pneumatic_trail"
@@ -188,13 +188,13 @@ class MountedTyres:
             for p, wheels in asked
             if wheel in wheels
         }
-        known = self.joint.joint
-        return known.renamed({name: parameter for name, parameter in names.items() if name in known.names})
+        covariance = self.joint.joint
+        return covariance.renamed({name: parameter for name, parameter in names.items() if name in covariance.names})
 
     def values(self, kind: type[Effect], parameter: Parameter, wheels: Iterable[str]) -> dict[str, float]:
         """Values of a parameter that the tyres of these wheels hold."""
-        found = {wheel: getattr(self.properties[wheel], parameter.tyre) for wheel in wheels}
-        for wheel, value in found.items():
+        values = {wheel: getattr(self.properties[wheel], parameter.tyre) for wheel in wheels}
+        for wheel, value in values.items():
             if value is None or value != value:
                 p, (low, high) = self.properties[wheel], parameter.typical
                 raise InputError(
@@ -202,7 +202,7 @@ class MountedTyres:
                     f"{parameter.tyre.replace('_', ' ')}; give {parameter.name} a number ({parameter.unit}, typical "
                     f"{low:g} .. {high:g}){' or take side_slip' if kind.slot == 'contact law' else ''}"
                 )
-        return found
+        return values
 
 
 def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle: Bicycle) -> MountedTyres | None:
@@ -212,7 +212,7 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
     Pacejka-89 coefficients. Conditions farther outside its loads or pressures than their range is wide are refused
     unless ``extrapolate = true`` stands in the table.
     """
-    found: MountedTyres | None = None
+    mounted: MountedTyres | None = None
     for identifier, table in tables.items():
         if not any(key in table for key in TYRE_KEYS):
             continue
@@ -220,10 +220,10 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
         where = f"effect {kind.identifier!r}"
         if kind.slot != "contact law" or not kind.parameters:
             raise InputError(f"{where} does not take a tyre; only side_slip and relaxation_length do")
-        if found is not None:
+        if mounted is not None:
             raise InputError(
-                f"effects {found.law!r} and {identifier!r} exclude each other: both are the contact law of the model; "
-                "keep one"
+                f"effects {mounted.law!r} and {identifier!r} exclude each other: both are the contact law of the "
+                "model; keep one"
             )
         table = located(table, folder)
         for key in ("tyre", "pressure_bar"):
@@ -239,8 +239,8 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
             extrapolate=table.get(EXTRAPOLATE, False),
             effects=[kind(**tables[name]) for name in tables if (kind := effect_class(name)).moves_load],
         )
-        found = MountedTyres(identifier, dict(zip(WHEELS, joint.properties, strict=True)), joint)
-    return found
+        mounted = MountedTyres(identifier, dict(zip(WHEELS, joint.properties, strict=True)), joint)
+    return mounted
 
 
 def with_tyre_values(

@@ -176,13 +176,13 @@ class Branch:
 
     def at(self, number: float) -> list[Cycle]:
         """Cycles at a speed in m/s, or at another ``number`` that the branch is over; as many as it has there."""
-        found: list[Cycle] = []
+        cycles: list[Cycle] = []
         for one, other in pairwise(self.points):
             if one.number != other.number and (number - one.number) * (number - other.number) <= 0:
                 point = self.balance.point_between(one, other, number)
-                if point is not None and not any(same(point.cycle, cycle) for cycle in found):
-                    found.append(point.cycle)
-        return found
+                if point is not None and not any(same(point.cycle, cycle) for cycle in cycles):
+                    cycles.append(point.cycle)
+        return cycles
 
 
 def same(one: Cycle, other: Cycle) -> bool:

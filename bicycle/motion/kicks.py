@@ -42,11 +42,11 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
     """
     refuse_unknown("kick", [kind], KICKS)
     system = found.system
-    one = system.at_one_speed
+    at_speed = system.at_one_speed
     if kind == "steer":
-        start = np.eye(len(one.states))[one.states.index(kind)]
-    elif kind in one.inputs:
-        start = one.input_matrix[:, one.inputs.index(kind)]
+        start = np.eye(len(at_speed.states))[at_speed.states.index(kind)]
+    elif kind in at_speed.inputs:
+        start = at_speed.input_matrix[:, at_speed.inputs.index(kind)]
     else:
         raise InputError(f"kick {kind!r}: this model has no such input")
     beside: list[tuple[float, str, Cycle, float]] = []
@@ -54,12 +54,12 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
         leaving = [(mode, cycle) for mode, cycle in found.at(speed) if found.stability(cycle) == "no"]
         if not leaving:
             continue
-        mode, cycle = min(leaving, key=lambda one: found.amplitude(one[1]))
+        mode, cycle = min(leaving, key=lambda at_speed: found.amplitude(at_speed[1]))
         values, vectors = np.linalg.eig(system.linear(speed))
         place = int(np.abs(values - 1j * cycle.angular_frequency).argmin())
         if values[place].real < 0 or found.dry_friction:
-            given = np.linalg.inv(vectors)[place] @ start * (system.row("steer") @ vectors[:, place])
-            beside.append((speed, mode, cycle, found.amplitude(cycle) / (2 * abs(given))))
+            amplitude = np.linalg.inv(vectors)[place] @ start * (system.row("steer") @ vectors[:, place])
+            beside.append((speed, mode, cycle, found.amplitude(cycle) / (2 * abs(amplitude))))
     if not beside:
         return []
     v, modes, cycles, estimates = zip(*beside, strict=True)

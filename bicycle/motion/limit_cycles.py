@@ -246,13 +246,13 @@ def find_onsets(
 
 def branches_from(rests: Sequence[Rest], at: Sequence[Balance], max_speed: float = np.inf) -> list[Branch]:
     """Branches that begin at ``rests``, each once, with the balance ``at`` each."""
-    found: list[Branch] = []
+    branches: list[Branch] = []
     for rest, balance in zip(rests, at, strict=True):
-        if not any(branch.end is rest.critical for branch in found):
+        if not any(branch.end is rest.critical for branch in branches):
             system, mode = balance.system, rest.critical.mode
             begin = balance.point_at_rest(rest, system.signals @ critical_mode(system, rest.critical)[0])
-            found.append(follow(balance, begin, leaver(system, max_speed), mode, rest.critical, rests))
-    return found
+            branches.append(follow(balance, begin, leaver(system, max_speed), mode, rest.critical, rests))
+    return branches
 
 
 def leaver(system: SlipSystem, max_speed: float = np.inf) -> Callable[[Point], str]:
@@ -304,7 +304,7 @@ def bend_of(system: SlipSystem, critical: CriticalSpeed) -> float:
 
 def _with_friction(system: SlipSystem, branches: list[Branch], torque: float, max_speed: float) -> tuple[Branch, ...]:
     """Branches with dry friction of a ``torque`` (N m), each from one motion of a branch without."""
-    found: list[Branch] = []
+    followed: list[Branch] = []
     rubbing = system.with_friction(torque)
     for branch in branches:
         moving = [point.cycle for point in branch.points if point.cycle.slips.any()]
@@ -313,16 +313,16 @@ def _with_friction(system: SlipSystem, branches: list[Branch], torque: float, ma
             start = under_friction(system, cycle, torque, branch)
             if start is None:
                 continue
-            if any(same(start, other) for one in found for other in one.at(cycle.speed)):
+            if any(same(start, other) for one in followed for other in one.at(cycle.speed)):
                 break
             balance = Balance(rubbing, start.angular_frequency, UNIT_SPEED)
             point = balance.start(start, cycle.speed)
             if point is None:
                 continue
             leaves = leaver(rubbing, max_speed)
-            found.append(follow_both_ways(balance, point, leaves, branch.mode, branch.begin))
+            followed.append(follow_both_ways(balance, point, leaves, branch.mode, branch.begin))
             break
-    return tuple(found)
+    return tuple(followed)
 
 
 def under_friction(system: SlipSystem, cycle: Cycle, torque: float, branch: Branch) -> Cycle | None:

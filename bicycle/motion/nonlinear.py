@@ -219,13 +219,13 @@ class MagicFormulaModel:
     def jacobian(self, state: Array, inputs: Array) -> Array:
         """d(dx/dt)/dx (n, n), SI, at ``state`` (n,) and ``inputs`` (inputs,)."""
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
-        found = self.state_matrix.copy()
+        jacobian = self.state_matrix.copy()
         for of, matrix in (("force", self.force_matrix), ("by_trail", self.trail_matrix)):
             for by_camber, seen in ((False, self.slip_matrix), (True, self.camber_matrix)):
                 if matrix.any() and seen.any():
                     slope = [one.slope(of, slip[k], camber[k], by_camber=by_camber) for k, one in enumerate(self.tyres)]
-                    found += (matrix * np.array(slope)) @ seen
-        return found
+                    jacobian += (matrix * np.array(slope)) @ seen
+        return jacobian
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
         """Steady motion (state -> value, SI) under constant ``inputs`` (SI) and tyre offsets, by Newton's method."""
@@ -408,10 +408,10 @@ def _law(model: Model) -> Effect:
             f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
             f"this model rolls with {law.identifier!r}"
         )
-    given = {thing for effect in model.effects if effect is not law for thing in effect.provides}
-    given |= set(OpenContact.provides)
+    provided = {thing for effect in model.effects if effect is not law for thing in effect.provides}
+    provided |= set(OpenContact.provides)
     for effect in model.effects:
-        if set(effect.requires) - given:
+        if set(effect.requires) - provided:
             raise InputError(
                 f"nonlinear tyres touch the ground at a point; the effect {effect.identifier!r} is linear only: "
                 "leave it out"

@@ -104,69 +104,77 @@ class SlipSystem:
             if tyre is not None and tyre.offset:
                 raise InputError(f"offset = {tyre.offset:g}: periodic motions are of tyres without ply steer; give 0")
         v = np.array([4.0, 8.0, 16.0, 12.0])
-        found = [magic_formula_model(model, speed=one, rear=rear, front=front) for one in v.tolist()]
-        matrices = np.stack([one.state_matrix for one in found])
+        models = [magic_formula_model(model, speed=one, rear=rear, front=front) for one in v.tolist()]
+        matrices = np.stack([one.state_matrix for one in models])
         n = matrices.shape[-1]
         parts = np.linalg.solve(np.vander(v[:3], 3, increasing=True), matrices[:3].reshape(3, -1)).reshape(3, n, n)
         dynamics = SpeedPolynomial(dict(enumerate(parts)))
         same = [np.allclose(dynamics(v[3]), matrices[3], rtol=1e-9, atol=1e-9 * np.abs(matrices[3]).max())]
         for name in ("loads", "force_matrix", "trail_matrix", "slip_matrix", "camber_matrix"):
-            first = getattr(found[0], name)
-            same += [np.allclose(getattr(one, name), first, rtol=1e-9, atol=1e-12) for one in found]
+            first = getattr(models[0], name)
+            same += [np.allclose(getattr(one, name), first, rtol=1e-9, atol=1e-12) for one in models]
         if not all(same):
             raise InputError(
                 "periodic motions are of models whose wheel loads and slips do not change with the speed and whose "
                 "equations do not switch; leave out drag, side_slip and controllers that switch"
             )
-        return cls._from_matrices(found[0], dynamics)
+        return cls._from_matrices(models[0], dynamics)
 
     @classmethod
     def at(cls, model: Model, speed: float, *, rear: Tyre | None, front: Tyre | None) -> "SlipSystem":
         """Take the model at one ``speed`` (m/s) alone."""
-        one = magic_formula_model(model, speed=speed, rear=rear, front=front)
-        return cls._from_matrices(one, SpeedPolynomial({0: one.state_matrix}))
+        at_speed = magic_formula_model(model, speed=speed, rear=rear, front=front)
+        return cls._from_matrices(at_speed, SpeedPolynomial({0: at_speed.state_matrix}))
 
     @classmethod
-    def _from_matrices(cls, one: MagicFormulaModel, dynamics: SpeedPolynomial) -> "SlipSystem":
-        entry = np.hstack([one.force_matrix, one.trail_matrix]) if one.trail_matrix.any() else one.force_matrix
-        signals = np.vstack([one.slip_matrix, one.camber_matrix]) if one.camber_matrix.any() else one.slip_matrix
-        return cls(one, dynamics, entry, signals)
+    def _from_matrices(cls, at_speed: MagicFormulaModel, dynamics: SpeedPolynomial) -> "SlipSystem":
+        entry = (
+            np.hstack([at_speed.force_matrix, at_speed.trail_matrix])
+            if at_speed.trail_matrix.any()
+            else at_speed.force_matrix
+        )
+        signals = (
+            np.vstack([at_speed.slip_matrix, at_speed.camber_matrix])
+            if at_speed.camber_matrix.any()
+            else at_speed.slip_matrix
+        )
+        return cls(at_speed, dynamics, entry, signals)
 
     def with_friction(self, torque: float) -> "SlipSystem":
         """Return the system with dry friction of the steering, -``torque`` (N m) tanh(rate / 0.05 rad/s)."""
         if self.friction is not None:
             return replace(self, friction=torque)
-        one = self.at_one_speed
-        if "steer_torque" not in one.inputs:
+        at_speed = self.at_one_speed
+        if "steer_torque" not in at_speed.inputs:
             raise InputError("dry_friction: this model has no steer_torque")
-        column = one.input_matrix[:, [one.inputs.index("steer_torque")]]
+        column = at_speed.input_matrix[:, [at_speed.inputs.index("steer_torque")]]
         entry = np.hstack([self.entry, column])
         signals = np.vstack([self.signals, RATE_TIME * self.row("steer_rate")])
         return replace(self, entry=entry, signals=signals, friction=torque)
 
     def curves(self, y: Array) -> Array:
         """Side forces, those at the trail (N), and dry friction (N m), (..., curves) at signals (..., signals)."""
-        found = [
+        columns = [
             getattr(self.at_one_speed.tyres[k], of)(*self._slip_and_camber(y, k))
             for of in self._kinds
             for k in range(2)
         ]
         if self.friction is not None:
-            found.append(-self.friction * np.tanh(y[..., -1] / (RATE_TIME * STICKS)))
-        return np.stack(found, -1)
+            columns.append(-self.friction * np.tanh(y[..., -1] / (RATE_TIME * STICKS)))
+        return np.stack(columns, -1)
 
     def slopes(self, y: Array) -> Array:
         """Slopes (..., curves, signals) of the curves, N/rad."""
-        found = np.zeros((*y.shape[:-1], self.entry.shape[1], y.shape[-1]))
+        slopes = np.zeros((*y.shape[:-1], self.entry.shape[1], y.shape[-1]))
         for row, of in enumerate(self._kinds):
             for k, tyre in enumerate(self.at_one_speed.tyres):
                 seen = self._slip_and_camber(y, k)
                 for column in range(k, self._tyre_signals, 2):
-                    found[..., 2 * row + k, column] = tyre.slope(of, *seen, by_camber=column >= 2)
+                    slopes[..., 2 * row + k, column] = tyre.slope(of, *seen, by_camber=column >= 2)
         if self.friction is not None:
             unit = RATE_TIME * STICKS
-            found[..., -1, -1] = -self.friction / unit / np.cosh(np.clip(y[..., -1] / unit, -300, 300)) ** 2
-        return found
+            slopes[..., -1, -1] = -self.friction / unit / np.cosh(np.clip(y[..., -1] / unit, -300, 300)) ** 2
+        return slopes
 
     @property
     def _phases(self) -> int:
@@ -185,8 +193,8 @@ class SlipSystem:
 
     def row(self, output: str) -> Array:
         """Row (n,) of the output matrix: its product with the states is the ``output`` of the model."""
-        one = self.at_one_speed
-        return np.asarray(one.output_matrix[one.outputs.index(output)])
+        at_speed = self.at_one_speed
+        return np.asarray(at_speed.output_matrix[at_speed.outputs.index(output)])
 
     def amplitude(self, cycle: Cycle, output: str) -> float:
         """Largest value of an ``output`` over the period of a ``cycle``, in its unit."""
@@ -224,8 +232,8 @@ class SlipSystem:
         less, more = even[k[:, None] - k], even[(k[:, None] + k + 1) % len(y)]
         change = np.stack([less + more, 1j * (less - more)], -1).transpose(0, 2, 1, 3, 4)
         by_slips = -gain @ change.reshape(count, self.entry.shape[1], -1)
-        own = np.eye(slips.size).reshape(*slips.shape, -1, 1) * np.array([1, 1j])
-        by_slips += own.reshape(*slips.shape, -1)
+        identity = np.eye(slips.size).reshape(*slips.shape, -1, 1) * np.array([1, 1j])
+        by_slips += identity.reshape(*slips.shape, -1)
         moved = np.stack([-1j * (2 * k[:, None] + 1) * states, states @ self.dynamics.derivative(speed).T], -1)
         by_rest = -self.signals @ (inverse @ moved)
         jacobian = np.concatenate([by_slips, by_rest], -1).reshape(slips.size, -1)

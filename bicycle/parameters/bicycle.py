@@ -101,13 +101,13 @@ def canonical(key: str) -> str:
 
 def by_key(given: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers or arrays by key (lam in rad), some of them ``given`` by everyday names (head_angle in degrees)."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in given.items():
         key = "lam" if name == HEAD_ANGLE else canonical(name)
-        if key in found or (key != name and key in given):
+        if key in values or (key != name and key in given):
             raise InputError(f"{name} is {key}, which is given, too; keep one")
-        found[key] = np.radians(90 - np.asarray(value, float)) if name == HEAD_ANGLE else value
-    return found
+        values[key] = np.radians(90 - np.asarray(value, float)) if name == HEAD_ANGLE else value
+    return values
 
 
 @dataclass(frozen=True)
@@ -260,13 +260,13 @@ def doubts_about(values: Mapping[str, Any], kind: str = "bicycle") -> list[Doubt
     typical, _ = of_kind(kind)
     given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
     doubts = [doubt(key, value, unit=UNITS[key], typical=typical[key]) for key, value in given.items()]
-    found = [one for one in doubts if one]
-    for number, one in enumerate(found):
+    listed = [one for one in doubts if one]
+    for number, one in enumerate(listed):
         tilt = math.pi / 2 - given[one.key]
         if one.key == "lam" and typical["lam"][0] < tilt <= typical["lam"][1]:  # usual if from the horizontal
             why = f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)"
-            found[number] = replace(one, why=why)
-    return found
+            listed[number] = replace(one, why=why)
+    return listed
 
 
 def bodies(p: Mapping[str, float]) -> tuple[Body, Body, Body, Body]:
@@ -354,7 +354,7 @@ def _ungrounded(bicycle: Bicycle) -> Iterator[str]:
 
 
 def _oddities(p: Mapping[str, float], kind: str) -> list[str]:
-    found = []
+    oddities = []
     for part, letter in (("rear frame", "B"), ("front frame", "H")):
         yy = p.get(f"I{letter}yy")
         xx, zz, xz = (p[f"I{letter}{axes}"] for axes in ("xx", "zz", "xz"))
@@ -363,25 +363,25 @@ def _oddities(p: Mapping[str, float], kind: str) -> list[str]:
             continue
         *smaller, largest = sorted((low, high, yy))
         if largest > sum(smaller) * (1 + 1e-9):
-            found.append(
+            oddities.append(
                 f"the principal inertias of the {part} ({low:.4g}, {yy:.4g}, {high:.4g} kg m^2) violate the "
                 "triangle inequality: no rigid body has them (measurement error?)"
             )
     for part, key, mass in (("rear frame", "zB", "mB"), ("front frame", "zH", "mH")):
         if p[key] > 0 and p[mass] > 0:
-            found.append(
+            oddities.append(
                 f"the mass centre of the {part} lies below the ground ({key} = {p[key]:g} m): z points down, so "
                 "heights are negative (wrong sign? if z points up, IBxz and IHxz have the other sign too)"
             )
     for wheel, across, spin, mass in (("rear", "IRxx", "IRyy", "mR"), ("front", "IFxx", "IFyy", "mF")):
         if p[mass] == 0 and p[spin] > 0 and kind == "bicycle":  # published motorcycles put it so
-            found.append(
+            oddities.append(
                 f"the {wheel} wheel has spin inertia {spin} = {p[spin]:g} kg m^2 but no mass "
                 "(its mass is taken to be part of the frame)"
             )
         elif p[mass] > 0 and p[spin] > 2 * p[across] * (1 + 1e-9):
-            found.append(
+            oddities.append(
                 f"the {wheel} wheel violates the triangle inequality: {spin} = {p[spin]:g} > 2 {across} = "
                 f"{2 * p[across]:g}"
             )
-    return found
+    return oddities

@@ -146,12 +146,12 @@ def bounds_beside(key: str, values: Mapping[str, float]) -> tuple[float, float]:
 
 def fitting_moments(values: Mapping[str, float]) -> dict[str, float]:
     """Moments IByy and IHyy (kg m^2) among ``values`` that the others of their body forbid, moved to the nearest."""
-    found = {}
+    moments = {}
     for key, keys in UNSEEN.items():
         if key not in values:
             continue
         smallest, largest = np.linalg.eigvalsh(_in_plane(*(values[other] for other in keys)))
         nearest = min(max(values[key], largest - smallest), largest + smallest)
         if abs(nearest - values[key]) > FLAT * largest:
-            found[key] = float(nearest)
-    return found
+            moments[key] = float(nearest)
+    return moments

@@ -291,7 +291,7 @@ def segments(
         human.set_CFG_dict(dict(configuration))
     factor = 1.0 if rider.mass is None else rider.mass / sum(s.mass for s in human.segments)
     origin = np.array([hip[0], 0.0, hip[1]])
-    found = []
+    parts = []
     for part in human.segments:
         turn = TO_BICYCLE @ np.asarray(part.rot_mat, dtype=float)
         bodies, sections, half = [], [], []
@@ -303,8 +303,8 @@ def segments(
             half += widths
         wide, deep = (np.array([size[k] * turn[:, k] for size in half]) for k in (0, 1))
         name = str(part.label).partition(": ")[2]
-        found.append(Segment(name, join(bodies), np.array(sections), wide, deep))
-    return tuple(found)
+        parts.append(Segment(name, join(bodies), np.array(sections), wide, deep))
+    return tuple(parts)
 
 
 def _solid(

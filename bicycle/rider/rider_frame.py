@@ -122,10 +122,10 @@ def felt_mass(arm: tuple[RigidBody, RigidBody], points: tuple[Array, Array, Arra
 
     inertia = np.zeros((4, 4))
     for body, joints in zip(arm, (3, 4), strict=True):
-        moved, turned = slopes(np.asarray(body.centre), joints), np.array(axes).T * (np.arange(4) < joints)
-        inertia += body.mass * moved.T @ moved + turned.T @ body.inertia @ turned
-    led, unit = slopes(hand, 4), way / np.linalg.norm(way)
-    return float(unit @ np.linalg.solve(led @ np.linalg.solve(inertia, led.T), unit))
+        velocities, rotations = slopes(np.asarray(body.centre), joints), np.array(axes).T * (np.arange(4) < joints)
+        inertia += body.mass * velocities.T @ velocities + rotations.T @ body.inertia @ rotations
+    hand_velocities, unit = slopes(hand, 4), way / np.linalg.norm(way)
+    return float(unit @ np.linalg.solve(hand_velocities @ np.linalg.solve(inertia, hand_velocities.T), unit))
 
 
 def rider_on_bicycle(
@@ -168,13 +168,13 @@ def rider_on_bicycle(
 
 def _steps_together(frame: Bicycle) -> dict[str, dict[str, float]]:
     """Changes (SI) of a frame's numbers by 1 sd of each independent cause of its covariance: cause, key -> change."""
-    names, matrix = frame.covariance.names, frame.covariance.matrix
+    keys, matrix = frame.covariance.names, frame.covariance.matrix
     sd = np.sqrt(np.diag(matrix))
     scale = np.where(sd > 0, sd, 1.0)
     variances, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
     columns = (scale[:, None] * axes * np.sqrt(np.maximum(variances, 0.0))).T
     return {
-        f"{FRAME_TOGETHER}{PART}{number}": dict(zip(names, column.tolist(), strict=True))
+        f"{FRAME_TOGETHER}{PART}{number}": dict(zip(keys, column.tolist(), strict=True))
         for number, column in enumerate(columns, 1)
     }
 

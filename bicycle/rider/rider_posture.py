@@ -203,13 +203,13 @@ class Seated:
     def remarks(self) -> tuple[str, ...]:
         """Notes on angles that a body would not take."""
         knees, elbows, thigh = map(math.degrees, (self.knee_flexion, self.elbow_flexion, self.thigh_to_torso))
-        found = {
+        conditions = {
             f"the knees are bent {knees:.0f} deg, more than a body allows (about 150)": knees > 150,
             f"the elbows are bent {elbows:.0f} deg, more than a body allows (about 150)": elbows > 150,
             "the knees are straight at mid-stroke; the saddle is too high for the legs": knees < 5,
             f"thigh and trunk enclose {thigh:.0f} deg: they would touch": thigh < 40,
         }
-        return tuple(text for text, holds in found.items() if holds)
+        return tuple(text for text, holds in conditions.items() if holds)
 
 
 def shoulder(hip: Array, body: Lengths, *, torso_lean: float, back_rounding: float) -> tuple[Array, float]:

@@ -141,15 +141,15 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     _check_max_speed(max_speed)
     check_trackable(model, np.array([max_speed]), "max_speed")
     unit, rules = np.array([speed_unit(model)]), Rules.of(model)
-    found: list[CriticalSpeed] = []
+    crossings: list[CriticalSpeed] = []
     for number, at in enumerate(model.ranges):
         if at.lower < max_speed:
             stack = stack_of_one(model, number)
             limits = np.array([[at.lower, min(at.upper, max_speed)]])
-            (own,) = crossings_of(rules, stack, unit, model.parameters["g"], limits)
-            found += own
-    found += _jumps(model, rules, max_speed)
-    return tuple(sorted(found, key=lambda c: (c.speed, c.frequency_hz)))
+            (in_range,) = crossings_of(rules, stack, unit, model.parameters["g"], limits)
+            crossings += in_range
+    crossings += _jumps(model, rules, max_speed)
+    return tuple(sorted(crossings, key=lambda c: (c.speed, c.frequency_hz)))
 
 
 def critical_speeds_of_many(
@@ -161,7 +161,7 @@ def critical_speeds_of_many(
     those of a bicycle (its number) cannot be computed; its tuple in the first is empty.
     """
     _check_max_speed(max_speed)
-    found: list[tuple[CriticalSpeed, ...]] = [()] * count
+    critical: list[tuple[CriticalSpeed, ...]] = [()] * count
     refused: dict[int, str] = {}
     columns = {key: np.broadcast_to(number, count) for key, number in numbers.items()}
     values = family.values(columns)
@@ -176,7 +176,7 @@ def critical_speeds_of_many(
         bad |= not_trackable(polynomial, gravity, wheelbase, max_speed)
     for one in np.flatnonzero(bad).tolist():  # equations that switch, and to say what is wrong
         try:
-            found[one] = critical_speeds(linear(one), max_speed)
+            critical[one] = critical_speeds(linear(one), max_speed)
         except InputError as error:
             refused[one] = str(error)
     good = np.flatnonzero(~bad)
@@ -185,8 +185,8 @@ def critical_speeds_of_many(
         limits = np.broadcast_to([0.0, max_speed], (len(good), 2))
         rules, stack = Rules.of(linear(int(good[0]))), polynomial.take(good)
         for one, crossings in zip(good.tolist(), crossings_of(rules, stack, unit, gravity[good], limits), strict=True):
-            found[one] = tuple(crossings)
-    return found, refused
+            critical[one] = tuple(crossings)
+    return critical, refused
 
 
 def _check_max_speed(max_speed: float) -> None:
@@ -219,7 +219,7 @@ def crossings_of(
 
 def _jumps(model: LinearModel, rules: Rules, max_speed: float) -> list[CriticalSpeed]:
     """Roots that jump across the axis where the equations switch, under the name that they have below."""
-    found = []
+    jumps = []
     unit, own = np.array([speed_unit(model)]), np.array([0])
     for number, (below, _) in enumerate(pairwise(model.ranges)):
         if below.upper > max_speed:
@@ -233,8 +233,8 @@ def _jumps(model: LinearModel, rules: Rules, max_speed: float) -> list[CriticalS
         for i in np.flatnonzero((was != is_) & (after.imag[0] >= 0)):
             mode = rules.name(int(sides[0].first[0, i]), int(sides[0].second[0, i]))
             root = 1j * after[0, i].imag
-            found.append(CriticalSpeed.of_root(speed=v[0], root=root, destabilising=bool(is_[i]), mode=mode))
-    return found
+            jumps.append(CriticalSpeed.of_root(speed=v[0], root=root, destabilising=bool(is_[i]), mode=mode))
+    return jumps
 
 
 def follow_crossing(

@@ -270,9 +270,9 @@ class Search:
         missing = self.missing(zeros)
         if not missing[0].size:
             return zeros
-        found = self.newton(*missing, counted=True)
-        new = [not any(_same(found, k, zeros, j) for j in range(len(zeros.speed))) for k in range(len(found.speed))]
-        more = zeros.and_(found.take(np.array(new, bool)))
+        hidden = self.newton(*missing, counted=True)
+        new = [not any(_same(hidden, k, zeros, j) for j in range(len(zeros.speed))) for k in range(len(hidden.speed))]
+        more = zeros.and_(hidden.take(np.array(new, bool)))
         return more if self.missing(more)[0].size < missing[0].size else zeros
 
 

@@ -241,9 +241,9 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
         raise InputError(f"speeds have shape {v.shape}; give one or more speeds in a row")
     naming.check_trackable(model, v)
     rules = naming.Rules.of(model)
-    found = naming.name_along(model, rules, v)
+    named = naming.name_along(model, rules, v)
     anchor = naming.LIMITS.walking * naming.speed_unit(model)
-    return Modes(v, np.sort_complex(found.values), _branches(rules, found), anchor, model)
+    return Modes(v, np.sort_complex(named.values), _branches(rules, named), anchor, model)
 
 
 def _branches(rules: naming.Rules, found: naming.Named) -> dict[str, Complex]:
@@ -251,15 +251,15 @@ def _branches(rules: naming.Rules, found: naming.Named) -> dict[str, Complex]:
     shown = found.values.imag >= 0
     code = found.first * (len(rules.names) + 1) + found.second + 1
     branches: dict[str, Complex] = {name: np.full((len(shown), 2), np.nan, complex) for name in rules.usual}
-    for one in np.unique(code[shown]).tolist():
-        first, second = divmod(one, len(rules.names) + 1)
-        own = shown & (code == one)
-        most = int(own.sum(1).max())
+    for label in np.unique(code[shown]).tolist():
+        first, second = divmod(label, len(rules.names) + 1)
+        places = shown & (code == label)
+        most = int(places.sum(1).max())
         values = np.full((len(shown), max(most, 2)), np.nan, complex)
         if most == 1:
-            values[own.any(1), 0] = found.values[own]
+            values[places.any(1), 0] = found.values[places]
         else:
-            held = np.where(own, found.values, np.nan)
+            held = np.where(places, found.values, np.nan)
             order = np.lexsort((-held.real, -held.imag), axis=1)[:, :most]
             values[:, :most] = np.take_along_axis(held, order, 1)
         branches[rules.name(first, second - 1)] = values
@@ -303,7 +303,7 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
 def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent, ...]:
     """Everything that happens to the modes between two speeds (m/s), by speed; looked for on a fixed grid."""
     rules, unit = naming.Rules.of(model), naming.speed_unit(model)
-    found: list[ModeEvent] = []
+    events: list[ModeEvent] = []
     ends: list[tuple[float, Complex, Complex, list[str]]] = []
     for number, at in enumerate(model.ranges):
         lower, upper = max(at.lower, low), min(at.upper, high)
@@ -319,16 +319,16 @@ def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent,
         owner, gravity = np.zeros(len(own.v), np.intp), model.parameters["g"]
         named = naming.name_points(rules, naming.stack_of_one(model, number), np.array([unit]), gravity, owner, own.v)
         first, second = (np.take_along_axis(x, branches.order, 1) for x in named[1:3])
-        found += _meetings(rules, branches, first, second)
-        found += _exchanges(model, rules, branches, first)
+        events += _meetings(rules, branches, first, second)
+        events += _exchanges(model, rules, branches, first)
         label = [rules.name(place) for place in first[-1].tolist()]
         ends.append((at.lower, branches.values[0], branches.values[-1], label))
     for (_, _, before, label), (speed, after, _, _) in pairwise(ends):
         after = after[assign_sets(before[None], after[None])[0]]
         jumped = np.flatnonzero(np.abs(after - before) > 1e-6 * np.abs(before).max())
         if jumped.size:
-            found.append(ModeEvent(float(speed), "switch", tuple(sorted({label[i] for i in jumped}))))
-    inside = (event for event in found if low <= event.speed <= high)
+            events.append(ModeEvent(float(speed), "switch", tuple(sorted({label[i] for i in jumped}))))
+    inside = (event for event in events if low <= event.speed <= high)
     return tuple(sorted(inside, key=lambda event: (event.speed, event.kind, event.modes)))
 
 
@@ -365,11 +365,11 @@ def _exchanges(model: LinearModel, rules: naming.Rules, branches: Branches, firs
         middle = (low + high) / 2
         named = naming.name_along(model, rules, middle)
         share = (middle - branches.v[k]) / (branches.v[k + 1] - branches.v[k])
-        own = np.abs(named.values - ((1 - share) * before + share * after)[:, None]).argmin(1)
-        same = named.first[np.arange(len(k)), own] == first[k, i]
+        nearest = np.abs(named.values - ((1 - share) * before + share * after)[:, None]).argmin(1)
+        same = named.first[np.arange(len(k)), nearest] == first[k, i]
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    found: dict[Any, ModeEvent] = {}
+    exchanges: dict[Any, ModeEvent] = {}
     for speed, step, branch in zip(high.tolist(), k.tolist(), i.tolist(), strict=True):
         names = tuple(sorted(rules.names[first[at, branch]] for at in (step, step + 1)))
-        found.setdefault((step, names), ModeEvent(speed, "exchange", names))
-    return list(found.values())
+        exchanges.setdefault((step, names), ModeEvent(speed, "exchange", names))
+    return list(exchanges.values())

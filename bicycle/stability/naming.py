@@ -182,8 +182,10 @@ def name_points(
     slow = owner[speeds < births[3] * unit[owner]]
     slow = np.unique(slow) if slow.size else slow  # weave is mostly born within the first four: they are named along
     many = np.repeat(slow, 4)
-    every = named(np.concatenate([owner, many]), np.concatenate([speeds, unit[many] * np.tile(births[:4], len(slow))]))
-    found, along = every.take(slice(len(owner))), every.take(slice(len(owner), None))
+    named_points = named(
+        np.concatenate([owner, many]), np.concatenate([speeds, unit[many] * np.tile(births[:4], len(slow))])
+    )
+    found, along = named_points.take(slice(len(owner))), named_points.take(slice(len(owner), None))
     open_ = np.flatnonzero(~found.clear)
     early = speeds[open_] < births[3] * unit[owner[open_]]
     if early.any():
@@ -201,10 +203,10 @@ def name_points(
 def name_stack(rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, speeds: Array) -> Named:
     """Roots of many bicycles and their names at ``speeds`` (m, k), m/s: arrays (m, k, n), roots sorted."""
     m, k = speeds.shape
-    found = name_points(rules, polynomial, unit, gravity, np.repeat(np.arange(m), k), speeds.ravel())
-    order = np.lexsort((found.values.imag, found.values.real), axis=1)
-    parts: list[Any] = [np.take_along_axis(part, order, 1).reshape(m, k, -1) for part in found[:3]]
-    return Named(parts[0], parts[1], parts[2], found.clear.reshape(m, k))
+    named = name_points(rules, polynomial, unit, gravity, np.repeat(np.arange(m), k), speeds.ravel())
+    order = np.lexsort((named.values.imag, named.values.real), axis=1)
+    parts: list[Any] = [np.take_along_axis(part, order, 1).reshape(m, k, -1) for part in named[:3]]
+    return Named(parts[0], parts[1], parts[2], named.clear.reshape(m, k))
 
 
 def name_along(model: LinearModel, rules: Rules, speeds: Array) -> Named:
@@ -263,15 +265,15 @@ def name_roots(rules: Rules, rate: Array, at: Participation) -> Named:
 def _capsize_and_castering(rules: Rules, rate: Array, values: Complex, size: Array, is_core: Mask) -> Mask:
     """Pairs that capsize and castering form: slow, stable, with exactly two roots of the core to their right."""
     slow = is_core & (size < LIMITS.still * rate[:, None]) if rules.slips else is_core
-    found = (values.imag > 0) & slow
+    joint_pairs = (values.imag > 0) & slow
     if rules.slips:
-        found &= values.real < 0
-    k = np.flatnonzero(found.any(1))
+        joint_pairs &= values.real < 0
+    k = np.flatnonzero(joint_pairs.any(1))
     if k.size:
         core = np.where(slow[k], values.real[k], -np.inf)
         ahead = (core[:, None, :] > values.real[k, :, None] + 1e-9 * size[k, :, None]).sum(2)
-        found[k] &= ahead == 2
-    return found
+        joint_pairs[k] &= ahead == 2
+    return joint_pairs
 
 
 def _behind_the_core(values: Complex, size: Array, is_core: Mask, both: Mask) -> Mask:
@@ -375,11 +377,11 @@ def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None
 
 def _name_others(rules: Rules, size: Array, shown: Mask, first: Whole) -> None:
     """Number what has no name from slow to fast, in place."""
-    left = shown & (first == NONE)
-    k = np.flatnonzero(left.any(1))
+    nameless = shown & (first == NONE)
+    k = np.flatnonzero(nameless.any(1))
     if k.size:
-        rank = np.where(left[k], size[k], np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
-        first[k] = np.where(left[k], len(rules.weights) - 1 + rank, first[k])
+        rank = np.where(nameless[k], size[k], np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
+        first[k] = np.where(nameless[k], len(rules.weights) - 1 + rank, first[k])
 
 
 def _name_by_birth(found: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, along: Named) -> Whole:
@@ -392,8 +394,8 @@ def _name_by_birth(found: Named, open_: Whole, place: Whole, speeds: Array, node
     pair = np.where(weave, along.values.real, 0.0).sum(1)
     real = ((along.first == CAPSIZE) | (along.first == CASTERING)) & (along.values.imag == 0)
     ahead = (real & (along.values.real > pair[:, None])).sum(1).reshape(nodes.shape)
-    told = ((weave.sum(1) == 1) & (real.sum(1) == 2)).reshape(nodes.shape)
-    born = told[place] & (nodes[place] > speeds[open_, None])
+    decided = ((weave.sum(1) == 1) & (real.sum(1) == 2)).reshape(nodes.shape)
+    born = decided[place] & (nodes[place] > speeds[open_, None])
     done = born.any(1)
     rows, first = open_[done], ahead[place, born.argmax(1)][done]
     names = found.first[rows]

@@ -152,7 +152,7 @@ def critical_intervals(
     every = sensitivities(model, v)
     slopes = np.stack([slope_of(name, every.parameters, every.of).real for name in names], -1)
     spread = standard_deviation(slopes, covariance)
-    found = []
+    intervals = []
     for mode, branch in modes(model, v).branches.items():
         for root in branch.T:
             sd = np.take_along_axis(spread, _nearest(every.eigenvalues, root)[:, None], 1)[:, 0]
@@ -162,8 +162,8 @@ def critical_intervals(
                     crosses = kind == OSCILLATORY or np.ptp(np.sign(root.real[part])) > 0
                     if crosses:
                         band = root.real[part] - width * sd[part], root.real[part] + width * sd[part]
-                        found += [CriticalInterval(mode, kind, *ends) for ends in zero_within(v[part], *band)]
-    return tuple(found)
+                        intervals += [CriticalInterval(mode, kind, *ends) for ends in zero_within(v[part], *band)]
+    return tuple(intervals)
 
 
 def zero_within(at: Array, lower: Array, upper: Array) -> list[tuple[float, float]]:

@@ -119,20 +119,20 @@ def _derivatives(
     upper = roots.imag >= 0  # of a pair, the other half is the conjugate
     for number, part in linear.by_range(v):
         k, i = np.nonzero(upper[part])
-        at, own = part[k], linear.ranges[number].matrices
+        at, matrices = part[k], linear.ranges[number].matrices
         root = roots[at, i]
         x = linear.scale * right[at, :, i]
-        u = (left[at, i] / linear.scale) @ np.linalg.inv(own.mass)
-        every, speed = [slope[number] for slope in slopes.values()], v[at]
-        terms: list[tuple[Any, Array]] = [(-root, np.array([slope.mass for slope in every]))]
-        for power in own.dynamics:
-            terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in every])))
+        u = (left[at, i] / linear.scale) @ np.linalg.inv(matrices.mass)
+        range_slopes, speed = [slope[number] for slope in slopes.values()], v[at]
+        terms: list[tuple[Any, Array]] = [(-root, np.array([slope.mass for slope in range_slopes]))]
+        for power in matrices.dynamics:
+            terms.append((speed ** float(power), np.array([slope.dynamics[power] for slope in range_slopes])))
         pair = np.flatnonzero(root.imag > 0)
         targets = place[at, i], place[at[pair], i[pair] + 1]  # LAPACK puts the conjugate next to it
         slope = eigenvalue_derivative_terms(u, x, terms)
         derivatives[at, targets[0]] = slope
         derivatives[at[pair], targets[1]] = slope[pair].conj()
-        terms = [(speed ** float(power), matrix[None]) for power, matrix in own.dynamics.derivative.items()]
+        terms = [(speed ** float(power), matrix[None]) for power, matrix in matrices.dynamics.derivative.items()]
         along = eigenvalue_derivative_terms(u, x, terms)[:, 0] if terms else np.zeros(len(at), complex)
         d_dspeed[at, targets[0]], d_dspeed[at[pair], targets[1]] = along, along[pair].conj()
 
@@ -195,8 +195,8 @@ def _switch_slopes(model: Model, speed: float, parameters: Sequence[str]) -> lis
     symbolic, values = model.evaluator.symbolic, model.parameters
     speeds = model.evaluator.switch_speeds(values)
     switch = list(symbolic.switches.values())[int(np.abs(np.subtract(speeds, speed)).argmin())]
-    known = {sp.Symbol(name, real=True): values[name] for name in symbolic.parameters}
-    return [float(sp.diff(switch, sp.Symbol(key, real=True)).subs(known)) for key in parameters]
+    numbers = {sp.Symbol(name, real=True): values[name] for name in symbolic.parameters}
+    return [float(sp.diff(switch, sp.Symbol(key, real=True)).subs(numbers)) for key in parameters]
 
 
 def eigenvalue_derivative_terms(left: Complex, right: Complex, terms: Sequence[tuple[Any, Array]]) -> Complex:

@@ -84,16 +84,16 @@ def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     kind_a, kind_b = np.sign(a.values.imag), np.sign(b.values.imag)
     allowed = kind_a[:, :, None] == kind_b[:, None, :]
     match = assign(np.where(allowed, cost, 1e6 * size[:, :, None] + cost))
-    row, own = np.arange(len(match))[:, None], np.arange(match.shape[1])
+    row, column = np.arange(len(match))[:, None], np.arange(match.shape[1])
     landed = b.values[row, match]
     twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
     rival = np.where(twin, np.inf, cost).min(2)
-    good = (cost[row, own, match] < CLEAR * rival).all(1) & allowed[row, own, match].all(1)
+    good = (cost[row, column, match] < CLEAR * rival).all(1) & allowed[row, column, match].all(1)
     order = np.argsort(np.where(kind_a == 0, a.values.real, np.inf), axis=1)
     real = np.where(kind_a[row, order] == 0, landed.real[row, order], np.inf)
     with np.errstate(invalid="ignore"):  # inf - inf beyond the last real root
         good &= ~(np.diff(real) < -TWIN * size).any(1)
-    mac = np.abs(a.left @ b.right)[row, own, match] * np.abs(b.left @ a.right)[row, match, own]
+    mac = np.abs(a.left @ b.right)[row, column, match] * np.abs(b.left @ a.right)[row, match, column]
     return match, good & ((mac > 0.5) | (twin.sum(2) > 1)).all(1)
 
 
