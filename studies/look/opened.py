@@ -207,9 +207,9 @@ def _is_uneven(time: Array) -> bool:
 def _odd(time: Array) -> list[str]:
     damaged = damaged_times(time)
     count = int(np.count_nonzero(damaged))
-    said = [f"samples whose time is missing or out of order, which count as missing: {count}"] if count else []
+    damage = [f"samples whose time is missing or out of order, which count as missing: {count}"] if count else []
     try:
-        return [*said, *check_clock(time[~damaged], where="time")]
+        return [*damage, *check_clock(time[~damaged], where="time")]
     except InputError as error:
         return [str(error).removeprefix("time: ")]
 
@@ -335,27 +335,27 @@ def roles(opened: Opened, given: ChannelMap | None) -> Roles:
     sidecar = _sidecar(opened.path)
     columns = [c for c in opened.signals.columns if opened.clock is None or c.name != opened.clock.column.name]
     live = [c for c in columns if opened.quality[c.name].samples > opened.quality[c.name].missing]
-    found = guesses(live, OF_RIG)
-    rolling = {found[name].column.name for name in found} if set(ROLLING) <= set(found) else set()
-    found |= guesses([column for column in live if column.name not in rolling], OF_MOTION)
+    guessed = guesses(live, OF_RIG)
+    rolling = {guessed[name].column.name for name in guessed} if set(ROLLING) <= set(guessed) else set()
+    guessed |= guesses([column for column in live if column.name not in rolling], OF_MOTION)
     for needed in (ROLLING, ("side_force", "plate_displacement")):
-        if "side_force" in found or any(name in found for name in needed):
-            found |= _by_unit(live, found, needed)
-    found |= _by_unit(live, found, ("speed", "temperature", "pressure"))
-    if "side_force" not in found:
-        found |= _by_unit(live, found, PULL, both=True)
-    return Roles(opened, given, sidecar, found)
+        if "side_force" in guessed or any(name in guessed for name in needed):
+            guessed |= _by_unit(live, guessed, needed)
+    guessed |= _by_unit(live, guessed, ("speed", "temperature", "pressure"))
+    if "side_force" not in guessed:
+        guessed |= _by_unit(live, guessed, PULL, both=True)
+    return Roles(opened, given, sidecar, guessed)
 
 
 def _sidecar(path: Path) -> Sidecar | None:
-    beside = path.with_suffix(".toml")
-    if not beside.is_file():
+    sidecar = path.with_suffix(".toml")
+    if not sidecar.is_file():
         return None
-    text = beside.read_text(encoding="utf-8", errors="replace")
+    text = sidecar.read_text(encoding="utf-8", errors="replace")
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{beside}: the sidecar is no TOML ({error}); mend or remove it") from error
+        raise InputError(f"{sidecar}: the sidecar is no TOML ({error}); mend or remove it") from error
     return file_and_sidecar(path)[1] if "axes" in content or "tyre" in content else None
 
 

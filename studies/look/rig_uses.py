@@ -116,45 +116,45 @@ class Supposed:
         return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in known]
 
 
-def oriented(whole: Record, given: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
+def oriented(whole: Record, supposed: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
     """Find the axes under which the recording has the right signs, else the first ones that can be read."""
     first: tuple[str, RigRun | PullTest] | None = None
     error: InputError | None = None
     likely = CONVENTIONS if load is None or load > 0 else sorted(CONVENTIONS, key=lambda name: name != "SAE")
     for axes in likely:
         try:
-            found = as_rig(whole, given, axes, path)
+            recording = as_rig(whole, supposed, axes, path)
         except InputError as reason:
             error = error or reason
             continue
-        if not any(problem.startswith("wrong sign") for problem in preflight(found).problems):
-            return axes, found
-        first = first or (axes, found)
+        if not any(problem.startswith("wrong sign") for problem in preflight(recording).problems):
+            return axes, recording
+        first = first or (axes, recording)
     if first is None:
         assert error is not None
         raise error
     return first
 
 
-def as_rig(record: Record, given: Supposed, axes: str, path: Path) -> RigRun | PullTest:
+def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun | PullTest:
     """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``given``) is filled in."""
     assumed = (
         Condition("?", load=400.0, pressure=5e5, surface="flat")
-        if given.pull
+        if supposed.pull
         else Condition(
             "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
         )
     )
-    sidecar = given.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
-    sidecar = replace(sidecar, axes=axes, rigid_rim=given.rigid_rim)
-    if given.steady:
+    sidecar = supposed.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
+    sidecar = replace(sidecar, axes=axes, rigid_rim=supposed.rigid_rim)
+    if supposed.steady:
         load = np.nan if "vertical_load" in record.values else 400.0
         condition = replace(sidecar.condition, load=load)
         return rig_recording(record, replace(sidecar, kind="steady", condition=condition), path)
-    found = rig_recording(record, sidecar, path)
-    if isinstance(found, RigRun) and is_slip_step(found):
+    recording = rig_recording(record, sidecar, path)
+    if isinstance(recording, RigRun) and is_slip_step(recording):
         return rig_recording(record, replace(sidecar, kind="slip_step"), path)
-    return found
+    return recording
 
 
 def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> tuple[str, Event, str]:
@@ -172,8 +172,10 @@ def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> 
     problem = ""
     notes: tuple[str, ...] = ()
     if isinstance(recording, RigRun) and kind == STEP and roles.sidecar is None:
-        known = recording.speed is not None or recording.condition.speed is not None
-        condition = recording.condition if known else replace(recording.condition, speed=2.5)  # no check hinges on it
+        has_speed = recording.speed is not None or recording.condition.speed is not None
+        condition = (
+            recording.condition if has_speed else replace(recording.condition, speed=2.5)
+        )  # no check hinges on it
         recording = replace(recording, condition=condition)
     try:
         with np.errstate(all="ignore"):  # a wheel that stands still: the fit says so
@@ -245,15 +247,15 @@ def _by_kind(
     """Sort the events that were ``judged`` into the uses ``names``; what is true ``of_good`` events alone."""
     uses = []
     for name in names:
-        mine = [(event, problem) for kind, event, problem in judged if kind == name]
-        if not mine:
-            others = " and a ".join(sorted({kind for kind, _, _ in judged}))
-            uses.append(Use(name, (), (f"{made} {others}",), (OTHERWISE[name],)))
+        of_kind = [(event, problem) for kind, event, problem in judged if kind == name]
+        if not of_kind:
+            other_kinds = " and a ".join(sorted({kind for kind, _, _ in judged}))
+            uses.append(Use(name, (), (f"{made} {other_kinds}",), (OTHERWISE[name],)))
             continue
-        good = tuple(event for event, problem in mine if not problem)
+        good = tuple(event for event, problem in of_kind if not problem)
         bad = tuple(
             f"samples {event.first}-{event.last}: {problem}" if event.name else problem
-            for event, problem in mine
+            for event, problem in of_kind
             if problem
         )
         use = Use(name, good, bad, (mend,) if bad else ())
@@ -265,51 +267,53 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
     """Judge a recording without a sidecar, as ``tyre fit`` would once the draft is filled in."""
     pull = needed is PULL
     names = (PULLED,) if pull else (SWEEP, STEP)
-    wanted = ALL_PULL if pull else ALL_ROLLING
-    there = roles.names(wanted)
-    lacking = [name for name in needed if name not in there]
-    if not pull and not roles.is_timed(there) and not set(lacking) - {"vertical_load"}:
+    channels = ALL_PULL if pull else ALL_ROLLING
+    columns = roles.names(channels)
+    lacking = [name for name in needed if name not in columns]
+    if not pull and not roles.is_timed(columns) and not set(lacking) - {"vertical_load"}:
         return _settled(roles)
-    if not pull and not roles.is_timed(there):
+    if not pull and not roles.is_timed(columns):
         lacking.append("time")
     if lacking:
         reasons = (f"no channel could be the {', the '.join(name.replace('_', ' ') for name in lacking)}",)
         return [Use(name, (), reasons, (roles.lacking(*lacking),)) for name in names], None
     unsure = roles.unknown_units(needed if pull else [*needed, "time"])
     path = roles.opened.path
-    known = tydex_sidecar(path) if path.suffix.casefold() == ".tdx" else None
-    given = Supposed(known, pull=pull, rigid_rim=pull and "rim_displacement" not in there)
+    sidecar = tydex_sidecar(path) if path.suffix.casefold() == ".tdx" else None
+    supposed = Supposed(sidecar, pull=pull, rigid_rim=pull and "rim_displacement" not in columns)
     if unsure:
         mass = {column: re.search(r"[\[(](kg|lb)s?[\])]$", column) for column in unsure.values()}
         more = {column: f": {unit[1]} is a mass, {unit[1]}f a force" if unit else "" for column, unit in mass.items()}
-        said = ", ".join(f"{name.replace('_', ' ')} ({column}{more[column]})" for name, column in unsure.items())
-        reason = f"no unit is known of {said}"
+        without_unit = ", ".join(
+            f"{name.replace('_', ' ')} ({column}{more[column]})" for name, column in unsure.items()
+        )
+        reason = f"no unit is known of {without_unit}"
         remedy = (
             "write the units into the draft, or scale and offset with the unit where the file holds counts or volts"
         )
     else:
         try:
-            return _tried(roles, roles.map_of(wanted), given, names)
+            return _tried(roles, roles.map_of(channels), supposed, names)
         except InputError as error:
             reason, remedy = short(error, roles.opened.path), "write the map with --channels, or mend the draft"
-    return [Use(name, (), (reason,), (remedy,)) for name in names], given
+    return [Use(name, (), (reason,), (remedy,)) for name in names], supposed
 
 
 def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
     """Judge a table of slip angle and side force without time: settled points, sorted by their levels."""
-    path, wanted = roles.opened.path, ALL_ROLLING
-    given = Supposed(steady=True)
+    path, channels = roles.opened.path, ALL_ROLLING
+    supposed = Supposed(steady=True)
     step = Use(STEP, (), ("no channel could be the time: these are settled points",), (OTHERWISE[STEP],))
     if unsure := roles.unknown_units(["slip_angle", "side_force", "vertical_load"]):
         reason = f"no unit is known of {', '.join(unsure.values())}"
-        return [Use(STEADY, (), (reason,), ("write the units into the draft",)), step], given
+        return [Use(STEADY, (), (reason,), ("write the units into the draft",)), step], supposed
     try:
-        (whole,) = records(roles.opened.signals, roles.map_of(wanted), QUANTITIES, timed=False)
+        (whole,) = records(roles.opened.signals, roles.map_of(channels), QUANTITIES, timed=False)
         load = whole.values.get("vertical_load")
         middle = None if load is None else float(np.nanmedian(load))
         recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
-        given = replace(given, recorded=recorded, load=np.nan if middle is None else abs(middle))
-        axes, recording = oriented(whole, given, path, middle)
+        supposed = replace(supposed, recorded=recorded, load=np.nan if middle is None else abs(middle))
+        axes, recording = oriented(whole, supposed, path, middle)
         assert isinstance(recording, RigRun)
         levels = steady_levels(recording)
         conditions = level_conditions(levels)
@@ -318,7 +322,7 @@ def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
         return [
             Use(STEADY, (), (short(error, path),), ("write the map with --channels, or mend the draft",)),
             step,
-        ], given
+        ], supposed
     size = recording.time.size
     events = tuple(
         replace(event, first=1, last=size, left_out=_of_others(size - event.used), start_s=0.0, end_s=0.0)
@@ -326,49 +330,55 @@ def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
         if not problem
     )
     reasons = tuple(f"{event.name or 'all points'}: {problem}" for _, event, problem in judged if problem)
-    given = replace(given, axes=axes, levels=tuple(conditions.values()))
-    provided = f"{', '.join(given.unsaid)}, which no recording says" if given.unsaid else ""
+    supposed = replace(supposed, axes=axes, levels=tuple(conditions.values()))
+    provided = f"{', '.join(supposed.unsaid)}, which no recording says" if supposed.unsaid else ""
     many = max((event.used for event in events), default=0) > MANY_POINTS
     remedies = ("so many points are rather samples of a sweep, which lags: then map their time",) if many else ()
-    return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], given
+    return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], supposed
 
 
 def _of_others(count: int) -> dict[str, int]:
     return {"of other levels, or incomplete": count} if count else {}
 
 
-def _tried(roles: Roles, channel_map: ChannelMap, given: Supposed, names: Sequence[str]) -> tuple[list[Use], Supposed]:
-    path, own = roles.opened.path, channel_map.windows
+def _tried(
+    roles: Roles, channel_map: ChannelMap, supposed: Supposed, names: Sequence[str]
+) -> tuple[list[Use], Supposed]:
+    path, windows_of_map = roles.opened.path, channel_map.windows
     plain = replace(channel_map, windows=())
-    (whole,) = records(roles.opened.signals, plain, QUANTITIES, timed=not given.pull)
+    (whole,) = records(roles.opened.signals, plain, QUANTITIES, timed=not supposed.pull)
     load = whole.values.get("vertical_load")
-    middle = None if load is None or given.pull else float(np.nanmedian(load))
-    stood = _load_read(roles) if given.pull else np.nan
+    middle = None if load is None or supposed.pull else float(np.nanmedian(load))
+    load_of_pull = _load_read(roles) if supposed.pull else np.nan
     recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
-    given = replace(given, recorded=recorded, load=stood if middle is None else abs(middle))
-    axes, recording = oriented(whole, given, path, middle)
+    supposed = replace(supposed, recorded=recorded, load=load_of_pull if middle is None else abs(middle))
+    axes, recording = oriented(whole, supposed, path, middle)
     if isinstance(recording, RigRun):
-        given = replace(given, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step")
-    given = replace(given, axes=axes)
-    if own:
+        supposed = replace(
+            supposed, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step"
+        )
+    supposed = replace(supposed, axes=axes)
+    if windows_of_map:
         spans = [
             (record.event, record)
-            for record in records(roles.opened.signals, replace(plain, windows=own), QUANTITIES, timed=not given.pull)
+            for record in records(
+                roles.opened.signals, replace(plain, windows=windows_of_map), QUANTITIES, timed=not supposed.pull
+            )
         ]
-        tried = [judge(name, as_rig(record, given, axes, path), roles, path) for name, record in spans]
+        judged = [judge(name, as_rig(record, supposed, axes, path), roles, path) for name, record in spans]
     elif isinstance(recording, RigRun):
-        tried, windows = _found(whole, recording, given, roles)
-        given = replace(given, windows=windows)
+        judged, windows = _found(whole, recording, supposed, roles)
+        supposed = replace(supposed, windows=windows)
     else:
-        tried = [judge("", recording, roles, path)]
+        judged = [judge("", recording, roles, path)]
     made = "the channels are there, but what was recorded is a"
     mend = "mend it in the file or in the draft: each reason says how"
-    uses = _by_kind(tried, names, made, mend, windows=bool(given.windows))
-    lacking = [[*given.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
+    uses = _by_kind(judged, names, made, mend, windows=bool(supposed.windows))
+    lacking = [[*supposed.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
     return [
         replace(use, provided=f"{', '.join(names)}, which no recording says" if use.usable and names else "")
         for use, names in zip(uses, lacking, strict=True)
-    ], given
+    ], supposed
 
 
 def _load_read(roles: Roles) -> float:
@@ -381,33 +391,33 @@ def _load_read(roles: Roles) -> float:
 
 
 def _found(
-    whole: Record, run: RigRun, given: Supposed, roles: Roles
+    whole: Record, run: RigRun, supposed: Supposed, roles: Roles
 ) -> tuple[list[tuple[str, Event, str]], tuple[Found, ...]]:
     """Judge the whole recording if it is one event, else the events in it that can be fitted."""
     path = roles.opened.path
     at_once = judge("", run, roles, path)
-    found, failed = [], []
+    fitted, failed = [], []
     events: dict[str, tuple[Window, RigRun]] = {}
     for number, cut in enumerate(stretches(run), 1):
         window = _window(f"{cut.kind}{number}", whole.time, cut.first, cut.last)
         part = slice(*np.searchsorted(whole.time - whole.time[0], (window.first - 1e-9, window.last + 1e-9)))
         event = replace(whole, time=whole.time[part], values={name: x[part] for name, x in whole.values.items()})
         try:
-            rig = as_rig(event, given, run.axes, path)
+            rig = as_rig(event, supposed, run.axes, path)
             judged = judge(window.name, rig, roles, path)
         except InputError:
             continue
         if isinstance(rig, RigRun) and not judged[2] and (judged[0] == SWEEP) == (cut.kind == "sweep"):
-            found.append(judged)
+            fitted.append(judged)
             events[window.name] = window, rig
         elif judged[2]:
             failed.append(judged)
-    much = sum(event.last - event.first + 1 for _, event, _ in found) > 0.9 * run.time.size
-    if not found or (not at_once[2] and len(found) == 1 and (much or at_once[0] == STEP)):
+    much = sum(event.last - event.first + 1 for _, event, _ in fitted) > 0.9 * run.time.size
+    if not fitted or (not at_once[2] and len(fitted) == 1 and (much or at_once[0] == STEP)):
         return [at_once], ()
     conditions = level_conditions({name: rig for name, (_, rig) in events.items()})
     windows = [Found(window, conditions[name], rig.kind == "slip_step") for name, (window, rig) in events.items()]
-    return [*found, *failed], tuple(windows)
+    return [*fitted, *failed], tuple(windows)
 
 
 def _window(name: str, time: Array, first: int, last: int) -> Window:

@@ -91,13 +91,13 @@ def csv_contents(path: Path, reading: Reading) -> Contents:
 
 def names_and_units(cells: Sequence[str]) -> list[tuple[str, str]]:
     """Split cells such as ``Fy [N]`` into name and unit; columns without a name are numbered from 1."""
-    found = []
+    pairs = []
     for place, cell in enumerate(cells, 1):
         match = _BRACKETS.match(cell)
-        known = match is not None and (match.group(2) in ("", "-", "1") or quantity_of(match.group(2)) != "")
-        name, unit = match.groups() if match and known else (cell, "")
-        found.append((name or f"column {place}", unit))
-    return found
+        is_unit = match is not None and (match.group(2) in ("", "-", "1") or quantity_of(match.group(2)) != "")
+        name, unit = match.groups() if match and is_unit else (cell, "")
+        pairs.append((name or f"column {place}", unit))
+    return pairs
 
 
 def read_header(
@@ -288,19 +288,19 @@ def stated_rates(lines: Sequence[str]) -> tuple[float, ...]:
 
     Other rates may stand there (of a serial line, a filter), so a number without Hz is taken of sampling alone.
     """
-    found: list[float] = []
+    rates: list[float] = []
     for line in lines:
         if match := _RATE.search(line):
             unit = (match["unit"] or match["label"] or "").casefold()
             number = float(match["number"].replace(",", ".")) * (1000.0 if unit.startswith("k") else 1.0)
             if number > 0 and (unit or match["word"].casefold().startswith(("sampl", "abtast", "fs"))):
-                found.append(number)
+                rates.append(number)
         elif match := _INTERVAL.search(line):
             unit = (match["unit"] or match["label"] or "").casefold()
             number = float(match["number"].replace(",", "."))
             if number > 0 and unit:
-                found.append(1.0 / (number * find_unit(unit, "time", where=line).factor))
-    return tuple(dict.fromkeys(found))
+                rates.append(1.0 / (number * find_unit(unit, "time", where=line).factor))
+    return tuple(dict.fromkeys(rates))
 
 
 def _head(path: Path, reading: Reading) -> tuple[list[str], str, str | None, list[str]]:

@@ -82,16 +82,16 @@ class TydexDocument:
         return self._listed("MEASURCHANNELS", _channel)
 
     def _listed(self, keyword: str, read: Callable[[str, str], E]) -> dict[str, E]:
-        where, found = f"{self.source}, **{keyword}", dict[str, E]()
+        where, entries = f"{self.source}, **{keyword}", dict[str, E]()
         for line in _plain_line_ends(self.bodies.get(keyword, "")).split("\n"):
             if not line.strip() or line.lstrip()[0] == "!":
                 continue
-            one = read(line.expandtabs(_FIELD), where)
-            if one.name in found:
-                what = f"channel {one.name}" if isinstance(one, ChannelEntry) else one.name
-                raise InputError(f"{where}: {what} is listed twice; keep one")
-            found[one.name] = one
-        return found
+            entry = read(line.expandtabs(_FIELD), where)
+            if entry.name in entries:
+                label = f"channel {entry.name}" if isinstance(entry, ChannelEntry) else entry.name
+                raise InputError(f"{where}: {label} is listed twice; keep one")
+            entries[entry.name] = entry
+        return entries
 
     @cached_property
     def measured(self) -> Array:

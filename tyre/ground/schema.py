@@ -191,14 +191,14 @@ class Table:
         for key in self.declared:
             if not key.missing and key.default is not None:
                 content.setdefault(key.name, key.default)
-        found: dict[str, Any] = {}
+        checked: dict[str, Any] = {}
         refusals: list[Refusal] = []
         for name, entry in content.items():
             try:
                 if name in checks:
-                    found[name] = checks[name](entry)
+                    checked[name] = checks[name](entry)
                 elif self.wildcard is not None:
-                    found[self.wildcard[0](name)] = self.wildcard[1](entry)
+                    checked[self.wildcard[0](name)] = self.wildcard[1](entry)
             except Refusal as error:
                 error.path.insert(0, name)
                 refusals.append(error)
@@ -208,7 +208,7 @@ class Table:
                 refusals[-1].path.append(key.name)
         if refusals:
             raise min(refusals, key=lambda error: error.rank)
-        return found
+        return checked
 
 
 def table(keys: Mapping[Key, Check], *, kind: str = "key", others: bool = False) -> Table:

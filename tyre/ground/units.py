@@ -167,17 +167,17 @@ def _plain(text: str) -> str:
 @cache
 def _spellings(quantity: str) -> dict[str, Unit]:
     """Unit of every spelling of a quantity."""
-    found = {}
+    units = {}
     for spelling in _QUANTITIES[quantity][1].split():
         name, _, unit = spelling.partition("=")
         if quantity == "temperature":
             celsius, kelvin, fahrenheit = Unit(1.0), Unit(1.0, -273.15), Unit(5 / 9, -160 / 9)
-            found[_plain(name)] = {"c": celsius, "degC": celsius, "k": kelvin}.get(name, fahrenheit)
+            units[_plain(name)] = {"c": celsius, "degC": celsius, "k": kelvin}.get(name, fahrenheit)
         else:
             parsed = _parsed(unit or name, printed=True)
             assert parsed is not None
-            found[_plain(name)] = Unit(float(parsed[0]))
-    return found
+            units[_plain(name)] = Unit(float(parsed[0]))
+    return units
 
 
 def find_unit(text: str, quantity: str, *, where: str) -> Unit:

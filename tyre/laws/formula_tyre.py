@@ -88,8 +88,8 @@ class FormulaTyre(TyreSource):
         properties = []
         for n in range(load.size):
             origin = self.origin(load=load[n], pressure=pressure[n])
-            held: dict[str, Any] = {name: float(values[name][n]) for name in MEASURED_BESIDE if name in values}
-            held |= {name: float(column[n]) for name, column in zip(QUANTITIES, columns, strict=True)}
+            fields: dict[str, Any] = {name: float(values[name][n]) for name in MEASURED_BESIDE if name in values}
+            fields |= {name: float(column[n]) for name, column in zip(QUANTITIES, columns, strict=True)}
             properties.append(
                 TyreProperties(
                     tyre=self.tyre,
@@ -103,7 +103,7 @@ class FormulaTyre(TyreSource):
                     cornering_stiffness_sd_stated=False,
                     lateral_stiffness_sd_stated=False,
                     surface_stated=self.surface_stated,
-                    **held,
+                    **fields,
                 )
             )
         return JointProperties(tuple(properties), JointCovariance(stiffness_names(range(load.size)), covariance))

@@ -227,6 +227,6 @@ def _fitted(law: Law, *columns: bytes) -> Fit:
         gtol=1e-14,
         max_nfev=2000,
     )
-    found = whole(solution.x)
-    found[law.names[0]] *= scale
-    return Fit({name: found[name] for name in law.names}, nominal, free.tolist())
+    coefficients = whole(solution.x)
+    coefficients[law.names[0]] *= scale
+    return Fit({name: coefficients[name] for name in law.names}, nominal, free.tolist())

@@ -86,16 +86,18 @@ class Pacejka89:
         fz, unit, a = np.asarray(load, dtype=np.float64) / 1e3, SLIP_UNITS[self.slip_unit], self.side_force_coefficients
         slope = self._lateral(fz, 0.0).gradient
         by_camber = slope * a[8] + a[11] * fz + self.camber_by_square * fz**2
-        held = {"cornering_stiffness": slope / unit, "camber_stiffness": by_camber / DEGREE}
+        quantities = {"cornering_stiffness": slope / unit, "camber_stiffness": by_camber / DEGREE}
         if self.lateral_stiffness is not None:
-            held["lateral_stiffness"] = np.full(np.shape(load), self.lateral_stiffness)
-            held["relaxation_length"] = held["cornering_stiffness"] / self.lateral_stiffness
+            quantities["lateral_stiffness"] = np.full(np.shape(load), self.lateral_stiffness)
+            quantities["relaxation_length"] = quantities["cornering_stiffness"] / self.lateral_stiffness
         if self.aligning_moment_coefficients is not None:
             c, slope = self.aligning_moment_coefficients, self._aligning(fz, 0.0).gradient
-            held["pneumatic_trail"] = -slope / unit / held["cornering_stiffness"]
+            quantities["pneumatic_trail"] = -slope / unit / quantities["cornering_stiffness"]
             by_camber = (slope * c[11] + c[14] * fz**2 + c[15] * fz) / DEGREE
-            held["twisting_stiffness"] = by_camber + held["pneumatic_trail"] * held["camber_stiffness"]
-        return held
+            quantities["twisting_stiffness"] = (
+                by_camber + quantities["pneumatic_trail"] * quantities["camber_stiffness"]
+            )
+        return quantities
 
     def _slip(self, slip_angle: ArrayLike) -> Array:
         return np.asarray(slip_angle, dtype=np.float64) / SLIP_UNITS[self.slip_unit]
@@ -175,12 +177,14 @@ class Pacejka89Tyre(FormulaTyre):
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """Return the slopes at many conditions, linear in pressure; nothing is checked."""
         every = [fit.linear(load=load) for fit in self.sets]
-        for held in every:
-            if "pneumatic_trail" in held:
-                held["pneumatic_trail"] = held["pneumatic_trail"] * held["cornering_stiffness"]
+        for quantities in every:
+            if "pneumatic_trail" in quantities:
+                quantities["pneumatic_trail"] = quantities["pneumatic_trail"] * quantities["cornering_stiffness"]
         weights = self._weights(pressure)
         names = set.intersection(*map(set, every))
-        found: dict[str, Array] = {name: np.sum([held[name] for held in every] * weights, 0) for name in names}
+        found: dict[str, Array] = {
+            name: np.sum([quantities[name] for quantities in every] * weights, 0) for name in names
+        }
         if "pneumatic_trail" in found:
             found["pneumatic_trail"] = found["pneumatic_trail"] / found["cornering_stiffness"]
         if "lateral_stiffness" in found:
@@ -408,24 +412,26 @@ def _one_mapping(content: Any, stem: str) -> Any:
 
 def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
     """Keys in one spelling; coefficients by name (a0, ..., a111 for a11) as lists."""
-    found = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
+    content_by_key = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
     for letter, role in (("a", SIDE), ("c", MOMENT)):
         own = re.compile(rf"{letter}(\d+)", re.IGNORECASE)
-        named = {int(match[1]): found.pop(key) for key in list(found) if (match := own.fullmatch(key))}
+        named = {
+            int(match[1]): content_by_key.pop(key) for key in list(content_by_key) if (match := own.fullmatch(key))
+        }
         if letter == "a" and 111 in named:  # Sv = (a111 Fz + a112 Fz^2) camber + ...
             if 11 in named:
                 raise InputError("a11 and a111 are both given; keep a111 with a112, or a11 alone")
-            found[SQUARE] = named.pop(112, 0.0)
+            content_by_key[SQUARE] = named.pop(112, 0.0)
             named[11] = named.pop(111)
         if missing := [n for n in range(COUNT[role]) if n not in named] if named else []:
             raise InputError(f"{letter}{missing[0]} is missing; give {letter}0 to {letter}{COUNT[role] - 1}")
         if named:
-            found[role] = [named.pop(n) for n in range(COUNT[role])]
+            content_by_key[role] = [named.pop(n) for n in range(COUNT[role])]
         if named:
             raise InputError(f"unknown key '{letter}{min(named)}'; known: {letter}0 to {letter}{COUNT[role] - 1}")
-        if role in found:
-            found[role] = _flat(found[role])
-    return found
+        if role in content_by_key:
+            content_by_key[role] = _flat(content_by_key[role])
+    return content_by_key
 
 
 def _flat(value: Any) -> Any:

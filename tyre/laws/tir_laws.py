@@ -130,31 +130,33 @@ class Coefficients:
         """Return what the coefficients hold at small slip and camber, by the name of a field of `TyreProperties`."""
         cornering = self.cornering_stiffness(load=load, pressure=pressure)
         lateral = self.lateral_stiffness(load=load, pressure=pressure)
-        held = {"cornering_stiffness": cornering}
+        quantities = {"cornering_stiffness": cornering}
         if self["LATERAL_STIFFNESS"] > 0 or (self.old and self["PTY1"] > 0):
-            held |= {"lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
+            quantities |= {"lateral_stiffness": lateral, "relaxation_length": cornering / lateral}
         force, dfz, dpi = self._relative(load, pressure)
         relative = force / self.nominal_load
         if self.has(*(("PHY3", "PVY3", "PVY4") if self.old else ("PKY6", "PKY7"))):
-            held["camber_stiffness"] = self.side * self._camber_stiffness(load, pressure)
+            quantities["camber_stiffness"] = self.side * self._camber_stiffness(load, pressure)
         if self.version == "motorcycle" or not self["UNLOADED_RADIUS"] > 0:
-            return held
+            return quantities
         arm = force * self["UNLOADED_RADIUS"]
         if self.has("QDZ1", "QDZ2"):
             by_load = arm / self.nominal_load * (self["QDZ1"] + self["QDZ2"] * dfz)
-            held["pneumatic_trail"] = by_load * (1 - self["PPZ1"] * dpi) * self["LTR"]
-        trail_of_camber = held.get("pneumatic_trail", 0.0) * held.get("camber_stiffness", np.zeros_like(force))
+            quantities["pneumatic_trail"] = by_load * (1 - self["PPZ1"] * dpi) * self["LTR"]
+        trail_of_camber = quantities.get("pneumatic_trail", 0.0) * quantities.get(
+            "camber_stiffness", np.zeros_like(force)
+        )
         if self.has("QDZ8", "QDZ9"):
             scale = self["LMUY"] * self["LGAZ" if self.old else "LKZC"]
             by_load = arm * (self["QDZ8"] + self["QDZ9"] * dfz)
-            held["twisting_stiffness"] = self.side * by_load * (1 + self["PPZ2"] * dpi) * scale
+            quantities["twisting_stiffness"] = self.side * by_load * (1 + self["PPZ2"] * dpi) * scale
             if not (self.old or self.camber_in_trail):
-                held["twisting_stiffness"] = held["twisting_stiffness"] + trail_of_camber
+                quantities["twisting_stiffness"] = quantities["twisting_stiffness"] + trail_of_camber
         if self.has("QSX2", "QSX4", "QSX10"):
             share = self["QSX2"] * (1 + self["PPMX1"] * dpi) - self["QSX10"] * np.arctan(self["QSX11"] * relative)
             share -= self["QSX4"] * self["QSX7"] * np.cos(self["QSX5"] * np.arctan((self["QSX6"] * relative) ** 2))
-            held["overturning_stiffness"] = arm * share * self["LMX"]
-        return held
+            quantities["overturning_stiffness"] = arm * share * self["LMX"]
+        return quantities
 
     @property
     def curved(self) -> bool:

@@ -44,8 +44,11 @@ def records(
 ) -> tuple[Record, ...]:
     """Bring signals to SI units (``own`` ones in place), one time base and the vehicle's axes, and cut out events."""
     where = signals.source
-    known = _all_quantities(channel_map, quantities)
-    units = {name: _unit(signals, entry, known[name], where, name) for name, entry in channel_map.channels.items()}
+    quantity_of_channel = _all_quantities(channel_map, quantities)
+    units = {
+        name: _unit(signals, entry, quantity_of_channel[name], where, name)
+        for name, entry in channel_map.channels.items()
+    }
     stamps = channel_map.clock and (channel_map.clock.column or channel_map.clock.index)
     used = [signals.find(entry.column) for entry in channel_map.channels.values()]
     used += [signals.find(stamps)] if stamps else []
@@ -76,69 +79,71 @@ def records(
     for window in channel_map.windows:
         if window.trigger is not None:
             name = window.trigger.channel
-            unit = find_unit(window.trigger.unit, known[name], where=f"{where}, trigger of window {window.name!r}")
+            unit = find_unit(
+                window.trigger.unit, quantity_of_channel[name], where=f"{where}, trigger of window {window.name!r}"
+            )
             levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
     events, more = _events(channel_map.windows, time, levels, where)
-    found = []
+    cut_out = []
     for name, span in events.items():
         samples = span.stop - span.start
         if samples < 2:
             raise InputError(f"{where}: event {name} holds {samples} samples; make its window longer")
         cut = {key: x[span] for key, x in kept.items()}
         source = f"{where}#{name}" if len(events) > 1 else where
-        found.append(
+        cut_out.append(
             replace(whole, source=source, time=time[span], values=cut, event=name, notes=(*whole.notes, *more))
         )
-    return tuple(found)
+    return tuple(cut_out)
 
 
 def _all_quantities(channel_map: ChannelMap, quantities: Mapping[str, str]) -> dict[str, str]:
     """Quantity of every channel of the map; those that no one asked for must turn a sensor or trigger an event."""
-    found = {name: quantities[name] for name in channel_map.channels if name in quantities}
+    by_channel = {name: quantities[name] for name in channel_map.channels if name in quantities}
     where = channel_map.source
     for mounting in channel_map.mountings:
-        siblings = [found[name] for name in mounting.channels if name in found]
+        siblings = [by_channel[name] for name in mounting.channels if name in by_channel]
         for name in mounting.channels:
             if name not in channel_map.channels:
                 raise InputError(f"{where}: [[mounting]] turns {name}, which is not in [channels]; add its column")
         if len(set(siblings)) != 1:
-            said = "none is a channel that is used" if not siblings else f"they measure {' and '.join(siblings)}"
-            raise InputError(f"{where}: [[mounting]] of {', '.join(mounting.channels)}: {said}")
-        found |= dict.fromkeys(mounting.channels, siblings[0])
+            fault = "none is a channel that is used" if not siblings else f"they measure {' and '.join(siblings)}"
+            raise InputError(f"{where}: [[mounting]] of {', '.join(mounting.channels)}: {fault}")
+        by_channel |= dict.fromkeys(mounting.channels, siblings[0])
     for window in channel_map.windows:
-        if window.trigger is None or window.trigger.channel in found:
+        if window.trigger is None or window.trigger.channel in by_channel:
             continue
         name = window.trigger.channel
         if name not in channel_map.channels:
             raise InputError(f"{where}: window {window.name!r} is triggered by {name}, which is not in [channels]")
-        found[name] = quantity_of(window.trigger.unit)
-        if not found[name]:
+        by_channel[name] = quantity_of(window.trigger.unit)
+        if not by_channel[name]:
             raise InputError(f"{where}: window {window.name!r}: unit {window.trigger.unit!r} of its level is not known")
-    allowed = quantities if len(found) < len(channel_map.channels) else found
+    allowed = quantities if len(by_channel) < len(channel_map.channels) else by_channel
     refuse_unknown("channel", channel_map.channels, allowed, where=f"{where}: [channels]")
-    return found
+    return by_channel
 
 
 def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name: str) -> Unit:
     """Unit of the numbers of one channel; two units that contradict each other are refused."""
     column = signals[entry.column]
-    here = f"{where}: {name} (column {column.name})"
+    place = f"{where}: {name} (column {column.name})"
     written = column.unit.strip()
     silent = says_nothing(written)
     if entry.instead_of and entry.instead_of != written:
-        raise InputError(f"{here}: instead_of = {entry.instead_of!r}, but the file says {written or 'no unit'!r}")
+        raise InputError(f"{place}: instead_of = {entry.instead_of!r}, but the file says {written or 'no unit'!r}")
     if not entry.unit:
         if silent:
             raise InputError(
-                f"{here}: the file says no unit; add unit = ... in the channel map, such as unit = {SI[quantity]!r}"
+                f"{place}: the file says no unit; add unit = ... in the channel map, such as unit = {SI[quantity]!r}"
             )
-        return find_unit(written, quantity, where=here)
-    unit = find_unit(entry.unit, quantity, where=f"{here}, unit in the channel map")
+        return find_unit(written, quantity, where=place)
+    unit = find_unit(entry.unit, quantity, where=f"{place}, unit in the channel map")
     if not silent and not entry.scaled and not entry.instead_of:
-        same = quantity_of(written) == quantity and find_unit(written, quantity, where=here) == unit
-        if not same:
+        agrees = quantity_of(written) == quantity and find_unit(written, quantity, where=place) == unit
+        if not agrees:
             raise InputError(
-                f"{here}: the file says {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
+                f"{place}: the file says {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
                 f"give a scale, or, if the file is wrong, write instead_of = {written!r} beside the unit"
             )
     return unit
@@ -205,8 +210,8 @@ def _events(
 
 
 def _crossings(trigger: Trigger, time: Array, values: Array, level: float) -> tuple[list[slice], int]:
-    beyond = values > level if trigger.above else values < level
-    rising = np.flatnonzero(beyond[1:] & ~beyond[:-1] & np.isfinite(values[:-1])) + 1
+    is_beyond = values > level if trigger.above else values < level
+    rising = np.flatnonzero(is_beyond[1:] & ~is_beyond[:-1] & np.isfinite(values[:-1])) + 1
     spans, left_out, busy = [], 0, -math.inf
     for sample in rising:
         moment = float(time[sample])

@@ -36,15 +36,15 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
     if np.abs(time[[0, -1]]).max() > _LIMITS["latest"]:
         raise InputError(f"{where}: time reaches {np.abs(time).max():.3g} s, which is no date; check its unit")
     steps = np.diff(time)
-    few = steps[:: 1 + steps.size // 100_000]  # enough to tell how they scatter
-    usual = float(np.median(few))
+    sampled_steps = steps[:: 1 + steps.size // 100_000]  # enough to tell how they scatter
+    usual = float(np.median(sampled_steps))
     wrong = np.flatnonzero(steps <= _LIMITS["repeated"] * max(usual, 0.0))
     if wrong.size:
         first = int(wrong[0])
         back = steps[wrong] < -_LIMITS["repeated"] * abs(usual)
-        what = "runs back" if back[0] else "repeats"
+        fault = "runs back" if back[0] else "repeats"
         raise InputError(
-            f"{where}: time {what} at {int(np.count_nonzero(back == back[0]))} samples, first at sample "
+            f"{where}: time {fault} at {int(np.count_nonzero(back == back[0]))} samples, first at sample "
             f"{first + 2} ({time[first]:.10g} s, then {time[first + 1]:.10g} s); cut the recording there, or "
             "give time = {rate_hz = ...} if the samples are equally spaced"
         )
@@ -60,7 +60,7 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
     tenth = steps.size // 10
     if tenth >= 10:
         first_step, last_step = np.median(steps[:tenth]), np.median(steps[-tenth:])
-        resolution = float(np.ptp(np.quantile(few, [0.1, 0.9])))  # rounded stamps make medians jump
+        resolution = float(np.ptp(np.quantile(sampled_steps, [0.1, 0.9])))  # rounded stamps make medians jump
         if abs(last_step / first_step - 1) > _LIMITS["drift"] and abs(last_step - first_step) > resolution / 2:
             notes.append(f"the sample time drifts from {first_step:.6g} to {last_step:.6g} s over the recording")
     return tuple(notes)
@@ -108,10 +108,10 @@ def usual_rate(time: Array) -> float:
 
 def fills(time: Array, *values: Array) -> bool:
     """Tell if resampling leaves no sample of ``values`` at ``time`` (s), all of shape (n,), missing: no gap, no end."""
-    known = [time[np.isfinite(x)] for x in values]
-    if any(t.size < 2 or t[0] > time[0] or t[-1] < time[-1] for t in known):
+    valid_times = [time[np.isfinite(x)] for x in values]
+    if any(t.size < 2 or t[0] > time[0] or t[-1] < time[-1] for t in valid_times):
         return False
-    return max(float(np.diff(t).max()) for t in known) <= GAP * float(np.median(np.diff(time)))
+    return max(float(np.diff(t).max()) for t in valid_times) <= GAP * float(np.median(np.diff(time)))
 
 
 def one_time_base(
@@ -128,13 +128,13 @@ def one_time_base(
     notes = [*lost]
     notes += [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
     if channel_map.resampling is None:
-        said = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
+        counts = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
         raise InputError(
-            f"{where}: the channels were sampled at different times ({said}); {how_to(*times.values())}, or "
+            f"{where}: the channels were sampled at different times ({counts}); {how_to(*times.values())}, or "
             "like = CHANNEL for the times of one of them"
         )
-    time, found, more = _resampled(times, values, channel_map.resampling, where)
-    return time, found, (*notes, *more)
+    time, resampled, more = _resampled(times, values, channel_map.resampling, where)
+    return time, resampled, (*notes, *more)
 
 
 def _without_damaged(
@@ -146,9 +146,9 @@ def _without_damaged(
     if not count:
         return dict(times), dict(values), ()
     sound = {id(time): time[~damaged[id(time)]] for time in times.values()}  # one array for the channels that share it
-    kept = {name: values[name][~damaged[id(time)]] for name, time in times.items()}
+    sound_values = {name: values[name][~damaged[id(time)]] for name, time in times.items()}
     note = f"samples whose time is missing or out of order, which count as missing: {count}"
-    return {name: sound[id(time)] for name, time in times.items()}, kept, (note,)
+    return {name: sound[id(time)] for name, time in times.items()}, sound_values, (note,)
 
 
 def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -167,8 +167,8 @@ def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array
     stamps = signals[column] if column else None
     lengths = {name: x.size for name, x in values.items()} | ({"time": stamps.values.size} if stamps else {})
     if len(set(lengths.values())) > 1:
-        said = ", ".join(f"{name} {count}" for name, count in lengths.items())
-        raise InputError(f"{where}: the channels have different numbers of samples ({said}), so not one clock")
+        counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
+        raise InputError(f"{where}: the channels have different numbers of samples ({counts}), so not one clock")
     factor = _time_factor(clock.unit, stamps.unit if clock.column and stamps else "s", f"{where}: time")
     count = next(iter(lengths.values()))
     return dict.fromkeys(values, clock.times(stamps.values if stamps else None, count, factor, where=where))
@@ -177,15 +177,15 @@ def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array
 def _time_factor(unit: str, written: str, where: str) -> float:
     if "datetime" in (unit, written):  # dates are in s after the first one once read
         if unit not in ("", "datetime") or written != "datetime":
-            held = "dates" if written == "datetime" else "no dates"
-            raise InputError(f"{where}: the column holds {held}; mend its unit")
+            contents = "dates" if written == "datetime" else "no dates"
+            raise InputError(f"{where}: the column holds {contents}; mend its unit")
         return 1.0
     if not unit and says_nothing(written):
         raise InputError(f"{where}: the file says no unit of time; add unit = 's' or 'ms' in the channel map")
-    found = find_unit(unit or written, "time", where=where)
-    if unit and not says_nothing(written) and find_unit(written, "time", where=where) != found:
+    time_unit = find_unit(unit or written, "time", where=where)
+    if unit and not says_nothing(written) and find_unit(written, "time", where=where) != time_unit:
         raise InputError(f"{where}: the file says {written!r}, the channel map {unit!r}; take one of them out")
-    return found.factor
+    return time_unit.factor
 
 
 def _resampled(
@@ -204,41 +204,43 @@ def _resampled(
         time = first + np.arange(int(np.floor((last - first) * how.rate * (1 + 1e-12))) + 1) / how.rate
     if time.size < 2:
         raise InputError(f"{where}: resampling leaves {time.size} samples; take a higher rate")
-    found: dict[str, Array] = {}
+    resampled: dict[str, Array] = {}
     notes = []
     rate = (time.size - 1) / (time[-1] - time[0])
-    for name, own in times.items():
-        if own.size == time.size and np.array_equal(own, time) and how.like:
-            found[name] = values[name]
+    for name, old_time in times.items():
+        if old_time.size == time.size and np.array_equal(old_time, time) and how.like:
+            resampled[name] = values[name]
             continue
-        found[name] = _interpolated(time, own, values[name])
+        resampled[name] = _interpolated(time, old_time, values[name])
         missing = np.count_nonzero(~np.isfinite(values[name]))
         tolerance = _LIMITS["near"] * (time[1] - time[0])
-        if 0 <= own.size - time.size <= 1 and np.abs(own[: time.size] - time).max() <= tolerance:
+        if 0 <= old_time.size - time.size <= 1 and np.abs(old_time[: time.size] - time).max() <= tolerance:
             # at even steps already but for rounding, and for a last one that these leave out
             x = values[name][: time.size]
-            found[name] = np.where(np.isfinite(x), x, found[name])
-            filled = np.count_nonzero(np.isfinite(found[name]) & ~np.isfinite(x))
+            resampled[name] = np.where(np.isfinite(x), x, resampled[name])
+            filled = np.count_nonzero(np.isfinite(resampled[name]) & ~np.isfinite(x))
             if missing:
                 notes.append(f"{name}: {filled} of {missing} missing samples filled by linear interpolation")
             continue
-        old = (own.size - 1) / (own[-1] - own[0])
-        fewer = "; no filter was applied, faster oscillations are mirrored" if old > 1.01 * rate else ""
+        old_rate = (old_time.size - 1) / (old_time[-1] - old_time[0])
+        fewer = "; no filter was applied, faster oscillations are mirrored" if old_rate > 1.01 * rate else ""
         lost = f"; {missing} samples were missing" if missing else ""
-        same = f"{old:.6g}" == f"{rate:.6g}"
-        change = f"put at even steps of {rate:.6g} Hz" if same else f"resampled from {old:.6g} Hz to {rate:.6g} Hz"
+        same_rate = f"{old_rate:.6g}" == f"{rate:.6g}"
+        change = (
+            f"put at even steps of {rate:.6g} Hz" if same_rate else f"resampled from {old_rate:.6g} Hz to {rate:.6g} Hz"
+        )
         notes.append(f"{name}: {change} by linear interpolation{lost}{fewer}")
-    return time, found, notes
+    return time, resampled, notes
 
 
-def _interpolated(time: Array, own: Array, values: Array) -> Array:
+def _interpolated(time: Array, old_time: Array, values: Array) -> Array:
     """Linear interpolation; NaN if the samples on both sides are further apart than a gap."""
-    there = np.isfinite(values)
-    if np.count_nonzero(there) < 2:
+    valid = np.isfinite(values)
+    if np.count_nonzero(valid) < 2:
         return np.full(time.shape, np.nan)
-    known, x = own[there], values[there]
-    found = np.interp(time, known, x, left=np.nan, right=np.nan)
-    after = np.clip(np.searchsorted(known, time), 1, known.size - 1)
-    wide = known[after] - known[after - 1] > GAP * np.median(np.diff(own))
-    found[wide & ~np.isin(time, known)] = np.nan
-    return np.asarray(found, float)
+    valid_time, x = old_time[valid], values[valid]
+    interpolated = np.interp(time, valid_time, x, left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(valid_time, time), 1, valid_time.size - 1)
+    wide = valid_time[after] - valid_time[after - 1] > GAP * np.median(np.diff(old_time))
+    interpolated[wide & ~np.isin(time, valid_time)] = np.nan
+    return np.asarray(interpolated, float)

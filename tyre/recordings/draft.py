@@ -78,53 +78,53 @@ class Guess:
         if self.rate:
             index = f"index = {_quoted(self.column.name)}, " if self.column.name else ""
             return f"{name} = {{{index}rate_hz = {self.rate:.10g}}}  # CHECK: {self.doubt}"
-        said = f", unit = {_quoted(self.unit)}" if self.unit else ""
-        note = f"  # the file says {self.column.unit}" if not said and self.column.unit else ""
+        unit = f", unit = {_quoted(self.unit)}" if self.unit else ""
+        note = f"  # the file says {self.column.unit}" if not unit and self.column.unit else ""
         if self.unit == UNKNOWN:
             note = "  # FILL IN the unit"
         elif self.doubt:
             note = f"  # CHECK: {self.doubt}"
-        return f"{name} = {{column = {_quoted(self.column.name)}{said}}}{note}"
+        return f"{name} = {{column = {_quoted(self.column.name)}{unit}}}{note}"
 
 
 def draft_map(columns: Sequence[Column], quantities: Mapping[str, str], *, clock: bool = True) -> str:
     """Write a table ``[channels]`` guessed from names and units, with a line for ``time`` if a ``clock`` is needed."""
-    wanted = {"time": "time", **quantities} if clock else dict(quantities)
-    found = guesses(columns, wanted)
-    lines = [found[name].line(name) for name in wanted if name in found]
-    lacking = [_LACKING.format(name=name, unit=SI[kind]) for name, kind in wanted.items() if name not in found]
+    channels = {"time": "time", **quantities} if clock else dict(quantities)
+    by_channel = guesses(columns, channels)
+    lines = [by_channel[name].line(name) for name in channels if name in by_channel]
+    lacking = [_LACKING.format(name=name, unit=SI[kind]) for name, kind in channels.items() if name not in by_channel]
     return "\n".join(["[channels]", *lines, *lacking])
 
 
 def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[str, Guess]:
     """Guess the columns of the wanted channels from what each measures; each column is taken once."""
-    taken: dict[str, Guess] = {}
+    by_channel: dict[str, Guess] = {}
     for name, quantity in quantities.items():
-        used = [guess.column.name for guess in taken.values()]
-        found = _guess(name, quantity, [column for column in columns if column.name not in used])
-        if found is not None:
-            said = quantity_of(found.unit) == quantity or found.unit == "datetime"
-            of_name = next((end for end in _unit_words(found.name) if quantity_of(end) == quantity), "")
+        used = [guess.column.name for guess in by_channel.values()]
+        column = _guess(name, quantity, [column for column in columns if column.name not in used])
+        if column is not None:
+            has_unit = quantity_of(column.unit) == quantity or column.unit == "datetime"
+            of_name = next((end for end in _unit_words(column.name) if quantity_of(end) == quantity), "")
             if quantity == "time" and not of_name:
-                of_name = next((unit for word, unit in _TIMES.items() if word in found.name.casefold()), "")
+                of_name = next((unit for word, unit in _TIMES.items() if word in column.name.casefold()), "")
             phone = [c.name for c in columns if _OF_A_PHONE in c.name.casefold()]
-            turned = found.name in phone and quantity == "angular rate"
+            turned = column.name in phone and quantity == "angular rate"
             doubt = f"the axes of a phone are its own: {listed(phone)}" if turned else ""
-            if not said and quantity == "angular rate" and _OF_ROS.search(found.name):
+            if not has_unit and quantity == "angular rate" and _OF_ROS.search(column.name):
                 of_name, doubt = "rad/s", "rad/s by the definition of the message; the axes are those of the sensor"
-            taken[name] = Guess(found, "" if said else of_name or UNKNOWN, doubt)
-    return taken
+            by_channel[name] = Guess(column, "" if has_unit else of_name or UNKNOWN, doubt)
+    return by_channel
 
 
 def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:
     """List the columns of a file with a draft of a map, to end a message; '' if the file cannot be read at all."""
     try:
-        found = contents(path, reading=reading)
+        file_contents = contents(path, reading=reading)
     except InputError:
         return ""
-    said = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in found.columns]
-    draft = draft_map(found.columns, quantities, clock=not found.own_times)
-    return _WORDS.format(columns=listed(said), draft=draft)
+    columns = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in file_contents.columns]
+    draft = draft_map(file_contents.columns, quantities, clock=not file_contents.own_times)
+    return _WORDS.format(columns=listed(columns), draft=draft)
 
 
 @contextmanager

@@ -58,12 +58,12 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         ratio = memory * (1.0 - share) / power_0
         theta = 2.0 * ratio / (1.0 + np.sqrt(max(1.0 - 4.0 * ratio**2, 0.0)))
         innovation = power_0 / (1.0 + theta**2)
-        both = scipy.signal.lfilter([1.0, -memory], [1.0, -theta], columns, axis=0) / np.sqrt(innovation)
-        both[0] *= np.sqrt(innovation)  # nothing predicts the first value: it has the variance of the process
+        innovations = scipy.signal.lfilter([1.0, -memory], [1.0, -theta], columns, axis=0) / np.sqrt(innovation)
+        innovations[0] *= np.sqrt(innovation)  # nothing predicts the first value: it has the variance of the process
         try:  # the last entry of the triangle is what the fit leaves
-            triangle = np.abs(np.diag(np.linalg.cholesky(both.T @ both)))
+            triangle = np.abs(np.diag(np.linalg.cholesky(innovations.T @ innovations)))
         except np.linalg.LinAlgError:  # singular to rounding
-            triangle = np.abs(np.diag(np.linalg.qr(both, mode="r")))
+            triangle = np.abs(np.diag(np.linalg.qr(innovations, mode="r")))
         logdet = (count - 1) * np.log(innovation) + 2.0 * float(np.sum(np.log(triangle[:p])))
         projected = max(float(triangle[p] ** 2), 1e-300)
         penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
@@ -76,8 +76,8 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     share = 1.0 / (1.0 + np.exp(-np.clip(best[0], -12.0, 12.0)))
     variance = power * projected / (count - p)
     phi = float(memory ** (1.0 / width))
-    apart = np.arange(1, width)
-    averaging = (width + 2.0 * float(np.sum((width - apart) * phi**apart))) / width**2
+    lags = np.arange(1, width)
+    averaging = (width + 2.0 * float(np.sum((width - lags) * phi**lags))) / width**2
     return float((1.0 - share) * variance * width), float(share * variance / averaging), phi
 
 
@@ -99,8 +99,8 @@ class AR1Noise:
 
     def covariance(self, time: Array) -> Array:
         """Covariance (n, n) at the instants ``time`` (n,), s."""
-        apart = np.abs(time[:, None] - time[None])
-        return self.white * np.eye(len(time)) + self.correlated * np.exp(-apart / max(self.memory, 1e-9))
+        lags = np.abs(time[:, None] - time[None])
+        return self.white * np.eye(len(time)) + self.correlated * np.exp(-lags / max(self.memory, 1e-9))
 
 
 @one_blas_thread()
@@ -115,12 +115,12 @@ def estimate_noise(time: Array, residual: Array, basis: Array, floor: float) -> 
 
     def likelihood(z: Array) -> float:
         factor = np.linalg.cholesky(noise(z).covariance(time))
-        both = solve_triangular(factor, np.column_stack([basis, residual]), lower=True, check_finite=False)
-        orthogonal, triangle = np.linalg.qr(both[:, :-1])
-        rest = both[:, -1] - orthogonal @ (orthogonal.T @ both[:, -1])
+        whitened = solve_triangular(factor, np.column_stack([basis, residual]), lower=True, check_finite=False)
+        orthogonal, triangle = np.linalg.qr(whitened[:, :-1])
+        unexplained = whitened[:, -1] - orthogonal @ (orthogonal.T @ whitened[:, -1])
         log_det = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
-        return float(2 * log_det + rest @ rest + 0.02 * ((z - start) ** 2).sum())
+        return float(2 * log_det + unexplained @ unexplained + 0.02 * ((z - start) ** 2).sum())
 
     search: Any = scipy.optimize.minimize
-    found = search(likelihood, start, method="Nelder-Mead", options={"maxiter": 150, "xatol": 0.02, "fatol": 0.01})
-    return noise(found.x)
+    solution = search(likelihood, start, method="Nelder-Mead", options={"maxiter": 150, "xatol": 0.02, "fatol": 0.01})
+    return noise(solution.x)

@@ -235,12 +235,12 @@ def _check_load(run: RigRun, where: str) -> None:
     if ratio < 1 / 5 or ratio > 5:
         times = max(ratio, 1 / ratio) if ratio > SMALLEST else np.inf  # an empty channel is in no other unit
         slips = ((GRAVITY, "kg"), (POUND, "lbf"), (1e3, "kN"))
-        said = [
+        suspicions = [
             f" ({unit} in {'the recording' if ratio < 1 else 'the declared load'}?)"
             for factor, unit in slips
             if abs(times / factor - 1.0) < 0.1
         ]
         raise InputError(
             f"{where}: median vertical load is {median:.4g} N, the declared load {run.condition.load:.4g} N; "
-            f"one of the two has the wrong unit{said[0] if said else ''}"
+            f"one of the two has the wrong unit{suspicions[0] if suspicions else ''}"
         )

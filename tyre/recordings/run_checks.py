@@ -37,10 +37,10 @@ class Tolerance:
         """The round value that was meant by a measured ``level``, SI; 0 if it is no wider apart than the width."""
         if abs(level) <= self.absolute:
             return 0.0
-        shown, width = level / self.size, self.width(level) / self.size
-        rounded = (step * round(shown / step) for step in self.steps)
-        near = next((value for value in rounded if abs(value - shown) <= 0.1 * width), None)
-        return self.size * (float(f"{shown:.4g}") if near is None else near) + 0.0
+        level_in_unit, width = level / self.size, self.width(level) / self.size
+        rounded = (step * round(level_in_unit / step) for step in self.steps)
+        nearest = next((value for value in rounded if abs(value - level_in_unit) <= 0.1 * width), None)
+        return self.size * (float(f"{level_in_unit:.4g}") if nearest is None else nearest) + 0.0
 
     def outside(self, channel: Channel) -> float:
         """Share of a channel, by the means of its parts, that lies beyond a widened width about its median."""
@@ -103,117 +103,117 @@ def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLE
     condition = recording.condition
     surface = f"drum of {condition.drum_radius:g} m radius" if condition.drum_radius else "flat track"
     rolling = isinstance(recording, RigRun)
-    found = Preflight(str(recording.source or (recording.kind if isinstance(recording, RigRun) else "pull_test")))
-    found.present.append(
+    verdict = Preflight(str(recording.source or (recording.kind if isinstance(recording, RigRun) else "pull_test")))
+    verdict.present.append(
         f"{'SYNTHETIC, ' if recording.synthetic else ''}{condition.tyre}, {condition.load:g} N, "
         f"{condition.pressure / PASCAL_PER_BAR:g} bar, {surface}, {recording.axes} axes"
     )
     needed = ("time", "slip_angle", "side_force", "vertical_load") if rolling else _PULL_CHANNELS
     empty = [name for name in needed if np.isfinite(getattr(recording, name)).sum() < 2]
     for name in empty:
-        found.forbids(f"{name} has no valid samples")
+        verdict.forbids(f"{name} has no valid samples")
     if not empty and isinstance(recording, RigRun):
-        _rolling(found, recording, load_tolerance)
+        _rolling(verdict, recording, load_tolerance)
     elif not empty and isinstance(recording, PullTest):
-        _pull(found, recording)
-    return found
+        _pull(verdict, recording)
+    return verdict
 
 
 _PULL_CHANNELS = ("side_force", "plate_displacement", "rim_displacement")
 
 
-def _rolling(found: Preflight, run: RigRun, load_tolerance: float) -> None:
-    _check_time(found, run.time)
+def _rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> None:
+    _check_time(verdict, run.time)
     for name in ("slip_angle", "side_force", "vertical_load"):
-        _check_dropouts(found, name, getattr(run, name))
+        _check_dropouts(verdict, name, getattr(run, name))
     if run.aligning_moment is not None:
-        _check_dropouts(found, "aligning_moment", run.aligning_moment, needed=False)
-    _check_stuck(found, run.side_force, run.slip_angle, travel=_LIMITS.stuck_slip * _DEGREE)
-    _check_load(found, run, load_tolerance)
-    _check_condition(found, run)
-    _check_drifts(found, run)
+        _check_dropouts(verdict, "aligning_moment", run.aligning_moment, needed=False)
+    _check_stuck(verdict, run.side_force, run.slip_angle, travel=_LIMITS.stuck_slip * _DEGREE)
+    _check_load(verdict, run, load_tolerance)
+    _check_condition(verdict, run)
+    _check_drifts(verdict, run)
     span = f"{len(run.time)} samples over {np.nanmax(run.time) - np.nanmin(run.time):.4g} s"
     lowest, highest = float(np.nanmin(run.slip_angle)), float(np.nanmax(run.slip_angle))
     reach = f"slip {lowest / _DEGREE:.3g} to {highest / _DEGREE:.3g} deg"
     if run.kind == "steady":
-        found.present.append(f"{len(run.time)} settled points, {reach}")
-        _check_reach(found, lowest, highest)
+        verdict.present.append(f"{len(run.time)} settled points, {reach}")
+        _check_reach(verdict, lowest, highest)
     elif run.kind == "slip_sweep":
         branches = _count_branches(run.slip_angle)
-        found.present.append(f"{span}, {branches} branches (up or down) of {reach}")
-        _check_sweeps(found, lowest, highest, branches)
+        verdict.present.append(f"{span}, {branches} branches (up or down) of {reach}")
+        _check_sweeps(verdict, lowest, highest, branches)
     else:
-        found.present.append(f"{span}, a slip step, {reach}")
+        verdict.present.append(f"{span}, a slip step, {reach}")
         if highest - lowest < _LIMITS.least_slip * _DEGREE / 2:
-            found.forbids(f"the slip step is only {(highest - lowest) / _DEGREE:.2g} deg")
-    _check_sign(found, run)
+            verdict.forbids(f"the slip step is only {(highest - lowest) / _DEGREE:.2g} deg")
+    _check_sign(verdict, run)
     if run.aligning_moment is None:
-        found.missing.append("aligning moment: no pneumatic trail")
+        verdict.missing.append("aligning moment: no pneumatic trail")
     if run.speed is None and run.condition.speed is None and run.kind != "steady":
-        found.missing.append(
+        verdict.missing.append(
             "speed: the rate lag cannot be removed and no relaxation length be had from rates or steps"
         )
     if run.temperature is None and run.condition.temperature is None:
-        found.missing.append("temperature: its drift cannot be told from wear")
+        verdict.missing.append("temperature: its drift cannot be told from wear")
 
 
-def _check_sweeps(found: Preflight, lowest: float, highest: float, branches: int) -> None:
+def _check_sweeps(verdict: Preflight, lowest: float, highest: float, branches: int) -> None:
     """Check the range of slip (rad), and the number of branches."""
-    _check_reach(found, lowest, highest)
+    _check_reach(verdict, lowest, highest)
     if branches < 2:
-        found.problems.append(
+        verdict.problems.append(
             f"too few sweeps: {branches} branch, an up and a down branch are needed to remove the rate lag"
         )
     elif branches < _LIMITS.good_branches:
         more = f"{_LIMITS.good_branches} or more would"
-        found.problems.append(f"too few sweeps: {branches} branches show no repeatability, {more}")
+        verdict.problems.append(f"too few sweeps: {branches} branches show no repeatability, {more}")
 
 
-def _check_reach(found: Preflight, lowest: float, highest: float) -> None:
+def _check_reach(verdict: Preflight, lowest: float, highest: float) -> None:
     """Check the range of slip, rad."""
     least, good, half = _LIMITS.least_slip, _LIMITS.good_slip, (highest - lowest) / 2
     reach = half / _DEGREE
     if half < least * _DEGREE:
         radians = " (radians under deg?)" if least * _DEGREE <= reach <= 20.0 * _DEGREE else ""
-        found.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
+        verdict.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
     elif lowest > -0.25 * highest or highest < -0.25 * lowest:
-        found.problems.append("slip goes to one side only: offset and slope cannot be told apart")
+        verdict.problems.append("slip goes to one side only: offset and slope cannot be told apart")
     elif half < good * _DEGREE:
-        found.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
+        verdict.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
 
 
-def _check_sign(found: Preflight, run: RigRun) -> None:
+def _check_sign(verdict: Preflight, run: RigRun) -> None:
     share = 1.0 if run.kind == "slip_step" else 0.5  # the slope near zero; a step has only its two ends
     widest = float(np.nanmax(np.abs(run.slip_angle)))
     inner = np.abs(run.slip_angle) <= max(share * widest, _LIMITS.least_slip * _DEGREE)
     gradient, correlation = _slope(run.slip_angle[inner], run.side_force[inner])
     if np.isnan(gradient) or abs(correlation) < _LIMITS.correlation:
-        found.problems.append(f"side force does not follow the slip (correlation {correlation:.2f})")
+        verdict.problems.append(f"side force does not follow the slip (correlation {correlation:.2f})")
     elif gradient < 0.0:
         fitting = [name for name in CONVENTIONS if slope_grows(name) != slope_grows(run.axes)]
-        found.forbids(
+        verdict.forbids(
             f"wrong sign: side force falls with slip ({gradient * _DEGREE:.3g} N/deg) under axes = {run.axes!r}; "
             f"axes = {' or '.join(map(repr, fitting))} would fit"
         )
     elif run.aligning_moment is not None and _slope(run.slip_angle[inner], run.aligning_moment[inner])[0] > 0.0:
-        found.problems.append("wrong sign: aligning moment grows with slip, the pneumatic trail would be negative")
+        verdict.problems.append("wrong sign: aligning moment grows with slip, the pneumatic trail would be negative")
 
 
-def _check_load(found: Preflight, run: RigRun, tolerance: float) -> None:
+def _check_load(verdict: Preflight, run: RigRun, tolerance: float) -> None:
     declared, median = run.condition.load, float(np.nanmedian(run.vertical_load))
     offset = median / declared - 1.0
     text = f"median vertical load is {median:.4g} N, {offset:+.1%} off the declared {declared:g} N"
     if abs(offset) > tolerance:
         remedy = "declare the load that acted, or raise the load tolerance"
-        found.forbids(f"{text}; at most {tolerance:.0%} is allowed: {remedy}")
+        verdict.forbids(f"{text}; at most {tolerance:.0%} is allowed: {remedy}")
     elif abs(offset) > LOAD_TOLERANCE:
-        found.problems.append(text)
+        verdict.problems.append(text)
     drift = _drift(run.vertical_load) / declared
     if abs(drift) > _LIMITS.load_drift:
-        found.problems.append(f"vertical load drifts by {drift:+.1%} over the recording")
+        verdict.problems.append(f"vertical load drifts by {drift:+.1%} over the recording")
 
 
-def _check_condition(found: Preflight, run: RigRun) -> None:
+def _check_condition(verdict: Preflight, run: RigRun) -> None:
     """Hold the measured pressure and camber against the declared ones, and forbid what scatters over conditions."""
     for name, tolerance in TOLERANCES.items():
         channel: Channel | None = getattr(run, tolerance.channel)
@@ -222,13 +222,13 @@ def _check_condition(found: Preflight, run: RigRun) -> None:
         declared, median = getattr(run.condition, name) / tolerance.size, float(np.nanmedian(channel)) / tolerance.size
         width = tolerance.width(tolerance.size * median) / tolerance.size
         if name != "load" and abs(median - declared) > width:
-            found.forbids(
+            verdict.forbids(
                 f"median {name} is {median:.4g} {tolerance.unit}, declared are {declared:.4g} {tolerance.unit}, off by "
                 f"more than {width:.2g}: declare what acted, or leave it to the channel"
             )
         if (share := tolerance.outside(channel)) > tolerance.beyond:
             wide, unit = tolerance.widened * width, tolerance.unit
-            found.forbids(
+            verdict.forbids(
                 f"{name} scatters: {share:.0%} of the recording lies more than {wide:.3g} {unit} from its median "
                 f"{median:.4g} {unit}, which is more than one condition; cut the recording with [[windows]]"
             )
@@ -243,18 +243,18 @@ def part_means(channel: Channel) -> Channel:
     return np.asarray(total[number > 0] / number[number > 0])
 
 
-def _check_drifts(found: Preflight, run: RigRun) -> None:
+def _check_drifts(verdict: Preflight, run: RigRun) -> None:
     if run.temperature is not None and abs(_drift(run.temperature)) > _LIMITS.temperature_drift:
-        found.problems.append(f"temperature drifts by {_drift(run.temperature):+.3g} K over the recording")
+        verdict.problems.append(f"temperature drifts by {_drift(run.temperature):+.3g} K over the recording")
     if run.speed is None:
         return
     middle, spread, declared = float(np.nanmedian(run.speed)), float(np.nanstd(run.speed)), run.condition.speed
     if middle <= 0.0:
-        found.forbids(f"speed is {middle:.3g} m/s: the tyre does not roll forward")
+        verdict.forbids(f"speed is {middle:.3g} m/s: the tyre does not roll forward")
     elif spread > _LIMITS.speed_spread * middle:
-        found.problems.append(f"speed varies by {spread / middle:.1%} (one standard deviation)")
+        verdict.problems.append(f"speed varies by {spread / middle:.1%} (one standard deviation)")
     if declared and abs(middle / declared - 1.0) > _LIMITS.speed_offset:
-        found.problems.append(f"speed is {middle * 3.6:.3g} km/h, declared are {declared * 3.6:.3g} km/h")
+        verdict.problems.append(f"speed is {middle * 3.6:.3g} km/h, declared are {declared * 3.6:.3g} km/h")
 
 
 def _drift(channel: Channel) -> float:
@@ -266,41 +266,45 @@ def _drift(channel: Channel) -> float:
     return float(np.nanmedian(ends[1]) - np.nanmedian(ends[0]))
 
 
-def _pull(found: Preflight, test: PullTest) -> None:
+def _pull(verdict: Preflight, test: PullTest) -> None:
     if test.time is not None:
-        _check_time(found, test.time)
+        _check_time(verdict, test.time)
     for name in _PULL_CHANNELS:
-        _check_dropouts(found, name, getattr(test, name))
-    both = test.complete
-    if both.sum() < _LIMITS.pull_samples:
-        found.forbids(f"only {both.sum()} complete samples, {_LIMITS.pull_samples} are needed")
+        _check_dropouts(verdict, name, getattr(test, name))
+    complete = test.complete
+    if complete.sum() < _LIMITS.pull_samples:
+        verdict.forbids(f"only {complete.sum()} complete samples, {_LIMITS.pull_samples} are needed")
         return
     deflection = test.tyre_deflection
-    plate, rim, travel = (float(np.ptp(x[both])) for x in (test.plate_displacement, test.rim_displacement, deflection))
+    plate, rim, travel = (
+        float(np.ptp(x[complete])) for x in (test.plate_displacement, test.rim_displacement, deflection)
+    )
     if plate == 0.0:
-        found.forbids(f"plate_displacement stays at {1e3 * test.plate_displacement[both][0]:.4g} mm: its gauge is dead")
+        verdict.forbids(
+            f"plate_displacement stays at {1e3 * test.plate_displacement[complete][0]:.4g} mm: its gauge is dead"
+        )
         return
     if travel < _LIMITS.least_pull:
-        found.forbids(f"tyre deflection covers {travel * 1e3:.2g} mm, {_LIMITS.least_pull * 1e3:g} mm are needed")
-    elif travel < _LIMITS.gauge_steps * reading_step(test.plate_displacement[both]):
-        found.problems.append(f"tyre deflection covers fewer than {_LIMITS.gauge_steps} steps of the gauge")
-    _check_stuck(found, test.side_force, deflection, travel=0.1 * travel)
+        verdict.forbids(f"tyre deflection covers {travel * 1e3:.2g} mm, {_LIMITS.least_pull * 1e3:g} mm are needed")
+    elif travel < _LIMITS.gauge_steps * reading_step(test.plate_displacement[complete]):
+        verdict.problems.append(f"tyre deflection covers fewer than {_LIMITS.gauge_steps} steps of the gauge")
+    _check_stuck(verdict, test.side_force, deflection, travel=0.1 * travel)
     gradient, correlation = _slope(deflection, test.side_force)
     if gradient < 0.0:
-        found.forbids("wrong sign: side force falls with displacement; turn the sign of one of the two")
+        verdict.forbids("wrong sign: side force falls with displacement; turn the sign of one of the two")
     elif abs(correlation) < _LIMITS.correlation:
-        found.problems.append(f"side force does not follow the displacement (correlation {correlation:.2f})")
+        verdict.problems.append(f"side force does not follow the displacement (correlation {correlation:.2f})")
     if rim > _LIMITS.rim_share * plate:
-        found.problems.append(
+        verdict.problems.append(
             f"the rim takes {rim / plate:.0%} of the plate's displacement: the tyre is hardly deflected"
         )
-    found.present.append(f"{len(test.side_force)} samples, tyre deflection over {travel * 1e3:.3g} mm")
+    verdict.present.append(f"{len(test.side_force)} samples, tyre deflection over {travel * 1e3:.3g} mm")
     if not rim:
-        stays = 1e3 * test.rim_displacement[both][0]
-        found.missing.append(f"rim displacement: {stays:.4g} mm throughout, the rim is taken as rigid")
+        stays = 1e3 * test.rim_displacement[complete][0]
+        verdict.missing.append(f"rim displacement: {stays:.4g} mm throughout, the rim is taken as rigid")
     back = np.abs(deflection[int(np.nanargmax(np.abs(deflection))) :])
     if float(np.nanmin(back)) > 0.8 * float(np.nanmax(back)):
-        found.missing.append("unloading: friction cannot be told from stiffness")
+        verdict.missing.append("unloading: friction cannot be told from stiffness")
 
 
 def reading_step(displacement: Channel) -> float:
@@ -316,36 +320,36 @@ def reading_step(displacement: Channel) -> float:
     return 0.0 if np.all(np.abs(pulled - 1.0) <= _LIMITS.coarse) else step
 
 
-def _check_time(found: Preflight, time: Channel) -> None:
+def _check_time(verdict: Preflight, time: Channel) -> None:
     if np.isnan(time).any():
-        found.forbids(f"time is missing in {np.count_nonzero(np.isnan(time))} samples; remove these rows")
+        verdict.forbids(f"time is missing in {np.count_nonzero(np.isnan(time))} samples; remove these rows")
         return
     steps = np.diff(time)
     backward, gaps = np.flatnonzero(steps <= 0.0), np.flatnonzero(steps > _LIMITS.gap * np.median(steps))
     if backward.size:
         first = int(backward[0])
-        found.forbids(
+        verdict.forbids(
             f"time does not increase at {backward.size} samples, first at sample {first + 2} "
             f"({time[first]:g} s, then {time[first + 1]:g} s); sort or cut the recording"
         )
     elif gaps.size:
-        found.problems.append(
+        verdict.problems.append(
             f"{gaps.size} gaps in time, the first of {steps[gaps[0]]:.3g} s after {time[gaps[0]]:g} s"
         )
 
 
-def _check_dropouts(found: Preflight, name: str, channel: Channel, *, needed: bool = True) -> None:
+def _check_dropouts(verdict: Preflight, name: str, channel: Channel, *, needed: bool = True) -> None:
     missing = np.isnan(channel)
     if missing.any():
         starts, lengths = runs(missing)
-        say = found.forbids if needed and missing.mean() > _LIMITS.missing_share else found.problems.append
+        say = verdict.forbids if needed and missing.mean() > _LIMITS.missing_share else verdict.problems.append
         say(
             f"{name} has {np.count_nonzero(missing)} missing samples ({missing.mean():.1%}), the longest run of "
             f"{lengths.max()} from sample {starts[lengths.argmax()] + 1}"
         )
 
 
-def _check_stuck(found: Preflight, force: Channel, mover: Channel, *, travel: float) -> None:
+def _check_stuck(verdict: Preflight, force: Channel, mover: Channel, *, travel: float) -> None:
     """Forbid stretches where the side force repeats one value while ``mover`` travels: saturated, else frozen."""
     ends, stuck = (np.nanmin(force), np.nanmax(force)), {True: 0, False: 0}
     for start, length in zip(*runs(np.diff(force) == 0.0), strict=True):
@@ -353,9 +357,9 @@ def _check_stuck(found: Preflight, force: Channel, mover: Channel, *, travel: fl
         if length >= 4 and np.isfinite(stretch).any() and np.nanmax(stretch) - np.nanmin(stretch) >= travel:
             stuck[force[start] in ends] += int(length) + 1
     if stuck[True]:
-        found.forbids(f"side_force is saturated: {stuck[True]} samples stay at its extreme values")
+        verdict.forbids(f"side_force is saturated: {stuck[True]} samples stay at its extreme values")
     if stuck[False]:
-        found.forbids(f"side_force is frozen: {stuck[False]} samples repeat one value while the rig moves")
+        verdict.forbids(f"side_force is frozen: {stuck[False]} samples repeat one value while the rig moves")
 
 
 def _count_branches(channel: Channel) -> int:
@@ -372,8 +376,8 @@ def _count_branches(channel: Channel) -> int:
 
 def _slope(x: Channel, y: Channel) -> tuple[float, float]:
     """Least-squares slope of ``y`` over ``x`` (n,) and their correlation where both are there; NaN if x is constant."""
-    both = np.isfinite(x) & np.isfinite(y)
-    if both.sum() < 2 or not np.ptp(x[both]):
+    valid = np.isfinite(x) & np.isfinite(y)
+    if valid.sum() < 2 or not np.ptp(x[valid]):
         return float("nan"), float("nan")
-    (xx, xy), (_, yy) = np.cov(x[both], y[both])
+    (xx, xy), (_, yy) = np.cov(x[valid], y[valid])
     return float(xy / xx), float(xy / np.sqrt(xx * yy)) if yy else 0.0

@@ -43,51 +43,51 @@ class Quality:
     @property
     def losses(self) -> tuple[str, ...]:
         """Remarks on samples that hold no measured value, a phrase each."""
-        found = []
+        phrases = []
         if self.missing:
-            found.append(
+            phrases.append(
                 f"{self.missing} missing ({self.missing / self.samples:.1%}), at most {self.longest_missing} in a row "
                 f"from sample {self.first_missing}"
             )
         if self.dropouts:
-            found.append(
+            phrases.append(
                 f"{self.dropouts} {'dropouts' if self.dropouts > 1 else 'dropout'} to {self.dropout_value:.6g}, "
                 f"{self.dropout_samples} samples, the first from sample {self.dropout_from}"
             )
-        return tuple(found)
+        return tuple(phrases)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks for a reader, a phrase each."""
         if self.missing == self.samples:
             return ("no valid sample",)
-        found = []
+        phrases = []
         if self.dead:
-            what = "a set value, or dead" if self.lowest else "dead, or not connected"
-            found.append(f"constant {self.lowest:.6g}: {what}?")
-        found += self.losses
+            cause = "a set value, or dead" if self.lowest else "dead, or not connected"
+            phrases.append(f"constant {self.lowest:.6g}: {cause}?")
+        phrases += self.losses
         for held, value, name in ((self.held_high, self.highest, "highest"), (self.held_low, self.lowest, "lowest")):
             if held:
-                found.append(f"{held} samples stay at its {name} value {value:.6g}: saturated?")
+                phrases.append(f"{held} samples stay at its {name} value {value:.6g}: saturated?")
         if self.frozen:
-            found.append(f"repeats one value {self.frozen} times from sample {self.frozen_from}: frozen?")
+            phrases.append(f"repeats one value {self.frozen} times from sample {self.frozen_from}: frozen?")
         if self.spikes:
-            found.append(f"{self.spikes} spikes of one sample")
+            phrases.append(f"{self.spikes} spikes of one sample")
         if self.step and not self.dead and _FEW < (self.highest - self.lowest) / self.step < 25:  # so few steps show
-            found.append(f"coarse: {(self.highest - self.lowest) / self.step:.0f} steps of {self.step:.3g} in all")
+            phrases.append(f"coarse: {(self.highest - self.lowest) / self.step:.0f} steps of {self.step:.3g} in all")
         if 1 < self.levels <= _FEW:
-            found.append(f"only {self.levels} values: a switch or a state?")
-        return tuple(found)
+            phrases.append(f"only {self.levels} values: a switch or a state?")
+        return tuple(phrases)
 
 
 def quality(values: Array) -> Quality:
     """Look at the samples (n,) of one channel in any unit, NaN if missing."""
     values = np.where(np.isinf(values), np.nan, np.asarray(values, float))
-    there = np.isfinite(values)
-    starts, lengths = runs(~there)
+    valid = np.isfinite(values)
+    starts, lengths = runs(~valid)
     longest = int(lengths.argmax()) if lengths.size else -1
     gaps = (int(lengths[longest]), int(starts[longest]) + 1) if lengths.size else (0, 0)
-    good = values[there]
+    good = values[valid]
     if not good.size:
         return Quality(values.size, values.size, *gaps, np.nan, np.nan, np.nan, 0.0, 0.0, 0, 0, 0, 0, 0, 0)
     low, high = float(good.min()), float(good.max())
@@ -154,18 +154,18 @@ def _still(values: Array, low: float, high: float, step: float) -> tuple[int, in
     if not lengths.size:
         return 0, 0, 0, 0
     lengths = lengths + 1
-    at = values[starts]
-    inside = (at != low) & (at != high)
-    usual = float(np.median(np.append(lengths[inside], np.ones(values.size - int(lengths.sum())))))
+    value_of_run = values[starts]
+    between_extremes = (value_of_run != low) & (value_of_run != high)
+    usual = float(np.median(np.append(lengths[between_extremes], np.ones(values.size - int(lengths.sum())))))
     held = []
     for extreme in (low, high):
-        count = int(lengths[(at == extreme) & (lengths >= max(4, 5 * usual))].sum())
-        near = np.abs(values - extreme) < max(1.5 * step, 0.01 * (high - low))
-        beside = np.count_nonzero(near) - np.count_nonzero(values == extreme)  # many, where a peak is round
-        rest = extreme == 0 or count > 0.5 * values.size  # standing still, or a set value
-        held.append(0 if rest or count <= 2 * beside else count)
-    longest = int(np.where(inside, lengths, 0).argmax())
-    frozen = int(lengths[longest]) if inside[longest] and lengths[longest] >= max(20, 20 * usual) else 0
+        count = int(lengths[(value_of_run == extreme) & (lengths >= max(4, 5 * usual))].sum())
+        near_extreme = np.abs(values - extreme) < max(1.5 * step, 0.01 * (high - low))
+        near_only = np.count_nonzero(near_extreme) - np.count_nonzero(values == extreme)  # many, where a peak is round
+        at_rest = extreme == 0 or count > 0.5 * values.size  # standing still, or a set value
+        held.append(0 if at_rest or count <= 2 * near_only else count)
+    longest = int(np.where(between_extremes, lengths, 0).argmax())
+    frozen = int(lengths[longest]) if between_extremes[longest] and lengths[longest] >= max(20, 20 * usual) else 0
     return held[0], held[1], frozen, int(starts[longest]) + 1 if frozen else 0
 
 

@@ -160,13 +160,13 @@ class Term:
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
         """Add the effect to the ``terms`` of a sweep or a pull, if ``values`` (K,) by :meth:`key` have it."""
         add = self.sweep if isinstance(terms, SweepTerms) else self.pull
-        mine = {p.name: values[key] for p in self.parameters if (key := self.key(p)) in values}
-        if add is None or len(mine) < len(self.parameters):
+        own_values = {p.name: values[key] for p in self.parameters if (key := self.key(p)) in values}
+        if add is None or len(own_values) < len(self.parameters):
             return
         if isinstance(add, str):
-            terms.add(**dict.fromkeys([add], *mine.values()))
+            terms.add(**dict.fromkeys([add], *own_values.values()))
         else:
-            add(terms, **mine)
+            add(terms, **own_values)
 
 
 Channels = dict[str, Array]
@@ -227,12 +227,12 @@ def register(effect: type[RigEffect]) -> type[RigEffect]:
 def rig_effects() -> dict[str, type[RigEffect]]:
     """Every rig effect by its identifier, sorted."""
     package = importlib.import_module("tyre.rig.effects")
-    known = dict(OUTSIDE)
+    effects = dict(OUTSIDE)
     for info in pkgutil.iter_modules(package.__path__):
         module = importlib.import_module(f"{package.__name__}.{info.name}")
-        own = (thing for thing in vars(module).values() if isinstance(thing, type) and issubclass(thing, RigEffect))
-        known |= {effect.identifier(): effect for effect in own if effect.__module__ == module.__name__}
-    return dict(sorted(known.items()))
+        classes = (thing for thing in vars(module).values() if isinstance(thing, type) and issubclass(thing, RigEffect))
+        effects |= {effect.identifier(): effect for effect in classes if effect.__module__ == module.__name__}
+    return dict(sorted(effects.items()))
 
 
 def simulated_effects() -> dict[str, type[RigEffect]]:

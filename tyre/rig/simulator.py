@@ -89,8 +89,10 @@ def simulate_pull(
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     reach = protocol.pull_force / tyre.lateral_stiffness
-    out = np.linspace(0.0, 1.0, protocol.pull_readings + 1)
-    path = np.concatenate([[0.0]] + [np.concatenate([out[1:], out[-2::-1]]) for _ in range(protocol.pull_cycles)])
+    outward = np.linspace(0.0, 1.0, protocol.pull_readings + 1)
+    path = np.concatenate(
+        [[0.0]] + [np.concatenate([outward[1:], outward[-2::-1]]) for _ in range(protocol.pull_cycles)]
+    )
     # readings are not taken at exactly even positions; this also keeps rounding of the gauges random
     jitter = rng.uniform(-0.3, 0.3, path.size) / protocol.pull_readings
     path = np.where((path > 0.0) & (path < 1.0), path + jitter, path)
@@ -186,9 +188,9 @@ def default_effects(rng: np.random.Generator) -> tuple[RigEffect, ...]:
 
 def set_effect(effects: Sequence[RigEffect], name: str, values: Mapping[str, float] | None) -> tuple[RigEffect, ...]:
     """Set the values of one effect, add it, or take it out."""
-    known = simulated_effects()
-    refuse_unknown("effect", [name], known)
-    kind = known[name]
+    effect_types = simulated_effects()
+    refuse_unknown("effect", [name], effect_types)
+    kind = effect_types[name]
     if values is None:
         return tuple(effect for effect in effects if type(effect) is not kind)
     allowed = [item.name for item in fields(kind)]
