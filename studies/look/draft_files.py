@@ -65,7 +65,7 @@ def drafts(found: Look, folder: Path, stem: str = "") -> list[Draft]:
     if motion is not None and motion.replayed:
         mapped, file = roles.given, _relative(found.opened.path, folder)
         channels = _relative(Path(mapped.source), folder) if mapped else f"{stem}.channels.toml"
-        text = _filled("measurement", channels=channels, file=file, speed=motion.speed)
+        text = _fill_template("measurement", channels=channels, file=file, speed=motion.speed)
         made.append(Draft(f"{stem}.measurement.toml", text, "file for diagnose"))
     if not made and roles.map is None and roles.sidecar is None:
         made.append(Draft(f"{stem}.channels.toml", _candidates(found), "channel map with all candidates"))
@@ -116,7 +116,7 @@ def _sidecar(roles: Roles, given: Supposed, folder: Path) -> str:
         if conditions and not given.pull and (name == "load" or name in given.recorded)
     }
     one_load = len(levels.get("load", ())) == 1
-    return _filled(
+    return _fill_template(
         "sidecar",
         recording=_relative(roles.opened.path, folder),
         given=given,
@@ -146,13 +146,13 @@ def _channels(roles: Roles, wanted: Sequence[str]) -> list[str]:
 def _reading(reading: Reading, folder: Path) -> str:
     given = {key: value for key, value in vars(reading).items() if value}
     given |= {"dbc": [_relative(path, folder) for path in given["dbc"]]} if "dbc" in given else {}
-    return "\n".join(["[reading]", *(f"{key} = {_quoted(value)}" for key, value in given.items())]) if given else ""
+    return "\n".join(["[reading]", *(f"{key} = {_quote(value)}" for key, value in given.items())]) if given else ""
 
 
 def _motion_map(found: Look, windows: Iterable[Window]) -> str:
     reading = _reading(found.opened.reading, found.opened.path.parent)
     lines = _channels(found.roles, (*MOTION, *TORQUES))
-    return _filled("motion_map", lines=lines, windows=windows, reading=reading)
+    return _fill_template("motion_map", lines=lines, windows=windows, reading=reading)
 
 
 def _candidates(found: Look) -> str:
@@ -164,9 +164,9 @@ def _candidates(found: Look) -> str:
             quantity = quantity_of(column.unit)
             fitting = [name for name, measured in QUANTITIES.items() if quantity in ("", measured)]
             entry = {"column": column.name} | ({} if quantity else {"unit": UNKNOWN})
-            keys = ", ".join(f"{key} = {_quoted(value)}" for key, value in entry.items())
+            keys = ", ".join(f"{key} = {_quote(value)}" for key, value in entry.items())
             lines.append(f"# {' or '.join(fitting) if quantity and fitting else 'NAME'} = {{{keys}}}")
-    return _filled("motion_map", lines=lines, windows=(), reading=_reading(found.opened.reading, Path()))
+    return _fill_template("motion_map", lines=lines, windows=(), reading=_reading(found.opened.reading, Path()))
 
 
 def steps(found: Look, made: Iterable[Draft], folder: Path | None) -> dict[str, str]:
@@ -209,11 +209,11 @@ def _relative(path: Path, folder: Path) -> str:
     return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
 
 
-def _quoted(value: Any) -> str:
+def _quote(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)  # a string of JSON is one of TOML
 
 
-def _filled(template: str, **content: Any) -> str:
-    filters = {"quoted": _quoted}
+def _fill_template(template: str, **content: Any) -> str:
+    filters = {"quoted": _quote}
     text = render_file("studies.look", f"{template}.toml.j2", content, escaped=False, filters=filters)
     return text.rstrip() + "\n"

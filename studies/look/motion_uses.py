@@ -180,13 +180,13 @@ def _file_time(roles: Roles) -> Array:
 OSCILLATION = "{hertz:.3g} Hz, {sign} with {real:.3g} 1/s, {cycles:.1f} cycles, R^2 {r_squared:.3f}"
 
 
-def _said(decay: Decay) -> tuple[str, ...]:
+def _describe_decay(decay: Decay) -> tuple[str, ...]:
     sign, root = "decays" if decay.eigenvalue.real < 0 else "GROWS", decay.eigenvalue
     hertz = root.imag / (2 * np.pi)
     return (OSCILLATION.format(sign=sign, hertz=hertz, real=root.real, cycles=decay.cycles, r_squared=decay.r_squared),)
 
 
-def _identified(run: recording.Run, **settings: Any) -> tuple[Decay | None, str]:
+def _try_identify(run: recording.Run, **settings: Any) -> tuple[Decay | None, str]:
     if run.time.size > MOST_SAMPLES:
         return None, f"{run.time.size} samples at once are more than a decay has, and are not tried as one"
     try:
@@ -240,10 +240,10 @@ def _as_they_are(runs: list[recording.Run], file: Array, **settings: Any) -> tup
     """Fit runs as ``modal`` does: events that it uses, why not the others, and the fits."""
     events, reasons, fits = [], [], []
     for run in runs:
-        found, problem = _identified(run, **settings)
+        found, problem = _try_identify(run, **settings)
         name = run.name.partition("#")[2]
         if found is not None and not problem:
-            events.append(_event(run, file, name, 0.0, np.inf, _said(found)))
+            events.append(_event(run, file, name, 0.0, np.inf, _describe_decay(found)))
             fits.append(found)
         else:
             reasons.append(f"{name or 'the whole recording'}: {problem}")
@@ -255,7 +255,7 @@ def _kicks(whole: recording.Run, file: Array) -> tuple[tuple[Window, ...], list[
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
-        _event(whole, file, window.name, window.first, window.last, _said(found))
+        _event(whole, file, window.name, window.first, window.last, _describe_decay(found))
         for window, (_, _, found) in zip(windows, kicks, strict=True)
     ]
     return windows, events, [found for _, _, found in kicks]
@@ -275,7 +275,7 @@ def decays(run: recording.Run) -> list[tuple[float, float, Decay]]:
     for number, peak in enumerate(peaks):
         begin = float(run.time[peak] - run.time[0])
         ends = run.time[peaks[number + 1]] - 0.2 if number + 1 < len(peaks) else run.time[-1]
-        best = _best(run, begin, float(ends - run.time[0])) if begin >= free else None
+        best = _find_best_window(run, begin, float(ends - run.time[0])) if begin >= free else None
         if best is not None:
             found.append(best)
             free = best[1]
@@ -295,7 +295,7 @@ def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.in
     return np.array(kicks, int)
 
 
-def _best(run: recording.Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
+def _find_best_window(run: recording.Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
     """The window after a kick that tells most of one decaying oscillation."""
     trials: list[tuple[float, float, Decay]] = []
     for start in STARTS:

@@ -91,7 +91,7 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
     own = {id(s.time): s.time for s in signals.signals.values() if s.time is not None}
     clock, guess = channel_map.clock if channel_map else None, None
     if own and clock is None:
-        return None, None, tuple(dict.fromkeys(note for time in own.values() for note in _odd(time)))
+        return None, None, tuple(dict.fromkeys(note for time in own.values() for note in _clock_oddities(time)))
     if clock is None:
         guess = guess_clock(signals)
         if guess is None:
@@ -110,7 +110,7 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
         return None, None, (str(error).removeprefix(f"{signals.source}: "),)
     guess = guess or (Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None)
     said = (f"{guess.column.name or 'no column'}: {guess.doubt}",) if guess and guess.doubt else ()
-    return guess, time, (*said, *_odd(time), *_against_header(signals, time))
+    return guess, time, (*said, *_clock_oddities(time), *_against_header(signals, time))
 
 
 def _against_header(signals: Signals, time: Array) -> list[str]:
@@ -204,7 +204,7 @@ def _is_uneven(time: Array) -> bool:
     return 1.05 < longest <= GAP
 
 
-def _odd(time: Array) -> list[str]:
+def _clock_oddities(time: Array) -> list[str]:
     damaged = damaged_times(time)
     count = int(np.count_nonzero(damaged))
     damage = [f"samples whose time is missing or out of order, which count as missing: {count}"] if count else []

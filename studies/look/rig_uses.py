@@ -220,14 +220,14 @@ def short(error: Exception, path: Path) -> str:
 def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
     """Judge the three uses of a tyre rig's recording, and fill what a draft of its sidecar supposes."""
     if roles.sidecar is not None:
-        return _described(roles), []
-    rolling, first = _supposed(roles, ROLLING)
-    pulled, second = _supposed(roles, PULL)
+        return _judge_with_sidecar(roles), []
+    rolling, first = _judge_without_sidecar(roles, ROLLING)
+    pulled, second = _judge_without_sidecar(roles, PULL)
     uses = sorted((*rolling, *pulled), key=place_of)
     return uses, [given for given in (first, second) if given is not None]
 
 
-def _described(roles: Roles) -> list[Use]:
+def _judge_with_sidecar(roles: Roles) -> list[Use]:
     """Judge a recording with its sidecar, exactly as ``tyre fit`` reads it."""
     path = roles.opened.path
     mend = f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
@@ -263,7 +263,7 @@ def _by_kind(
     return uses
 
 
-def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed | None]:
+def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed | None]:
     """Judge a recording without a sidecar, as ``tyre fit`` would once the draft is filled in."""
     pull = needed is PULL
     names = (PULLED,) if pull else (SWEEP, STEP)
@@ -271,7 +271,7 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
     columns = roles.names(channels)
     lacking = [name for name in needed if name not in columns]
     if not pull and not roles.is_timed(columns) and not set(lacking) - {"vertical_load"}:
-        return _settled(roles)
+        return _judge_settled_points(roles)
     if not pull and not roles.is_timed(columns):
         lacking.append("time")
     if lacking:
@@ -293,13 +293,13 @@ def _supposed(roles: Roles, needed: Sequence[str]) -> tuple[list[Use], Supposed 
         )
     else:
         try:
-            return _tried(roles, roles.map_of(channels), supposed, names)
+            return _judge_mapped(roles, roles.map_of(channels), supposed, names)
         except InputError as error:
             reason, remedy = short(error, roles.opened.path), "write the map with --channels, or mend the draft"
     return [Use(name, (), (reason,), (remedy,)) for name in names], supposed
 
 
-def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
+def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
     """Judge a table of slip angle and side force without time: settled points, sorted by their levels."""
     path, channels = roles.opened.path, ALL_ROLLING
     supposed = Supposed(steady=True)
@@ -325,7 +325,7 @@ def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
         ], supposed
     size = recording.time.size
     events = tuple(
-        replace(event, first=1, last=size, left_out=_of_others(size - event.used), start_s=0.0, end_s=0.0)
+        replace(event, first=1, last=size, left_out=_count_others(size - event.used), start_s=0.0, end_s=0.0)
         for _, event, problem in judged
         if not problem
     )
@@ -337,11 +337,11 @@ def _settled(roles: Roles) -> tuple[list[Use], Supposed | None]:
     return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], supposed
 
 
-def _of_others(count: int) -> dict[str, int]:
+def _count_others(count: int) -> dict[str, int]:
     return {"of other levels, or incomplete": count} if count else {}
 
 
-def _tried(
+def _judge_mapped(
     roles: Roles, channel_map: ChannelMap, supposed: Supposed, names: Sequence[str]
 ) -> tuple[list[Use], Supposed]:
     path, windows_of_map = roles.opened.path, channel_map.windows
@@ -367,7 +367,7 @@ def _tried(
         ]
         judged = [judge(name, as_rig(record, supposed, axes, path), roles, path) for name, record in spans]
     elif isinstance(recording, RigRun):
-        judged, windows = _found(whole, recording, supposed, roles)
+        judged, windows = _judge_events(whole, recording, supposed, roles)
         supposed = replace(supposed, windows=windows)
     else:
         judged = [judge("", recording, roles, path)]
@@ -390,7 +390,7 @@ def _load_read(roles: Roles) -> float:
     return abs(unit.factor * roles.opened.quality[guess.column.name].median)
 
 
-def _found(
+def _judge_events(
     whole: Record, run: RigRun, supposed: Supposed, roles: Roles
 ) -> tuple[list[tuple[str, Event, str]], tuple[Found, ...]]:
     """Judge the whole recording if it is one event, else the events in it that can be fitted."""

@@ -69,19 +69,19 @@ class TydexDocument:
     @cached_property
     def header(self) -> dict[str, Entry]:
         """Entries of ``**HEADER`` by name."""
-        return self._listed("HEADER", _entry)
+        return self._read_entries("HEADER", _entry)
 
     @cached_property
     def constants(self) -> dict[str, Entry]:
         """Entries of ``**CONSTANTS`` by name."""
-        return self._listed("CONSTANTS", _entry)
+        return self._read_entries("CONSTANTS", _entry)
 
     @cached_property
     def channels(self) -> dict[str, ChannelEntry]:
         """Channels by name, in the order of the data columns."""
-        return self._listed("MEASURCHANNELS", _channel)
+        return self._read_entries("MEASURCHANNELS", _channel)
 
-    def _listed(self, keyword: str, read: Callable[[str, str], E]) -> dict[str, E]:
+    def _read_entries(self, keyword: str, read: Callable[[str, str], E]) -> dict[str, E]:
         where, entries = f"{self.source}, **{keyword}", dict[str, E]()
         for line in _plain_line_ends(self.bodies.get(keyword, "")).split("\n"):
             if not line.strip() or line.lstrip()[0] == "!":

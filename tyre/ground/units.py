@@ -146,7 +146,7 @@ def _parsed(text: str, *, printed: bool = False) -> tuple[Fraction, tuple[int, .
     return factor, tuple(powers)
 
 
-def _plain(text: str) -> str:
+def _plain_notation(text: str) -> str:
     """Spelling without the typography in which labs differ: case, blanks, dots, degree sign, km_h for km/h."""
     plain = text.strip().strip("[]()").casefold().replace("°", "deg").replace("²", "2").replace("μ", "u")
     for sign in " .*·⋅^":
@@ -172,18 +172,18 @@ def _spellings(quantity: str) -> dict[str, Unit]:
         name, _, unit = spelling.partition("=")
         if quantity == "temperature":
             celsius, kelvin, fahrenheit = Unit(1.0), Unit(1.0, -273.15), Unit(5 / 9, -160 / 9)
-            units[_plain(name)] = {"c": celsius, "degC": celsius, "k": kelvin}.get(name, fahrenheit)
+            units[_plain_notation(name)] = {"c": celsius, "degC": celsius, "k": kelvin}.get(name, fahrenheit)
         else:
             parsed = _parsed(unit or name, printed=True)
             assert parsed is not None
-            units[_plain(name)] = Unit(float(parsed[0]))
+            units[_plain_notation(name)] = Unit(float(parsed[0]))
     return units
 
 
 def find_unit(text: str, quantity: str, *, where: str) -> Unit:
     """Look up a printed unit (``deg``, ``kN``, ``km_h``, ``deg C``) of a quantity of :data:`SI`; refuse any other."""
     known = _spellings(quantity)
-    plain = _plain(text)
+    plain = _plain_notation(text)
     if plain in known:
         return known[plain]
     problem = f"unit {text.strip()!r} is not a unit of {quantity}" if plain else f"no unit of {quantity} is given"
@@ -197,7 +197,7 @@ def says_nothing(text: str) -> bool:
 
 def quantity_of(text: str) -> str:
     """Name the quantity that a printed unit measures; empty for no unit known here."""
-    plain = _plain(text)
+    plain = _plain_notation(text)
     return next((quantity for quantity in _QUANTITIES if plain in _spellings(quantity)), "")
 
 

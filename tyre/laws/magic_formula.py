@@ -24,7 +24,7 @@ class Curve(NamedTuple):
 
 def magic_formula(reduced_slip: ArrayLike, *, shape_factor: ArrayLike, curvature_factor: ArrayLike) -> Array:
     """Return sin{C atan[u - E (u - atan u)]}, the Magic Formula of unit peak."""
-    return np.sin(np.asarray(shape_factor) * np.arctan(_bent(np.asarray(reduced_slip), curvature_factor)))
+    return np.sin(np.asarray(shape_factor) * np.arctan(_bend_slip(np.asarray(reduced_slip), curvature_factor)))
 
 
 def magic_formula_derivatives(
@@ -32,7 +32,7 @@ def magic_formula_derivatives(
 ) -> Curve:
     """Return the Magic Formula of unit peak with its derivatives; arguments as in `magic_formula`."""
     u, shape = np.asarray(reduced_slip), np.asarray(shape_factor)
-    bent = _bent(u, curvature_factor)
+    bent = _bend_slip(u, curvature_factor)
     angle = np.arctan(bent)
     cosine = np.cos(shape * angle)
     by_bent = shape * cosine / (1 + bent * bent)
@@ -84,7 +84,7 @@ def normalised_side_force_slope(
     return np.asarray(np.asarray(peak_factor) * np.asarray(stiffness_factor) * curve.by_slip, dtype=np.float64)
 
 
-def _bent(u: Array, curvature: ArrayLike) -> Array:
+def _bend_slip(u: Array, curvature: ArrayLike) -> Array:
     return np.asarray(u - np.asarray(curvature) * (u - np.arctan(u)))
 
 
@@ -188,11 +188,11 @@ class Fit(NamedTuple):
 
 def fit(law: Law, load: Array, pressure: Array, value: Array) -> Fit:
     """Fit a law to measured stiffness (N/rad or N/m) at loads (N) and pressures (Pa) by least squares."""
-    return _fitted(law, *(np.ascontiguousarray(column, float).tobytes() for column in (load, pressure, value)))
+    return _fit_cached(law, *(np.ascontiguousarray(column, float).tobytes() for column in (load, pressure, value)))
 
 
 @lru_cache(maxsize=256)  # a study reads the same few tables a thousand times
-def _fitted(law: Law, *columns: bytes) -> Fit:
+def _fit_cached(law: Law, *columns: bytes) -> Fit:
     from scipy.optimize import least_squares  # costs more than the rest of `import tyre`
 
     load, pressure, value = (np.frombuffer(column) for column in columns)

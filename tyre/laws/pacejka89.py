@@ -75,11 +75,11 @@ class Pacejka89:
 
     def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
         """Side force."""
-        return self._lateral(self._checked(load), camber).value(self._slip(slip_angle))
+        return self._lateral(self._check_load(load), camber).value(self._slip(slip_angle))
 
     def aligning_moment(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
         """Aligning moment."""
-        return self._aligning(self._checked(load), camber).value(self._slip(slip_angle))
+        return self._aligning(self._check_load(load), camber).value(self._slip(slip_angle))
 
     def linear(self, *, load: ArrayLike) -> dict[str, Array]:
         """Return the slopes near straight running, over camber the mean of both sides; the load is not checked."""
@@ -102,7 +102,7 @@ class Pacejka89:
     def _slip(self, slip_angle: ArrayLike) -> Array:
         return np.asarray(slip_angle, dtype=np.float64) / SLIP_UNITS[self.slip_unit]
 
-    def _checked(self, load: ArrayLike) -> Array:
+    def _check_load(self, load: ArrayLike) -> Array:
         """The load in kN."""
         force = np.asarray(load, dtype=np.float64)
         if not ((force > 0.0) & (force <= self.load_max)).all():
@@ -166,13 +166,15 @@ class Pacejka89Tyre(FormulaTyre):
 
     def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
         """Side force."""
-        return self._at(pressure, lambda fit: fit.side_force(slip_angle=slip_angle, load=load, camber=camber))
+        return self._interpolate(pressure, lambda fit: fit.side_force(slip_angle=slip_angle, load=load, camber=camber))
 
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
         """Aligning moment."""
-        return self._at(pressure, lambda fit: fit.aligning_moment(slip_angle=slip_angle, load=load, camber=camber))
+        return self._interpolate(
+            pressure, lambda fit: fit.aligning_moment(slip_angle=slip_angle, load=load, camber=camber)
+        )
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """Return the slopes at many conditions, linear in pressure; nothing is checked."""
@@ -208,7 +210,7 @@ class Pacejka89Tyre(FormulaTyre):
                 f"{low / PASCAL_PER_BAR:g} bar only, which says nothing about another pressure"
             )
 
-    def _at(self, pressure: float, evaluate: Callable[[Pacejka89], Array]) -> Array:
+    def _interpolate(self, pressure: float, evaluate: Callable[[Pacejka89], Array]) -> Array:
         if not self.pressures[0] <= pressure <= self.pressures[-1]:
             low, high, at = (value / PASCAL_PER_BAR for value in (*self.pressure_range, pressure))
             raise InputError(f"{self.tyre}: pressure {at:g} bar is outside of the fitted {low:g} to {high:g} bar")

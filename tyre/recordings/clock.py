@@ -120,7 +120,7 @@ def one_time_base(
     """Bring channels (SI units, each with its own number of samples) to one time base: time in s, values, notes."""
     where = signals.source
     times = _times(signals, channel_map, values)
-    times, values, lost = _without_damaged(times, values)
+    times, values, lost = _drop_damaged(times, values)
     first = next(iter(times.values()))
     alike = all(own is first or np.array_equal(own, first) for own in times.values())
     if alike and channel_map.resampling is None:
@@ -133,11 +133,11 @@ def one_time_base(
             f"{where}: the channels were sampled at different times ({counts}); {how_to(*times.values())}, or "
             "like = CHANNEL for the times of one of them"
         )
-    time, resampled, more = _resampled(times, values, channel_map.resampling, where)
+    time, resampled, more = _resample(times, values, channel_map.resampling, where)
     return time, resampled, (*notes, *more)
 
 
-def _without_damaged(
+def _drop_damaged(
     times: Mapping[str, Array], values: Mapping[str, Array]
 ) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
     """Take out the samples of :func:`damaged_times`; also a note."""
@@ -188,7 +188,7 @@ def _time_factor(unit: str, written: str, where: str) -> float:
     return time_unit.factor
 
 
-def _resampled(
+def _resample(
     times: Mapping[str, Array], values: Mapping[str, Array], how: Resampling, where: str
 ) -> tuple[Array, dict[str, Array], list[str]]:
     """All channels at the same times (s), within the span that all of them cover, NaN inside gaps; notes on each."""
@@ -211,7 +211,7 @@ def _resampled(
         if old_time.size == time.size and np.array_equal(old_time, time) and how.like:
             resampled[name] = values[name]
             continue
-        resampled[name] = _interpolated(time, old_time, values[name])
+        resampled[name] = _interpolate(time, old_time, values[name])
         missing = np.count_nonzero(~np.isfinite(values[name]))
         tolerance = _LIMITS["near"] * (time[1] - time[0])
         if 0 <= old_time.size - time.size <= 1 and np.abs(old_time[: time.size] - time).max() <= tolerance:
@@ -233,7 +233,7 @@ def _resampled(
     return time, resampled, notes
 
 
-def _interpolated(time: Array, old_time: Array, values: Array) -> Array:
+def _interpolate(time: Array, old_time: Array, values: Array) -> Array:
     """Linear interpolation; NaN if the samples on both sides are further apart than a gap."""
     valid = np.isfinite(values)
     if np.count_nonzero(valid) < 2:

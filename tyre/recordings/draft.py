@@ -76,15 +76,15 @@ class Guess:
     def line(self, name: str) -> str:
         """Write the line of the channel ``name`` of a channel map, in TOML."""
         if self.rate:
-            index = f"index = {_quoted(self.column.name)}, " if self.column.name else ""
+            index = f"index = {_quote(self.column.name)}, " if self.column.name else ""
             return f"{name} = {{{index}rate_hz = {self.rate:.10g}}}  # CHECK: {self.doubt}"
-        unit = f", unit = {_quoted(self.unit)}" if self.unit else ""
+        unit = f", unit = {_quote(self.unit)}" if self.unit else ""
         note = f"  # the file says {self.column.unit}" if not unit and self.column.unit else ""
         if self.unit == UNKNOWN:
             note = "  # FILL IN the unit"
         elif self.doubt:
             note = f"  # CHECK: {self.doubt}"
-        return f"{name} = {{column = {_quoted(self.column.name)}{unit}}}{note}"
+        return f"{name} = {{column = {_quote(self.column.name)}{unit}}}{note}"
 
 
 def draft_map(columns: Sequence[Column], quantities: Mapping[str, str], *, clock: bool = True) -> str:
@@ -180,5 +180,5 @@ def _unit_words(name: str) -> list[str]:
     return [end for end in ends if quantity_of(end)] or ["\0"]
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)  # a string of JSON is one of TOML

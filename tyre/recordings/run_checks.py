@@ -113,16 +113,16 @@ def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLE
     for name in empty:
         verdict.forbids(f"{name} has no valid samples")
     if not empty and isinstance(recording, RigRun):
-        _rolling(verdict, recording, load_tolerance)
+        _check_rolling(verdict, recording, load_tolerance)
     elif not empty and isinstance(recording, PullTest):
-        _pull(verdict, recording)
+        _check_pull(verdict, recording)
     return verdict
 
 
 _PULL_CHANNELS = ("side_force", "plate_displacement", "rim_displacement")
 
 
-def _rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> None:
+def _check_rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> None:
     _check_time(verdict, run.time)
     for name in ("slip_angle", "side_force", "vertical_load"):
         _check_dropouts(verdict, name, getattr(run, name))
@@ -266,7 +266,7 @@ def _drift(channel: Channel) -> float:
     return float(np.nanmedian(ends[1]) - np.nanmedian(ends[0]))
 
 
-def _pull(verdict: Preflight, test: PullTest) -> None:
+def _check_pull(verdict: Preflight, test: PullTest) -> None:
     if test.time is not None:
         _check_time(verdict, test.time)
     for name in _PULL_CHANNELS:

@@ -95,7 +95,7 @@ def quality(values: Array) -> Quality:
     with np.errstate(over="ignore", invalid="ignore"):  # numbers near the end of what a float holds
         step = resolution(good[:_MOST])
         noise = noise_level(good[:_MOST])
-        still = (0, 0, 0, 0) if levels <= _FEW else _still(values, low, high, step)
+        still = (0, 0, 0, 0) if levels <= _FEW else _find_still(values, low, high, step)
         visible = max(noise, step / np.sqrt(12))
         spikes = _spikes(good, visible, high - low) if levels > _FEW else 0
         dropouts = _dropouts(values, visible, low, high) if levels > _FEW else (0, 0, 0, 0.0)
@@ -148,7 +148,7 @@ def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return edges[::2], edges[1::2] - edges[::2]
 
 
-def _still(values: Array, low: float, high: float, step: float) -> tuple[int, int, int, int]:
+def _find_still(values: Array, low: float, high: float, step: float) -> tuple[int, int, int, int]:
     """Samples held at the extremes, the longest run of another value, and where that begins."""
     starts, lengths = runs(np.diff(values) == 0.0)
     if not lengths.size:
