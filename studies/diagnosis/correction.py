@@ -8,7 +8,7 @@ import numpy as np
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.mistakes import GEOMETRY
 from studies.diagnosis.residual import EFFECT, TORQUE, Residual
-from studies.inference import OF, Candidate, Fit, Moved, Named, moved, named, widened
+from studies.inference import OF, Candidate, Fit, Moved, Named, averaged_variance, compare_nuisances, describe_effect
 from tyre.ground.arrays import Array
 
 
@@ -40,7 +40,7 @@ class Correction:
         size = len(self.fit.theta)
         variance = self.covariance.diagonal()[:size]
         return tuple(
-            replace(named(self.fit, c, variance), identifier=_name_in_file(c))
+            replace(describe_effect(self.fit, c, variance), identifier=_name_in_file(c))
             for c in self.fit.candidates
             if _fits_in_file(c)
         )
@@ -61,7 +61,7 @@ class Correction:
     @property
     def moved(self) -> tuple[Moved, ...]:
         """How far each parameter went, the farthest first."""
-        return moved(self.fit, self.fit)
+        return compare_nuisances(self.fit, self.fit)
 
     @property
     def farthest(self) -> Moved | None:
@@ -87,9 +87,9 @@ def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: 
 def _judged(diagnosis: Diagnosis) -> Fit:
     """The final fit with the covariance that the verdict states: averaged over its class, a poor fit as noise."""
     final = diagnosis.final
-    averaged, fitted = widened(diagnosis.hypotheses, final), final.covariance.diagonal()
+    averaged, fitted = averaged_variance(diagnosis.hypotheses, final), final.covariance.diagonal()
     wider = np.sqrt(np.divide(averaged, fitted, out=np.ones_like(fitted), where=(averaged > fitted) & (fitted > 0)))
-    return replace(final, covariance=final.louder**2 * final.covariance * np.outer(wider, wider))
+    return replace(final, covariance=final.noise_factor**2 * final.covariance * np.outer(wider, wider))
 
 
 def _name_in_file(candidate: Candidate) -> str:

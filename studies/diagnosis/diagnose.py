@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from bicycle.model.model import Model
-from studies.inference.judge import Judgement, effect_alone, judge
+from studies.inference.judge import Judgement, fit_effect_alone, judge
 from studies.inference.kind import Kind
 from studies.inference.preflight import preflight
 from studies.inference.quick import judge_quickly
@@ -77,7 +77,7 @@ def diagnose(
                 "with --as-read"
             )
         judgement = (judge_quickly if quick else judge)(kind, progress=advance)
-        alone = effect_alone(judgement)
+        alone = fit_effect_alone(judgement)
     return Diagnosis(model=_with_named(judgement), **{**vars(judgement), "alone": alone})
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from scipy.special import chdtri
 
 from studies.diagnosis.mistakes import identification_errors
-from studies.inference.fit import Fit, moved
+from studies.inference.fit import Fit, compare_nuisances
 from studies.inference.judge import Judgement
 
 NAMED = ("named", "class", "tentative")
@@ -59,7 +59,7 @@ def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
         return (ABSURD.format(size=null.chi2 / n),)
     if kind.model is None:
         return ()
-    went = moved(judgement.final, judgement.final)
+    went = compare_nuisances(judgement.final, judgement.final)
     chance = float(chdtri(max(len(went), 1), 1e-6))  # of the sum of squares: more is rarer than once in a million
     farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:3])
     return (OTHER_BICYCLE.format(farthest=farthest),) if sum(m.shift**2 for m in went) > chance else ()

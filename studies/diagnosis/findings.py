@@ -24,10 +24,10 @@ from studies.inference import (
     Stability,
     UpperLimit,
     WithoutOne,
+    compare_nuisances,
     fits,
-    moved,
     parts_against_rest,
-    separating,
+    rank_measurements,
     stability,
     upper_limits,
     without_each,
@@ -129,7 +129,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     if diagnosis.quick:
         return Findings(
             story=attempt("story", lambda: tell(diagnosis), None),
-            moved=moved(known.null, final),
+            moved=compare_nuisances(known.null, final),
             where=attempt("where", lambda: farthest_off(diagnosis), None),
             failed=attempt.failed,
         )
@@ -147,7 +147,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     return Findings(
         story=attempt("story", lambda: tell(diagnosis, chi2_seen, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
-        moved=moved(known.null, final),
+        moved=compare_nuisances(known.null, final),
         between=between,
         further=further,
         parts=parts,
@@ -199,7 +199,7 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     if word in ("none", "unknown"):
         return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
     if word == "tentative" and (
-        known.nothing >= RULES.nothing or any(c.rule in AGAINST_NOTHING for c in judgement.verdict.failed)
+        known.p_nothing >= RULES.nothing or any(c.rule in AGAINST_NOTHING for c in judgement.verdict.failed)
     ):
         return (final, known.null)
     return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
@@ -212,7 +212,7 @@ def _ranked(known: Hypotheses) -> list[Fit]:
 
 def _able(judgement: Judgement) -> list[Fit]:
     """Hypotheses that fit with sizes that matter, even at a bound."""
-    fits_ = [f for f in _ranked(judgement.hypotheses) if f.converged and not f.negligible()]
+    fits_ = [f for f in _ranked(judgement.hypotheses) if f.converged and not f.effects_too_small()]
     return [f for f in fits_ if f.fits_data]
 
 
@@ -222,7 +222,7 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
     between, further = verdict.equivalent, verdict.separating_measurements
     if len(between) < 2 or diagnosis.hypotheses.null in rivals:
         between = tuple(f.name for f in rivals)
-        further = tuple(separating(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
+        further = tuple(rank_measurements(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
     least = 1.0 if verdict.verdict in ("named", "none") else 0.05  # sd
     return between, tuple(s for s in further if s.gain >= least)
 
@@ -256,7 +256,7 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
     known, verdict = diagnosis.hypotheses, diagnosis.verdict
     if verdict.verdict != "unknown":
         return None
-    usable = [f for f in known.best(1) if f.converged and not f.candidates[0].absorbs]
+    usable = [f for f in known.rank(1) if f.converged and not f.candidates[0].absorbs]
     if (
         diagnosis.kind.held_back() is not None
     ):  # a bias is integrated out of each run, of these too: it predicts nothing

@@ -108,7 +108,7 @@ def fate(judgement: Judgement) -> dict[str, str]:
     verdict = judgement.verdict
     refused = {name: str(rule) for name, _, rule in verdict.refused_leaders}
     for f in judgement.hypotheses.fits:
-        faults = [*f.at_bound(), *f.implausible(), *([] if f.converged else ["did not converge"])]
+        faults = [*f.sizes_at_bound(), *f.sizes_beyond_usual(), *([] if f.converged else ["did not converge"])]
         if faults:
             refused.setdefault(f.name, ", ".join(dict.fromkeys(faults)))
     found = {name: f"refused: {why}" for name, why in refused.items()} | dict.fromkeys(

@@ -8,7 +8,7 @@ import numpy as np
 
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.residual import Residual
-from studies.inference import Judgement, Moved, held_out, moved
+from studies.inference import Judgement, Moved, compare_nuisances, held_out
 
 LOUD = 2.0  # sd, from which a value is off
 
@@ -90,7 +90,7 @@ def tell(
     """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
     null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
     is_named = bool(final.candidates and null.nuisances)
-    went = moved(null, null)
+    went = compare_nuisances(null, null)
     far = tuple(m for m in went[:3] if abs(m.shift) > LOUD)
     most = max((abs(m.shift) for m in went), default=0.0)
     fitted: dict[str, float | None] = {

@@ -15,21 +15,21 @@ from studies.inference.evidence import (
     whiteness,
     within_uncertainty,
 )
-from studies.inference.fit import ROUGH, Fit, Moved, default_starts, fit, minimise, moved, prior
+from studies.inference.fit import ROUGH, Fit, Moved, compare_nuisances, default_starts, fit, minimise, prior
 from studies.inference.joint import OF, Joint, Part
 from studies.inference.judge import (
     Acceptance,
     Judgement,
     accept,
-    effect_alone,
+    averaged_variance,
+    describe_effect,
     equivalents,
+    fit_effect_alone,
     judge,
-    named,
+    rank_measurements,
     rule_against,
-    separating,
     similarity,
     verdict_of,
-    widened,
 )
 from studies.inference.kind import Kind, Proposal, Rows, Series
 from studies.inference.limits import UpperLimit, size_limit, tail_limit, upper_limits
@@ -47,7 +47,7 @@ from studies.inference.parts import (
 from studies.inference.preflight import Misread, preflight
 from studies.inference.quick import judge_quickly
 from studies.inference.rules import RULES, Rules
-from studies.inference.search import Hypotheses, drop_unsupported, exchange_effect, expand, held_back, singles
+from studies.inference.search import Hypotheses, drop_unsupported, exchange_effect, expand, fit_singles, reason_against
 from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
 from studies.inference.verdict import (
     Judged,
@@ -97,18 +97,21 @@ __all__ = [
     "Verdict",
     "WithoutOne",
     "accept",
+    "averaged_variance",
     "central_differences",
+    "compare_nuisances",
     "default_starts",
+    "describe_effect",
     "disagreement",
     "drop_unsupported",
-    "effect_alone",
     "equivalents",
     "exchange_effect",
     "expand",
     "fit",
+    "fit_effect_alone",
+    "fit_singles",
     "fits",
     "folds",
-    "held_back",
     "held_out",
     "judge",
     "judge_quickly",
@@ -116,16 +119,14 @@ __all__ = [
     "left_over",
     "log_normal",
     "minimise",
-    "moved",
-    "named",
     "outcome",
     "parts_against_rest",
     "preflight",
     "prior",
+    "rank_measurements",
+    "reason_against",
     "rule_against",
-    "separating",
     "similarity",
-    "singles",
     "size_limit",
     "stability",
     "stencil",
@@ -135,7 +136,6 @@ __all__ = [
     "variants",
     "verdict_of",
     "whiteness",
-    "widened",
     "within_uncertainty",
     "without_each",
 ]  # fmt: skip

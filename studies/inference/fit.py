@@ -42,10 +42,10 @@ class End:
     @property
     def converged(self) -> bool:
         """Gradient and step are as small as a minimum asks for."""
-        return self.decrement <= small(self.objective)
+        return self.decrement <= negligible_decrease(self.objective)
 
 
-def small(objective: float) -> float:
+def negligible_decrease(objective: float) -> float:
     """Decrease of an ``objective`` (a sum of squares) that counts as none."""
     return max(1e-3, 1e-5 * objective)
 
@@ -90,8 +90,8 @@ def minimise(
         if _given_up(past, decrement, turns, int(used.sum()), reached, fallen=fallen):
             break
         # a promise as small as a minimum's after such a one was a slow beginning: a valley, not a minimum
-        valley, near = near, decrement <= small(objective)
-        last = decrement <= 0.1 * small(objective)
+        valley, near = near, decrement <= negligible_decrease(objective)
+        last = decrement <= 0.1 * negligible_decrease(objective)
         if last and valley:
             break
         size = np.sqrt((triangle**2).sum(0))
@@ -143,10 +143,10 @@ def _given_up(
         return True
     # four turns gained next to nothing of what one step promises, beside values that are not finite
     crept = turn >= 4 and past[-5] - objective < 0.05 * decrement
-    return crept and fallen and decrement > small(objective)
+    return crept and fallen and decrement > negligible_decrease(objective)
 
 
-def distinct(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
+def drop_repeats(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
     """The ``points`` (p,) without repetitions and without those ``known``: from one place there is one way."""
     found: list[Array] = []
     for x in points:
@@ -249,7 +249,7 @@ class Fit:
         return self.goodness > RULES.poor_fit
 
     @property
-    def louder(self) -> float:
+    def noise_factor(self) -> float:
         """Factor on the noise with which it would fit as well as can be asked; 1 if it fits (p > 0.01)."""
         return 1.0 if self.fits_data else math.sqrt(self.misfit)
 
@@ -280,12 +280,12 @@ class Fit:
         """Identifier, unknown and coordinate of each size of an effect."""
         return [(c.identifier, u, x) for c in self.candidates for u, x in self.values(c) if u.size]
 
-    def implausible(self) -> list[str]:
+    def sizes_beyond_usual(self) -> list[str]:
         """Sizes of effects beyond what occurs."""
         most = RULES.most_scales
         return [f"{name}.{u.name}" for name, u, x in self._sizes() if abs(x - u.centre) > most * u.scale / u.widened]
 
-    def undersized(self) -> list[str]:
+    def sizes_below_smallest(self) -> list[str]:
         """Sizes of effects that are surely (two standard deviations) below the smallest that occurs."""
         return [
             f"{c.identifier}.{u.name}"
@@ -294,13 +294,13 @@ class Fit:
             if u.smallest and abs(x - u.centre) + 2 * math.sqrt(self.covariance[k, k]) < u.smallest
         ]
 
-    def negligible(self) -> list[str]:
+    def effects_too_small(self) -> list[str]:
         """Candidates all of whose sizes are below the least that is worth a name."""
         sizes = self._sizes()
         worth = {name for name, u, x in sizes if not abs(x - u.centre) < u.least}
         return list(dict.fromkeys(name for name, _, _ in sizes if name not in worth))
 
-    def at_bound(self) -> list[str]:
+    def sizes_at_bound(self) -> list[str]:
         """Sizes of effects that ended at a bound."""
         near = 1e-3  # of the prior sd
         return [
@@ -309,7 +309,7 @@ class Fit:
             if x <= u.lowest + near * u.scale or x >= u.highest - near * u.scale
         ]
 
-    def unsized(self) -> list[str]:
+    def effects_within_sd(self) -> list[str]:
         """Candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
         spread = np.sqrt(np.maximum(self.covariance.diagonal(), 0.0) * self.misfit)
         found = []
@@ -325,19 +325,19 @@ class Fit:
         return frozenset(c.family or c.identifier for c in self.candidates)
 
     @property
-    def unusual(self) -> int:
+    def seldom_count(self) -> int:
         """Number of candidates with a size that seldom occurs."""
-        return len({name.split(".")[0] for name in self.implausible()})
+        return len({name.split(".")[0] for name in self.sizes_beyond_usual()})
 
     @property
     def admissible(self) -> bool:
         """Converged, inside its bounds, no candidate too small for a name; its size may be unusual."""
-        return self.converged and not self.at_bound() and not self.negligible()
+        return self.converged and not self.sizes_at_bound() and not self.effects_too_small()
 
     @property
     def physical(self) -> bool:
         """Admissible and of a size that occurs."""
-        return self.admissible and not self.implausible()
+        return self.admissible and not self.sizes_beyond_usual()
 
 
 def prior(
@@ -364,7 +364,7 @@ def fit(
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.where), bool) if rows is None else rows
     starts = starts or default_starts(kind, candidates)
-    begins = distinct(begin for x in starts for begin in (x, *(problem.guided(kind, x) if patient else ())))
+    begins = drop_repeats(begin for x in starts for begin in (x, *(problem.solve_easier(kind, x) if patient else ())))
     best = problem.end(kind, begins[0], used, turns)
     for begin in begins[1:]:
         end = problem.end(kind, begin, used, turns, reached=best.objective)
@@ -403,7 +403,7 @@ class _Problem:
         start = (x - centre) / sd
         return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=kind.thorough, reached=reached)
 
-    def guided(self, kind: Kind, x: Array) -> list[Array]:
+    def solve_easier(self, kind: Kind, x: Array) -> list[Array]:
         """End of the easier problems, each begun where the one before ended; empty if there are none."""
         centre, sd = self.prior
         led = []
@@ -470,7 +470,7 @@ class Moved:
     assumed: bool = False  # nobody stated its prior sd
 
 
-def moved(null: Fit, final: Fit) -> tuple[Moved, ...]:
+def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
     """Way of each nuisance in the fits without and with what was named, the farthest in the latter first."""
     unknowns = final.unknowns[: final.effect_columns.start]
     count = len(unknowns)

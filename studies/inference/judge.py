@@ -10,20 +10,20 @@ from scipy.special import chdtrc
 
 from studies.inference.acceptance import AcceptanceCheck
 from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
-from studies.inference.fit import Fit, Moved, default_starts, fit, moved, prior
+from studies.inference.fit import Fit, Moved, compare_nuisances, default_starts, fit, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
 from studies.inference.search import (
     Hypotheses,
     Progress,
-    again,
-    beats_nothing,
-    enlarged,
-    held_back,
-    on_all,
+    beats_null,
+    fit_singles,
+    reason_against,
+    refine_on_all_data,
+    refit_all,
     search,
-    singles,
+    transfer_coordinates,
 )
 from studies.inference.verdict import (
     Judged,
@@ -54,9 +54,9 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     """Name the ``leader`` if all rules hold; it is None if nothing is more probable than anything."""
     null_score = held_out(known.kind, known.null)
     if leader is None:
-        if known.nothing > RULES.even or not known.fits:
-            check = AcceptanceCheck("nothing_unlikely", f"{known.nothing:.3g}", False)
-            return _nothing_named(known, null_score, (check,))
+        if known.p_nothing > RULES.even or not known.fits:
+            check = AcceptanceCheck("nothing_unlikely", f"{known.p_nothing:.3g}", False)
+            return _name_nothing(known, null_score, (check,))
         leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
     members, wide = _class_of(known, leader)
     score = held_out(known.kind, leader)
@@ -78,12 +78,12 @@ def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
     # beside something unknown, one of several is a guess
     if met["any name"] and sure and met["usual size"] and alike and closes and not explained:
         return Acceptance("partial", leader, scores, leader, members, checks)
-    return _nothing_named(known, null_score, checks, leader)
+    return _name_nothing(known, null_score, checks, leader)
 
 
-def _nothing_named(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
+def _name_nothing(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
     scores = {"nuisance_only": score, "final": score}
-    if known.null.fits_data and known.nothing > RULES.even:
+    if known.null.fits_data and known.p_nothing > RULES.even:
         return Acceptance("none", known.null, scores, leader, checks=checks)
     return Acceptance("unknown", known.null, scores, leader, checks=checks)
 
@@ -105,16 +105,16 @@ def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
 def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
     """Hypotheses that cannot be told from the ``leader``, and the leading hypotheses with wider nuisances."""
     members = equivalents(known, leader)
-    for f in known.likelier(leader)[:1]:
+    for f in known.find_likelier_extensions(leader)[:1]:
         odds = known.odds(f, leader)
         members[f] = Reason("one more", odds=odds)
         if odds > RULES.clear_odds:
-            members[f] = Reason("ahead", odds=odds, why=held_back(known, f, leader))
-    rivals = known.best(len(leader.candidates))[: 2 if known.kind.dear else 6]
+            members[f] = Reason("ahead", odds=odds, why=reason_against(known, f, leader))
+    rivals = known.rank(len(leader.candidates))[: 2 if known.kind.dear else 6]
     peers = list(dict.fromkeys([*members, *rivals]))
-    wide = known.wider([f for f in peers if f.converged or f is leader])
-    best = wide.best()[0]
-    for f in wide.best() if wide.nothing < RULES.nothing else ():  # else the reservation says it
+    wide = known.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
+    best = wide.rank()[0]
+    for f in wide.rank() if wide.p_nothing < RULES.nothing else ():  # else the reservation says it
         own, odds = known.find(f.identifiers), wide.odds(best, f)
         if own is not None and own not in members and f.physical and odds < RULES.clear_odds:
             # no name may hang on the priors
@@ -125,37 +125,37 @@ def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypoth
 def check_rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
     """Check the rules of any name, of a partial name too, of a name without reservation, and of the fit."""
     kind, (score, null_score) = known.kind, scores
-    term = _in_its_place(known, leader)
+    term = _find_better_term(known, leader)
     errors = [c.family for c in leader.candidates if c.mistake and c.family]
     any_name = [
         AcceptanceCheck("varied", "yes" if kind.varied else "one", kind.varied),
         AcceptanceCheck("converged", "yes" if leader.converged else "no", leader.converged),
-        _check_none("in_bounds", leader.at_bound()),
-        _check_none("matters", leader.negligible()),
-        _check_none("occurs", leader.undersized()),
+        _check_none("in_bounds", leader.sizes_at_bound()),
+        _check_none("matters", leader.effects_too_small()),
+        _check_none("occurs", leader.sizes_below_smallest()),
         _check_none("beats_terms", [term] if term else []),
         # of an error that is named twice the true law is neither of the two
         _check_none("one_law", {family for family in errors if errors.count(family) > 1}),
-        _check_none("exceeds_sd", leader.unsized()),
-        AcceptanceCheck("one_seldom", f"{leader.unusual}", leader.unusual < 2),
+        _check_none("exceeds_sd", leader.effects_within_sd()),
+        AcceptanceCheck("one_seldom", f"{leader.seldom_count}", leader.seldom_count < 2),
     ]
 
     gain = score.log_score - null_score.log_score
     gain_words = f"{gain:+.1f}" if score.possible else "one run: none to hold out"
-    wide_words = f"P(nothing) {wide.nothing:.3g}, then {wide.best()[0].name}"
-    survives = wide.nothing < RULES.nothing
-    if known.nothing < RULES.remote and not survives:
-        doubled = f"with the uncertainty of the parameters doubled, P(nothing is missing) would be {wide.nothing:.2g}"
+    wide_words = f"P(nothing) {wide.p_nothing:.3g}, then {wide.rank()[0].name}"
+    survives = wide.p_nothing < RULES.nothing
+    if known.p_nothing < RULES.remote and not survives:
+        doubled = f"with the uncertainty of the parameters doubled, P(nothing is missing) would be {wide.p_nothing:.2g}"
     else:
         doubled = ""
     partial_name = [
-        AcceptanceCheck("nothing_unlikely", f"{known.nothing:.3g}", known.nothing < RULES.nothing),
+        AcceptanceCheck("nothing_unlikely", f"{known.p_nothing:.3g}", known.p_nothing < RULES.nothing),
         AcceptanceCheck("predicts", gain_words, gain > 0),
-        AcceptanceCheck("wide_priors", wide_words, survives or known.nothing < RULES.remote, remark=doubled),
+        AcceptanceCheck("wide_priors", wide_words, survives or known.p_nothing < RULES.remote, remark=doubled),
     ]
     if len(leader.candidates) >= RULES.many:  # so many at once fit much
         nothing = null_score.log_score
-        weak = [c.identifier for c in leader.candidates if not beats_nothing(known, c, nothing)]
+        weak = [c.identifier for c in leader.candidates if not beats_null(known, c, nothing)]
         weak_words = f"not {', '.join(weak)}" if weak else "yes"
         partial_name.append(AcceptanceCheck("each_alone", weak_words, not weak, culprit=", ".join(weak)))
 
@@ -168,7 +168,7 @@ def check_rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut],
     return {
         "any name": tuple(any_name),
         "partial name": tuple(partial_name),
-        "usual size": (_check_none("usual_size", leader.implausible()),),
+        "usual size": (_check_none("usual_size", leader.sizes_beyond_usual()),),
         "no reservation": tuple(no_reservation),
         "fit": (
             AcceptanceCheck("fits", f"{leader.goodness:.3g}", leader.goodness > RULES.poor_fit),
@@ -182,7 +182,7 @@ def _check_none(rule: str, culprits: Collection[str]) -> AcceptanceCheck:
     return AcceptanceCheck(rule, ", ".join(culprits) or "yes", not culprits)
 
 
-def _in_its_place(known: Hypotheses, leader: Fit) -> str:
+def _find_better_term(known: Hypotheses, leader: Fit) -> str:
     """The term without a cause that is more probable than the ``leader`` in the place of some of its effects, if any.
 
     All such terms together are as probable beforehand as one effect of the library: the best of eight fits noise
@@ -196,7 +196,7 @@ def _in_its_place(known: Hypotheses, leader: Fit) -> str:
             continue
         for term in terms:
             if kind.compatible((*kept, term)):
-                found.append(fit(kind, (*kept, term), starts=[enlarged(leader, (*kept, term))]))
+                found.append(fit(kind, (*kept, term), starts=[transfer_coordinates(leader, (*kept, term))]))
     best = max(found, key=known.log_posterior)
     if best is found[0] or known.odds(best, found[0]) <= RULES.likelier_odds * len(terms):
         return ""
@@ -269,25 +269,25 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
     advance = progress or (lambda what: None)
     few = kind.thinned(RULES.thinned)
-    known, leader, acceptance = _searched(few, advance)
+    known, leader, acceptance = _search_plain_first(few, advance)
     if few is not kind:  # much data are searched in a part, and the leaders refined on all
         tried = {c.identifier for c in known.kind.candidates}
         whole = kind.trying(tuple(c for c in kind.candidates if c.identifier in tried))
-        known, leader = on_all(whole, known, leader, advance)
+        known, leader = refine_on_all_data(whole, known, leader, advance)
         acceptance = accept(known, leader)
     return known, acceptance
 
 
-def _searched(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
+def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
     """Hypotheses, leader and its acceptance; candidates that absorb much only if nothing else explains the data."""
     absorbing = tuple(c for c in kind.candidates if c.absorbs)
     plain = kind.trying(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
-    known, leader = _led(singles(plain, advance), advance)
+    known, leader = _settle_noise_and_search(fit_singles(plain, advance), advance)
     acceptance = accept(known, leader)
     if absorbing and acceptance.verdict in OPEN:
-        more = singles(known.kind.trying(absorbing), advance)
+        more = fit_singles(known.kind.trying(absorbing), advance)
         every = Hypotheses(known.null, (*known.fits, *more.fits), known.kind.trying(kind.candidates))
-        other, ahead = _led(every, advance)
+        other, ahead = _settle_noise_and_search(every, advance)
         better = accept(other, ahead)
         rival = other.find(leader.identifiers) if leader else None
         beaten = ahead and rival and other.odds(ahead, rival) > RULES.clear_odds
@@ -296,20 +296,20 @@ def _searched(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Ac
     return known, leader, acceptance
 
 
-def _led(known: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
+def _settle_noise_and_search(known: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
     """Estimate the noise, until no other hypothesis takes the lead by it, then search."""
     for _ in range(REFINED):
-        best = known.best()[0] if known.fits else known.null
+        best = known.rank()[0] if known.fits else known.null
         better = known.kind.refined(best)
         if better is known.kind:
             break
-        known = again(better, known, advance)
-        if not known.fits or known.best()[0].identifiers == best.identifiers:
+        known = refit_all(better, known, advance)
+        if not known.fits or known.rank()[0].identifiers == best.identifiers:
             break
     return search(known, advance)
 
 
-def effect_alone(judgement: Judgement) -> Fit | None:
+def fit_effect_alone(judgement: Judgement) -> Fit | None:
     """Fit of the sizes of what is named with nothing else moved; None if nothing is named, or nothing could move."""
     final, nominal = judgement.final, [u.centre for u in judgement.kind.nuisances]
     if not (final.candidates and nominal):
@@ -326,10 +326,12 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    variance = final.louder**2 * widened(known, final)  # a significant misfit counts as noise, as in the model file
-    effects = tuple(_with_sizes(known.kind, final, named(final, c, variance)) for c in final.candidates)
+    variance = final.noise_factor**2 * averaged_variance(known, final)  # a significant misfit is noise, as in the model file
+    effects = tuple(
+        _add_marginalised_sizes(known.kind, final, describe_effect(final, c, variance)) for c in final.candidates
+    )
     real = [any(not c.mistake for c in f.candidates) for f in members]
-    converged = sorted((f for f in known.best() if f.converged), key=lambda f: not f.fits_data)
+    converged = sorted((f for f in known.rank() if f.converged), key=lambda f: not f.fits_data)
     is_named = acceptance.verdict not in ("none", "unknown")
     open_ = acceptance.verdict == "partial" or (acceptance.verdict == "unknown" and not final.fits_data)
     ahead = takewhile(lambda one: one[0] is not final, known.probabilities)
@@ -350,7 +352,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
             "penalty": final.penalty,
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
-        separating_measurements=tuple(separating(known.kind, members)) if len(members) > 1 else (),
+        separating_measurements=tuple(rank_measurements(known.kind, members)) if len(members) > 1 else (),
         goodness_of_fit_p=final.goodness,
         alone_p=known.null.goodness,
         checks=acceptance.checks,
@@ -368,15 +370,15 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
             if c.title
         },
         members="effects" if all(real) else "both" if any(real) else "mistakes",
-        absorbed=_absorbed(known.null, nominal) if acceptance.verdict == "none" else (),
+        absorbed=_absorbing_parameters(known.null, nominal) if acceptance.verdict == "none" else (),
     )
 
 
-def _absorbed(null: Fit, nominal: Array) -> tuple[Moved, ...]:
+def _absorbing_parameters(null: Fit, nominal: Array) -> tuple[Moved, ...]:
     """Parameters that closed the gap of a base model whose residual (n,) is more than noise, the farthest first."""
     if chdtrc(len(nominal), float(nominal @ nominal)) > RULES.poor_fit:
         return ()
-    went = moved(null, null)
+    went = compare_nuisances(null, null)
     return went[:1] + tuple(m for m in went[1:] if abs(m.shift) > RULES.told_shift)
 
 
@@ -386,7 +388,7 @@ def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
         return Reason("fails", rules="; ".join(c.what for c in acceptance.checks if not c.passed))
     if f in acceptance.members:
         return acceptance.members[f]
-    return held_back(known, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
+    return reason_against(known, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
 
 
 def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
@@ -399,11 +401,11 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
         warnings += [check.remark for check in acceptance.checks if check.remark]
     if acceptance.verdict == "unknown" and not any(f.fits_data for f in known.fits):
         warnings.append("something is missing that the library does not explain")
-    stuck = [f.name for f in (known.null, *known.best()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
+    stuck = [f.name for f in (known.null, *known.rank()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
     if stuck:
         warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
     lost = []
-    for f in known.best():
+    for f in known.rank():
         if not math.isfinite(f.objective):
             rows = np.flatnonzero(~np.isfinite(f.residual))
             first = f", the first in {known.kind.rows.series[int(rows[0])]}" if len(rows) else ""
@@ -411,7 +413,7 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
     if lost:
         warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
     beside = []
-    for f in known.larger(final) if final.candidates else ():
+    for f in known.find_extensions(final) if final.candidates else ():
         odds = min(known.odds(f, final), 1000.0)  # more needs no figure
         share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
         beside.append(
@@ -425,12 +427,12 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
     return warnings
 
 
-def widened(known: Hypotheses, final: Fit) -> Array:
+def averaged_variance(known: Hypotheses, final: Fit) -> Array:
     """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
 
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
     """
-    larger = known.likelier(final)
+    larger = known.find_likelier_extensions(final)
     weights = np.minimum([1.0, *(known.odds(f, final) for f in larger)], 1e300)  # of a fit that failed they are endless
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
@@ -440,7 +442,7 @@ def widened(known: Hypotheses, final: Fit) -> Array:
     return total
 
 
-def named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
+def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
     """A ``candidate`` with its fitted values and their sd, by the ``variance`` (p,) of all coordinates."""
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
@@ -460,7 +462,7 @@ def named(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
     )
 
 
-def _with_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
+def _add_marginalised_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
     """The ``effect`` with its sizes that are no coordinates of the fit, such as a bias of each run."""
     parameters, units = dict(effect.parameters), dict(effect.units)
     for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
@@ -495,7 +497,7 @@ def _direction(kind: Kind, hypothesis: Fit) -> Array:
 
 def equivalents(known: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     """The leader and what cannot be told from it, with the reason of each, among those with as many effects."""
-    peers = [f for f in known.best(len(leader.candidates)) if f is not leader and f.admissible]
+    peers = [f for f in known.rank(len(leader.candidates)) if f is not leader and f.admissible]
     near = leader.objective + RULES.as_much
     peers = [f for f in peers if known.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
     cosines = similarity(known.kind, known.null, [leader, *peers])[0, 1:]
@@ -503,17 +505,17 @@ def equivalents(known: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     members = {leader: Reason("leads" if first else "search ended")}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = known.odds(leader, f)
-        unusual = f", of an unusual size ({', '.join(f.implausible())})" if f.implausible() else ""
+        unusual = f", of an unusual size ({', '.join(f.sizes_beyond_usual())})" if f.sizes_beyond_usual() else ""
         if odds < 1:
-            members[f] = Reason("ahead", odds=known.odds(f, leader), why=held_back(known, f, leader))
+            members[f] = Reason("ahead", odds=known.odds(f, leader), why=reason_against(known, f, leader))
         elif odds < RULES.clear_odds:
             members[f] = Reason("close", odds=odds, unusual=unusual)
-        elif cosine > RULES.alike_cosine and (f.physical or not leader.physical) and not _idle(f):
+        elif cosine > RULES.alike_cosine and (f.physical or not leader.physical) and not _has_unneeded_size(f):
             members[f] = Reason("alike", cosine=cosine, odds=odds, unusual=unusual)
     return members
 
 
-def _idle(f: Fit) -> bool:
+def _has_unneeded_size(f: Fit) -> bool:
     """An effect of several sizes has one within its sd of a bound, so that the data ask for no such size."""
     for candidate in f.candidates:
         place, sizes = f.columns(candidate).start, [k for k, u in enumerate(candidate.unknowns) if u.size]
@@ -524,11 +526,11 @@ def _idle(f: Fit) -> bool:
     return False
 
 
-def separating(kind: Kind, members: list[Fit]) -> list[Separation]:
+def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
     """Measurements that ``kind`` proposes and that separate the first of ``members`` from the others, best first."""
     found = []
     for proposal in kind.proposed():
-        predicted = [_predicted(proposal, f) for f in members]
+        predicted = [_predict(proposal, f) for f in members]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
         (mine, loose), *others = predicted
@@ -537,7 +539,7 @@ def separating(kind: Kind, members: list[Fit]) -> list[Separation]:
     return sorted([*found, *_bench_tests(members)], key=lambda s: -s.gain)
 
 
-def _predicted(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
+def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     """Prediction of ``f`` for a ``proposal`` (m,), and what 1 sd of all that its data leave open does to it (m, k)."""
     mean, slope = proposal.whitened(f.candidates, f.theta)
     if not (np.isfinite(mean).all() and np.isfinite(slope).all()):

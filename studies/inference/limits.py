@@ -36,7 +36,7 @@ class UpperLimit:
 
 def upper_limits(kind: Kind, known: Hypotheses, final: Fit) -> tuple[UpperLimit, ...]:
     """95 % limits of each candidate beside the final hypothesis, those that the data limit most first."""
-    noise = final.louder
+    noise = final.noise_factor
     fitted = {f.identifiers: f for f in known.fits}
     found = []
     for candidate in kind.candidates:

@@ -32,12 +32,14 @@ class Linear:
 
     @cached_property
     def _total(self) -> Sums:
-        return _added(self._folds.values())
+        return _add_sums(self._folds.values())
 
     @cached_property
     def _rests(self) -> tuple[Sums, ...]:
         """Sums of the rows without each fold."""
-        return tuple(_added(part for other, part in self._folds.items() if other != number) for number in self._folds)
+        return tuple(
+            _add_sums(part for other, part in self._folds.items() if other != number) for number in self._folds
+        )
 
     def posterior(self, columns: NDArray[np.intp], sd: Array | None = None) -> tuple[Array, Array]:
         """Mean (q,) and covariance (q, q) of the coordinates in ``columns``, of prior ``sd`` (1), the others zero."""
@@ -68,7 +70,7 @@ class Linear:
         return Linear(self.jacobian / noise, self.target / noise, self.fold)
 
 
-def _added(parts: Iterable[Sums]) -> Sums:
+def _add_sums(parts: Iterable[Sums]) -> Sums:
     gram, push, square, count = zip(*parts, strict=True)
     return np.sum(gram, axis=0), np.sum(push, axis=0), float(sum(square)), int(sum(count))
 

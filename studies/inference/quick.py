@@ -16,7 +16,7 @@ from studies.inference.fit import Fit, default_starts, fit
 from studies.inference.judge import Acceptance, Judgement, verdict_of
 from studies.inference.kind import Kind
 from studies.inference.rules import RULES
-from studies.inference.search import Hypotheses, Progress, promising
+from studies.inference.search import Hypotheses, Progress, select_starts
 from studies.inference.verdict import Reason
 
 TURNS = (8, 8)
@@ -45,11 +45,11 @@ def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     """Judge single effects of a ``kind``, of much data in a part of them."""
     advance = progress or (lambda what: None)
     kind = kind.trying(tuple(c for c in kind.candidates if not c.absorbs))  # these are for what nothing else explains
-    known = _fitted(kind.thinned(RULES.quick), None, advance)
-    better = known.kind.refined(known.best()[0] if known.fits else known.null)
+    known = _fit_singles(kind.thinned(RULES.quick), None, advance)
+    better = known.kind.refined(known.rank()[0] if known.fits else known.null)
     if better is not known.kind:
-        known = _fitted(better, known, advance)
-    acceptance, kind = _accepted(known), known.kind
+        known = _fit_singles(better, known, advance)
+    acceptance, kind = _accept(known), known.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
         kind=kind,
@@ -62,31 +62,31 @@ def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     )
 
 
-def _fitted(kind: Kind, known: Singles | None, advance: Progress) -> Singles:
+def _fit_singles(kind: Kind, known: Singles | None, advance: Progress) -> Singles:
     """Nothing, and each candidate alone; of what is ``known`` the leaders, from where they ended."""
     advance("parameters only")
     null = fit(kind, starts=[known.null.theta] if known else None, turns=TURNS)
-    fits = [] if known is None else [_again(kind, f, advance) for f in known.best()[: RULES.polished]]
+    fits = [] if known is None else [_refit(kind, f, advance) for f in known.rank()[: RULES.polished]]
     for c in kind.candidates if known is None else ():
         advance(c.identifier)
         starts = [np.concatenate([null.theta, start]) for start in c.starts[:2]] + default_starts(kind, (c,))[:2]
-        fits.append(fit(kind, (c,), starts=promising(kind, (c,), starts, 1), turns=TURNS))
+        fits.append(fit(kind, (c,), starts=select_starts(kind, (c,), starts, 1), turns=TURNS))
     return Singles(null, tuple(fits), kind)
 
 
-def _again(kind: Kind, f: Fit, advance: Progress) -> Fit:
+def _refit(kind: Kind, f: Fit, advance: Progress) -> Fit:
     advance(f.name)
     return fit(kind, f.candidates, starts=[f.theta], turns=TURNS)
 
 
-def _accepted(known: Singles) -> Acceptance:
+def _accept(known: Singles) -> Acceptance:
     """The best by the criterion that may be named, unless it does not fit or nothing is about as good."""
 
     def behind(f: Fit, other: Fit) -> float:
         return 2 * (known.log_posterior(other) - known.log_posterior(f))
 
-    able = [f for f in known.best() if math.isfinite(f.objective) and not f.negligible()]
-    able = [f for f in able if not f.at_bound() and not f.implausible()]
+    able = [f for f in known.rank() if math.isfinite(f.objective) and not f.effects_too_small()]
+    able = [f for f in able if not f.sizes_at_bound() and not f.sizes_beyond_usual()]
     near = [f for f in able if behind(f, able[0]) < RULES.bare]
     members = {f: Reason("close", odds=known.odds(able[0], f), unusual="") for f in near}
     leader = able[0] if able and behind(known.null, able[0]) > RULES.bare else None

@@ -12,7 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from studies.inference.evidence import held_out, whiteness
-from studies.inference.fit import GUIDE, ROUGH, THOROUGH, Fit, default_starts, distinct, fit, prior, small, spread
+from studies.inference.fit import (
+    GUIDE,
+    ROUGH,
+    THOROUGH,
+    Fit,
+    default_starts,
+    drop_repeats,
+    fit,
+    negligible_decrease,
+    prior,
+    spread,
+)
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, together
 from studies.inference.rules import RULES
@@ -35,13 +46,13 @@ class Hypotheses:
         k = len(hypothesis.candidates)
         if not k:
             return hypothesis.log_evidence + math.log(0.5)
-        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._together(k))
+        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._sum_of_weight_products(k))
         seldom = sum(any(u.widened > 1 for u in c.unknowns) for c in hypothesis.candidates)
         return (
             hypothesis.log_evidence + math.log(0.5) + shares - (k - 1) * math.log(2) + seldom * math.log(RULES.seldom)
         )
 
-    def _together(self, effects: int) -> float:
+    def _sum_of_weight_products(self, effects: int) -> float:
         """Sum over all sets of a number of ``effects`` of the product of their weights."""
         sums = np.zeros(effects + 1)
         sums[0] = 1.0
@@ -66,23 +77,23 @@ class Hypotheses:
         return {hypothesis.name: share for hypothesis, share in self.probabilities}
 
     @property
-    def nothing(self) -> float:
+    def p_nothing(self) -> float:
         """P(nothing is missing)."""
         return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
 
-    def best(self, effects: int | None = None) -> list[Fit]:
+    def rank(self, effects: int | None = None) -> list[Fit]:
         """Fits with effects (a number ``effects`` of them), most probable first."""
         kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
         return sorted(kept, key=lambda f: -self.log_posterior(f))
 
-    def larger(self, hypothesis: Fit) -> list[Fit]:
+    def find_extensions(self, hypothesis: Fit) -> list[Fit]:
         """Possible fits with further effects that ``hypothesis`` is not clearly more probable than, best first."""
-        more = [f for f in self.best() if hypothesis.identifiers < f.identifiers and f.physical]
+        more = [f for f in self.rank() if hypothesis.identifiers < f.identifiers and f.physical]
         return [f for f in more if self.odds(hypothesis, f) < RULES.clear_odds]
 
-    def likelier(self, hypothesis: Fit) -> list[Fit]:
+    def find_likelier_extensions(self, hypothesis: Fit) -> list[Fit]:
         """Larger fits that are more probable than ``hypothesis``, even if not clearly."""
-        return [f for f in self.larger(hypothesis) if self.odds(f, hypothesis) > RULES.likelier_odds]
+        return [f for f in self.find_extensions(hypothesis) if self.odds(f, hypothesis) > RULES.likelier_odds]
 
     def odds(self, first: Fit, second: Fit) -> float:
         """Posterior odds of the ``first`` against the ``second``; infinite if only the second is impossible."""
@@ -95,23 +106,23 @@ class Hypotheses:
         """The fit of these ``identifiers``; the null of none."""
         return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
 
-    def replaced(self, better: Sequence[Fit]) -> "Hypotheses":
+    def replace_fits(self, better: Sequence[Fit]) -> "Hypotheses":
         """Put ``better`` fits in the place of those of the same effects, and add further ones."""
         fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
         null = fits.pop(frozenset())
         return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.kind)
 
-    def bettered(self, others: Iterable[Fit]) -> "Hypotheses":
+    def adopt_better(self, others: Iterable[Fit]) -> "Hypotheses":
         """Take those of the ``others`` that are clearly better than the known fit of the same effects."""
         better = []
         for other in others:
             old = self.find(other.identifiers)
-            if old is None or other.objective < old.objective - small(old.objective):
+            if old is None or other.objective < old.objective - negligible_decrease(old.objective):
                 better.append(other)
-        return self.replaced(better) if better else self
+        return self.replace_fits(better) if better else self
 
     @property
-    def worth(self) -> float:
+    def least_promise(self) -> float:
         """Decrease of the objective that a first step must promise; if a fit is dear, what clear odds ask for."""
         if not self.kind.dear:
             return RULES.worth_a_fit
@@ -119,24 +130,24 @@ class Hypotheses:
         return 2 * math.log(RULES.clear_odds * 2 * rivals)
 
     @property
-    def explained(self) -> bool:
+    def any_fits_data(self) -> bool:
         """Nothing, or any hypothesis, fits the data."""
         return any(f.fits_data for f in (self.null, *self.fits))
 
-    def hopeful(self, fits: Iterable[Fit]) -> list[Fit]:
+    def drop_hopeless(self, fits: Iterable[Fit]) -> list[Fit]:
         """Choose the ``fits`` that are not far behind one that explains the data: the others stay as they are."""
         reached = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
         least = max(reached, default=-math.inf) - RULES.behind
         return [f for f in fits if self.log_posterior(f) > least]
 
-    def wider(self, leaders: Sequence[Fit]) -> "Hypotheses":
+    def refit_with_wider_priors(self, leaders: Sequence[Fit]) -> "Hypotheses":
         """The null and some hypotheses refitted with a wider prior of the nuisances."""
         null = fit(self.kind, starts=[self.null.theta], nuisance_scale=RULES.wider)
         fits = [fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider) for f in leaders]
         return Hypotheses(null, tuple(fits), self.kind)
 
 
-def fitted(
+def fit_hypothesis(
     kind: Kind,
     candidates: tuple[Candidate, ...],
     starts: Sequence[Array],
@@ -145,20 +156,20 @@ def fitted(
 ) -> Fit:
     """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur."""
     found = fit(kind, candidates, starts=starts, turns=turns)
-    beyond = {name.split(".")[0] for name in found.implausible()}
+    beyond = {name.split(".")[0] for name in found.sizes_beyond_usual()}
     usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
     if len(beyond) != 1 or not usual or not math.isfinite(found.objective):
         return found
     wider = tuple(c.unusual() if c in usual else c for c in candidates)
     seldom = fit(kind, wider, starts=[found.theta], turns=turns)
     worth = seldom.log_evidence + math.log(RULES.seldom) > found.log_evidence
-    return seldom if seldom.implausible() and worth else found
+    return seldom if seldom.sizes_beyond_usual() and worth else found
 
 
 # ---------------------------------------------------------------------- one effect at a time
 
 
-def singles(kind: Kind, progress: Progress) -> Hypotheses:
+def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
     """Fit nothing and each candidate of ``kind`` alone; ``progress`` is told of each."""
     progress("parameters only")
     null = fit(kind, patient=True)
@@ -170,13 +181,13 @@ def singles(kind: Kind, progress: Progress) -> Hypotheses:
         if kind.thorough:
             starts += nominal[1:]
         else:
-            starts = promising(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
-        fits.append(fitted(kind, (candidate,), starts, turns=_turns(kind)))
+            starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
+        fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_turns(kind)))
     known = Hypotheses(null, tuple(fits), kind)
-    return _related(_retried(_refit_worse_than_parts(known)))
+    return _refit_within_families(_retry_poor_fits(_refit_worse_than_parts(known)))
 
 
-def _related(known: Hypotheses) -> Hypotheses:
+def _refit_within_families(known: Hypotheses) -> Hypotheses:
     """Effects of one family, also fitted from the parameters with which the best of them fits: they do alike."""
     found = []
     for f in known.fits:
@@ -184,11 +195,11 @@ def _related(known: Hypotheses) -> Hypotheses:
         if math.isfinite(best.objective) and f.objective > best.objective + RULES.improved:
             parameters = best.theta[: best.effect_columns.start]
             starts = [np.concatenate([parameters, start]) for start in f.candidates[0].starts[:2]]
-            found.append(fitted(known.kind, f.candidates, promising(known.kind, f.candidates, starts, 1)))
-    return known.bettered(found)
+            found.append(fit_hypothesis(known.kind, f.candidates, select_starts(known.kind, f.candidates, starts, 1)))
+    return known.adopt_better(found)
 
 
-def again(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
+def refit_all(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
     """Fit all hypotheses anew to a model that changed a little (its noise), from where they ended."""
     progress("parameters only")
     null = fit(kind, starts=[known.null.theta])
@@ -196,8 +207,8 @@ def again(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
     for f in known.fits:
         progress(f.name)
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
-        start = promising(kind, f.candidates, [f.theta, moved], 1)
-        found.append(fitted(kind, f.candidates, start, turns=_turns(kind)))
+        start = select_starts(kind, f.candidates, [f.theta, moved], 1)
+        found.append(fit_hypothesis(kind, f.candidates, start, turns=_turns(kind)))
     return _refit_worse_than_parts(Hypotheses(null, tuple(found), kind))
 
 
@@ -206,33 +217,33 @@ def _turns(kind: Kind) -> tuple[int, int]:
     return THOROUGH if kind.thorough else ROUGH
 
 
-def _retried(known: Hypotheses) -> Hypotheses:
+def _retry_poor_fits(known: Hypotheses) -> Hypotheses:
     """If no single hypothesis fits: the best of them from other starts, guided by easier problems."""
-    if not known.fits or known.explained:
+    if not known.fits or known.any_fits_data:
         return known
     order = sorted(known.fits, key=lambda f: f.objective)
     easier = known.kind.easier()
     if easier and order[0].objective > RULES.loud * len(known.kind.rows.where):
-        ways = _guided(easier[0], known)
+        ways = _fit_easier_problem(easier[0], known)
     else:
         ways = [fit(known.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
-    known = known.bettered([fitted(known.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways])
-    if known.explained:
+    known = known.adopt_better([fit_hypothesis(known.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways])
+    if known.any_fits_data:
         return known
     given_up = [f for f in known.fits if not f.converged and math.isfinite(f.objective)]
-    known = known.bettered([fitted(known.kind, f.candidates, [f.theta]) for f in given_up])
-    if known.explained:
+    known = known.adopt_better([fit_hypothesis(known.kind, f.candidates, [f.theta]) for f in given_up])
+    if known.any_fits_data:
         return known
-    typical = {f: default_starts(known.kind, f.candidates)[1:2] for f in known.fits if f.at_bound()}
-    return known.bettered(
-        [fitted(known.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
+    typical = {f: default_starts(known.kind, f.candidates)[1:2] for f in known.fits if f.sizes_at_bound()}
+    return known.adopt_better(
+        [fit_hypothesis(known.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
     )
 
 
-def _guided(easier: Kind, known: Hypotheses) -> list[Fit]:
+def _fit_easier_problem(easier: Kind, known: Hypotheses) -> list[Fit]:
     """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
     null = fit(easier, turns=GUIDE)
-    promised = {f: outlook(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
+    promised = {f: preview_objective(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
     order = sorted(promised, key=lambda f: promised[f])
     most = RULES.retried
     soft = [f for f in order[most:] if len(f.candidates[0].first_starts) > 1]  # their first step says little
@@ -244,10 +255,12 @@ def _converge_leaders(hypotheses: Hypotheses) -> Hypotheses:
     for _ in range(2):  # a refit may put others among the most probable
         best = min(f.objective for f in (hypotheses.null, *hypotheses.fits))
         unfinished = [f for f, _ in hypotheses.probabilities[: RULES.polished] if not f.converged]
-        unfinished = hypotheses.hopeful([f for f in unfinished if f.objective < RULES.hopeless * best])
+        unfinished = hypotheses.drop_hopeless([f for f in unfinished if f.objective < RULES.hopeless * best])
         if not unfinished:
             break
-        hypotheses = hypotheses.replaced([fitted(hypotheses.kind, f.candidates, [f.theta]) for f in unfinished])
+        hypotheses = hypotheses.replace_fits(
+            [fit_hypothesis(hypotheses.kind, f.candidates, [f.theta]) for f in unfinished]
+        )
     return hypotheses
 
 
@@ -264,8 +277,8 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
         ladder = f.candidates[0].ladder
         if len(f.candidates) == 1 and ladder and f.objective < enough:
             starts = [np.concatenate([hypotheses.null.theta, softness]) for softness in ladder]
-            refits.append(fitted(hypotheses.kind, f.candidates, starts))
-    return hypotheses.bettered(refits)
+            refits.append(fit_hypothesis(hypotheses.kind, f.candidates, starts))
+    return hypotheses.adopt_better(refits)
 
 
 # ---------------------------------------------------------------------- several effects
@@ -274,9 +287,9 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
     """Enlarge the best hypothesis by one effect at a time, as long as odds and held-out score clearly gain."""
     hypotheses = _retry_soft_joints(_converge_leaders(hypotheses))
-    if not hypotheses.fits or hypotheses.nothing >= RULES.nothing:
+    if not hypotheses.fits or hypotheses.p_nothing >= RULES.nothing:
         return hypotheses, None
-    leader = _choose_leader(hypotheses.kind, hypotheses.best(1))
+    leader = _choose_leader(hypotheses.kind, hypotheses.rank(1))
     for _ in range(RULES.most_effects - 1):
         # 1. Fit the best hypotheses of this size with one effect more.
         size = len(leader.candidates)
@@ -289,13 +302,13 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
         # 3. These fits may have led another hypothesis of this size out of a local optimum.
         #    TODO name the case: no test of the search fails without this step.
-        rival = _choose_leader(hypotheses.kind, hypotheses.best(size))
+        rival = _choose_leader(hypotheses.kind, hypotheses.rank(size))
         if hypotheses.odds(rival, leader) > RULES.clear_odds:
             leader = rival
 
         # 4. Stop unless one effect more is clearly more probable and predicts better what was left out.
         #    TODO name the case of the second condition: no test of the search fails without it.
-        larger = _filter_nameable(hypotheses.kind, hypotheses.best(size + 1))
+        larger = _filter_nameable(hypotheses.kind, hypotheses.rank(size + 1))
         if not larger or hypotheses.odds(larger[0], leader) < RULES.clear_odds:
             break
         if held_out(hypotheses.kind, larger[0]).log_score <= held_out(hypotheses.kind, leader).log_score:
@@ -312,7 +325,7 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
 def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
     """The leader and its best rivals of the same size, to be enlarged; the most probable of all among them."""
-    same_size = hypotheses.best(len(leader.candidates))
+    same_size = hypotheses.rank(len(leader.candidates))
     nameable = _filter_nameable(hypotheses.kind, same_size)
     parents = list(dict.fromkeys([leader, *nameable]))[: RULES.beam]
     # The most probable may have a size that seldom occurs because it stands for two effects. Needed by test_search::
@@ -322,9 +335,11 @@ def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
     return parents
 
 
-def on_all(kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress) -> tuple[Hypotheses, Fit | None]:
+def refine_on_all_data(
+    kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress
+) -> tuple[Hypotheses, Fit | None]:
     """Refine the ``leader`` and its rivals among ``few`` data on all of a ``kind``, and look what these show beyond."""
-    best = leader or next(iter(few.best()), few.null)
+    best = leader or next(iter(few.rank()), few.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
     for _ in range(2):  # the noise is what the best leaves: where it ended in few data, then where it ends in all
         kind = kind.refined(replace(best, residual=residual))
@@ -340,10 +355,10 @@ def on_all(kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress) 
             progress(f"{f.name}, on all data")
             fits[f.identifiers] = fit(kind, f.candidates, starts=[f.theta], turns=ROUGH)
     known = Hypotheses(fits.pop(frozenset()), tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
-    known = expand(known, known.hopeful([known.null]), progress)  # all data may show what few do not
-    first = next(iter(known.best()), best)
+    known = expand(known, known.drop_hopeless([known.null]), progress)  # all data may show what few do not
+    first = next(iter(known.rank()), best)
     if first.identifiers != best.identifiers:
-        known = again(kind.refined(first), known, progress)
+        known = refit_all(kind.refined(first), known, progress)
     return search(known, progress)
 
 
@@ -351,7 +366,7 @@ def exchange_effect(known: Hypotheses, leader: Fit, progress: Progress) -> tuple
     """The ``leader`` with an effect in the place of one that excludes it, if parameters only went astray; or itself."""
     if known.null.converged:
         return known, leader
-    lost = [f.candidates[0] for f in known.best(1) if not f.converged and f.candidates[0].unknowns]
+    lost = [f.candidates[0] for f in known.rank(1) if not f.converged and f.candidates[0].unknowns]
     centre, found = np.array([u.centre for u in known.kind.nuisances]), []
     for gone in leader.candidates:
         rest = tuple(c for c in leader.candidates if c is not gone)
@@ -367,9 +382,9 @@ def exchange_effect(known: Hypotheses, leader: Fit, progress: Progress) -> tuple
             typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
             begins = (leader.theta[: len(centre)], centre)
             starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
-            found.append(fitted(known.kind, joined, promising(known.kind, joined, starts)))
-    known = known.bettered(found)
-    other = _choose_leader(known.kind, known.best(len(leader.candidates)))
+            found.append(fit_hypothesis(known.kind, joined, select_starts(known.kind, joined, starts)))
+    known = known.adopt_better(found)
+    other = _choose_leader(known.kind, known.rank(len(leader.candidates)))
     return known, other if known.odds(other, leader) > RULES.clear_odds else leader
 
 
@@ -378,11 +393,11 @@ def _adopt_noise(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> Hyp
 
     Needed by test_search::test_what_a_second_effect_explains_is_not_taken_for_noise.
     """
-    best = hypotheses.best()[0]
+    best = hypotheses.rank()[0]
     if len(best.candidates) <= len(leader.candidates) or hypotheses.odds(best, leader) < RULES.clear_odds:
         return hypotheses
     kind = hypotheses.kind.refined(best)
-    return hypotheses if kind is hypotheses.kind else again(kind, hypotheses, progress)
+    return hypotheses if kind is hypotheses.kind else refit_all(kind, hypotheses, progress)
 
 
 def _choose_leader(kind: Kind, fits: Sequence[Fit]) -> Fit:
@@ -397,7 +412,7 @@ def _filter_nameable(kind: Kind, fits: Iterable[Fit]) -> list[Fit]:
 
 def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
     """True if one size seldom occurs and what the fit leaves is white noise."""
-    return f.unusual == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
+    return f.seldom_count == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
 
 
 def expand(known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
@@ -408,25 +423,27 @@ def expand(known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hyp
     nearest = min((parent.objective for parent in parents), default=math.inf)
     for parent in parents:
         first_steps: list[tuple[float, int, Candidate]] = []
-        far = not known.hopeful([parent])
-        enough = parent.objective - max(known.worth, RULES.closed * (parent.objective - nearest) if far else 0.0)
+        far = not known.drop_hopeless([parent])
+        enough = parent.objective - max(
+            known.least_promise, RULES.closed * (parent.objective - nearest) if far else 0.0
+        )
         for candidate in (*known.kind.candidates, *known.kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in done or len(names) == len(parent.candidates):
                 continue
             if known.kind.compatible((*parent.candidates, candidate)):
-                first_steps.append((outlook(known.kind, parent, candidate), len(first_steps), candidate))
+                first_steps.append((preview_objective(known.kind, parent, candidate), len(first_steps), candidate))
         for promised, _, candidate in sorted(first_steps)[: 2 if known.kind.dear else RULES.most_tried]:
             if not promised < enough and candidate.unknowns:
                 continue
             done.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(together(joined))
-            found.append(fitted(known.kind, joined, _joined_starts(known, parent, candidate)))
-    return _refit_parts(_refit_worse_than_parts(known.replaced(found), found), found)
+            found.append(fit_hypothesis(known.kind, joined, _starts_of_enlarged(known, parent, candidate)))
+    return _refit_parts(_refit_worse_than_parts(known.replace_fits(found), found), found)
 
 
-def _joined_starts(known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
+def _starts_of_enlarged(known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
     """From the parent with a small size of the candidate, and from what the candidate was fitted to by itself."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
     alone = known.find(frozenset({candidate.identifier}))
@@ -435,21 +452,21 @@ def _joined_starts(known: Hypotheses, parent: Fit, candidate: Candidate) -> list
         starts.append(np.concatenate([parent.theta, own]))
         nuisances = alone.theta[: alone.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], own]))
-    return promising(known.kind, (*parent.candidates, candidate), starts, 1 if known.kind.dear else 2)
+    return select_starts(known.kind, (*parent.candidates, candidate), starts, 1 if known.kind.dear else 2)
 
 
 def _refit_worse_than_parts(known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
     """Each hopeful hypothesis (each ``new`` one) at least as good as those it contains: again from theirs if not."""
     better: list[Fit] = []
-    for f in known.hopeful(known.fits if new is None else new):
+    for f in known.drop_hopeless(known.fits if new is None else new):
         parts = [p for p in (known.null, *known.fits) if p.identifiers < f.identifiers]
         best = min(parts, key=lambda p: p.objective)
-        if f.objective > best.objective + 2 * small(best.objective):
-            begins = [enlarged(best, f.candidates), enlarged(best, f.candidates, neutral=True)]
-            begins = distinct(begins, f.begins)
+        if f.objective > best.objective + 2 * negligible_decrease(best.objective):
+            begins = [transfer_coordinates(best, f.candidates), transfer_coordinates(best, f.candidates, neutral=True)]
+            begins = drop_repeats(begins, f.begins)
             other = fit(known.kind, f.candidates, starts=begins, turns=ROUGH) if begins else f
             better.append(other if other.objective < f.objective else f)
-    return known.replaced(better) if better else known
+    return known.replace_fits(better) if better else known
 
 
 def _refit_parts(known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
@@ -460,8 +477,8 @@ def _refit_parts(known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
             rest = tuple(c for c in f.candidates if c is not gone)
             old = known.find(frozenset(c.identifier for c in rest))
             if not known.kind.dear if old is None else not old.fits_data:
-                parts.append(fitted(known.kind, rest, [enlarged(f, rest)]))
-    return known.bettered(parts)
+                parts.append(fit_hypothesis(known.kind, rest, [transfer_coordinates(f, rest)]))
+    return known.adopt_better(parts)
 
 
 def drop_unsupported(known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
@@ -472,7 +489,7 @@ def drop_unsupported(known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
         for gone in leader.candidates:
             known, part = _find_without(known, leader, gone)
             odds = known.odds(leader, part)
-            alone = len(leader.candidates) < RULES.many or beats_nothing(known, gone, nothing)
+            alone = len(leader.candidates) < RULES.many or beats_null(known, gone, nothing)
             if odds < RULES.clear_odds or held_out(known.kind, part).log_score >= score or not alone:
                 weak.append((odds, part))
         if not weak:
@@ -487,12 +504,12 @@ def _find_without(known: Hypotheses, leader: Fit, gone: Candidate) -> tuple[Hypo
     part = known.find(frozenset(c.identifier for c in rest))
     if part is not None and part.converged and part.fits_data:
         return known, part
-    trial = fitted(known.kind, rest, [enlarged(leader, rest)])
-    known = known.replaced([trial]) if part is None or not part.converged else known.bettered([trial])
+    trial = fit_hypothesis(known.kind, rest, [transfer_coordinates(leader, rest)])
+    known = known.replace_fits([trial]) if part is None or not part.converged else known.adopt_better([trial])
     return known, known.find(trial.identifiers) or trial
 
 
-def beats_nothing(known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
+def beats_null(known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
     """A ``candidate`` by itself beats the null in odds and on held-out data, whose log score is ``nothing``."""
     own = known.find(frozenset({candidate.identifier}))
     if own is None or known.odds(own, known.null) < RULES.clear_odds:
@@ -503,7 +520,7 @@ def beats_nothing(known: Hypotheses, candidate: Candidate, nothing: float) -> bo
 # ---------------------------------------------------------------------- where fits begin
 
 
-def outlook(kind: Kind, parent: Fit, candidate: Candidate) -> float:
+def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
     """Objective that one Gauss-Newton step promises when a ``candidate`` joins a fitted hypothesis: a preview."""
     joined = (*parent.candidates, candidate)
     centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined)
@@ -518,7 +535,7 @@ def outlook(kind: Kind, parent: Fit, candidate: Candidate) -> float:
     return min(promised)
 
 
-def promising(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
+def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
     """The ``starts`` (p,) of the lowest objective, at ``most`` so many."""
     centre, sd = prior((*kind.nuisances, *(u for c in candidates for u in c.unknowns)), candidates)
     values = []
@@ -530,7 +547,7 @@ def promising(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Ar
     return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
 
 
-def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
+def transfer_coordinates(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
     """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start or ``neutral``."""
     theta = [part.theta[: part.effect_columns.start]]
     for c in candidates:
@@ -542,14 +559,14 @@ def enlarged(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = Fals
 # ---------------------------------------------------------------------- why not in its place
 
 
-def held_back(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
+def reason_against(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
     """Why a hypothesis more probable than the ``leader`` is not in its place: its own fault, or the search's rule."""
-    sizes, misfit = ", ".join(f.implausible()), not f.fits_data
+    sizes, misfit = ", ".join(f.sizes_beyond_usual()), not f.fits_data
     faults = {
         "not converged": not f.converged,
-        "at bound": bool(f.at_bound()),
-        "too small": bool(f.negligible()),
-        "two unusual": f.unusual > 1,
+        "at bound": bool(f.sizes_at_bound()),
+        "too small": bool(f.effects_too_small()),
+        "two unusual": f.seldom_count > 1,
         "unusual misfit": bool(sizes) and misfit,
         "unusual not white": bool(sizes) and whiteness(known.kind, f) <= RULES.poor_fit,
         "nothing": not f.candidates,
@@ -557,5 +574,5 @@ def held_back(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
         "not clear": leader is not None and 1 < known.odds(f, leader) <= RULES.clear_odds,
     }
     key = next((key for key, found in faults.items() if found), "elsewhere")
-    bounds, small = ", ".join(f.at_bound()), ", ".join(f.negligible())
+    bounds, small = ", ".join(f.sizes_at_bound()), ", ".join(f.effects_too_small())
     return Reason(key, sizes=bounds if key == "at bound" else sizes, names=small, limit=RULES.clear_odds)

@@ -137,7 +137,7 @@ def leading(judgement: Judgement) -> tuple[Candidate, ...]:
     members = set(judgement.verdict.equivalent)
     wanted = set(judgement.final.identifiers)
     known = judgement.hypotheses
-    for f in (*known.best()[:6], *(f for f in known.fits if f.name in members)):
+    for f in (*known.rank()[:6], *(f for f in known.fits if f.name in members)):
         wanted |= f.identifiers
     return tuple(c for c in judgement.kind.candidates if c.identifier in wanted)
 
@@ -180,4 +180,4 @@ def _places(rows: Rows, out: NDArray[np.bool_], most: int = 4) -> str:
 def outcome(variant: Variant) -> Outcome:
     """The judgement of a ``variant``, in short."""
     known, acceptance = decide(variant)
-    return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), known.nothing)
+    return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), known.p_nothing)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from studies.diagnosis import read_measurement
-from studies.inference import fit, separating
+from studies.inference import fit, rank_measurements
 from tests.validation.blind.histories import history_case
 
 YAW = "yaw_rate_rad_s"
@@ -38,7 +38,7 @@ def told(full, before, *names):
     by_name = {c.identifier: c for c in before.candidates}
     sets = [tuple(by_name[name] for name in one.split("+")) for one in names]
     one, other = [fit(before, some) for some in sets]
-    (gain,) = (s.gain for s in separating(before, [one, other]) if s.what == f"{YAW} in the same runs")
+    (gain,) = (s.gain for s in rank_measurements(before, [one, other]) if s.what == f"{YAW} in the same runs")
     first, second = [fit(full, f.candidates, starts=[f.theta]) for f in (one, other)]
     odds = [2 * (a.log_evidence - b.log_evidence) for a, b in ((one, other), (first, second))]
     return gain**2, odds[1] - odds[0]

@@ -9,7 +9,7 @@ import pytest
 from bicycle import Model, load_bicycle
 from bicycle.model import read_model
 from studies.diagnosis import BicycleKind, model_text
-from studies.inference import Rows, moved
+from studies.inference import Rows, compare_nuisances
 
 ASKED = {"IBxx": 1.5, "IBzz": 7.7, "IBxz": 4.4, "IFxx": 0.05, "IFyy": 0.28}  # kg m^2: det < 0, and 2 Ixx < Iyy
 KEYS = tuple(ASKED)
@@ -54,7 +54,7 @@ def test_the_adjusted_bicycle_can_exist_and_its_model_is_written(weighed, tmp_pa
 
 
 def test_the_way_of_a_parameter_is_that_of_its_value(weighed):
-    ways = {one.name: one for one in moved(weighed.hypotheses.null, weighed.final)}
+    ways = {one.name: one for one in compare_nuisances(weighed.hypotheses.null, weighed.final)}
     stated = load_bicycle("benchmark")
     values = weighed.kind.family(()).values(weighed.final.theta[None])
     for key in KEYS:

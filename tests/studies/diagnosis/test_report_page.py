@@ -39,7 +39,7 @@ from studies.inference import (
     Reason,
     Rows,
     UncertainParameter,
-    effect_alone,
+    fit_effect_alone,
     judge,
 )
 from studies.reporting import made_by
@@ -93,7 +93,7 @@ def growth(name):
 def diagnosed(rate, *names, seed=1, level=1.4):
     data = level + rate * PLACES / 6 + np.random.default_rng(seed).standard_normal(24)
     found = judge(Line(data, tuple(growth(name) for name in names)))
-    return Diagnosis(model=None, **{**vars(found), "alone": effect_alone(found)})
+    return Diagnosis(model=None, **{**vars(found), "alone": fit_effect_alone(found)})
 
 
 def changed(found, **fields):

@@ -44,7 +44,7 @@ def test_a_cause_of_the_ride_explains_it_better_than_physics_does(tmp_path, caus
     sizes = {"rotated": truth["rotated_deg"][1] * np.pi / 180, "coast_down": truth["deceleration"],
              "clock": truth["late"]}  # fmt: skip
     if cause in sizes:
-        assert not found.negligible()
+        assert not found.effects_too_small()
         column = found.effect_columns.start
         assert abs(found.theta[column] - sizes[cause]) < 4 * np.sqrt(found.covariance[column, column])
 

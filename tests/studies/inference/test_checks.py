@@ -105,7 +105,7 @@ def test_a_size_that_ends_at_either_bound_is_told(at, names):
     size = UncertainParameter("size", "1", {"share": 1.0}, 0.5, 0.2, lowest=0.0, highest=1.0, size=True)
     share = Candidate("share", (size,))
     done = Fit((share,), (size,), np.array([float(at)]), np.eye(1), np.zeros(9), np.zeros((9, 1)), 0.0, 0.0)
-    assert done.at_bound() == names
+    assert done.sizes_at_bound() == names
     assert done.admissible == (not names)
 
 

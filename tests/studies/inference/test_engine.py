@@ -101,7 +101,7 @@ def test_posterior_is_that_of_the_integrals():
     c = candidate("slope"), candidate("bend", lowest=0.0), candidate("growth", scale=1.0)
     problem = toy(("slope", 0.35), 0.2, *c)
     weights = np.exp([integral(problem), *(integral(problem, one) - math.log(3) for one in c)])
-    found = inference.singles(problem, lambda what: None).posterior
+    found = inference.fit_singles(problem, lambda what: None).posterior
     for name, expected in zip(("none", "slope", "bend", "growth"), weights / weights.sum(), strict=True):
         assert found[name] == pytest.approx(expected, abs=0.01)
     assert 0.1 < found["none"] < 0.9

@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.inference import Candidate, UncertainParameter, equivalents, held_back, rule_against
+from studies.inference import Candidate, UncertainParameter, equivalents, reason_against, rule_against
 
 
 class Hypothesis:
     """A hypothesis of effects called by one letter each; the null has none."""
 
     converged = admissible = physical = True
-    unusual, objective, fits_data = 0, 0.0, True
-    at_bound = negligible = implausible = list
+    seldom_count, objective, fits_data = 0, 0.0, True
+    sizes_at_bound = effects_too_small = sizes_beyond_usual = list
 
     def __init__(self, name):
         self.name, self.identifiers = name, frozenset(name)
@@ -22,10 +22,10 @@ class Hypothesis:
 
 
 @pytest.mark.parametrize(("fields", "key"), [
-    ({"converged": False}, "not converged"), ({"at_bound": lambda: ["a.x"]}, "at bound"),
-    ({"negligible": lambda: ["a"]}, "too small"), ({"unusual": 2}, "two unusual"),
-    ({"implausible": lambda: ["a.x"], "fits_data": False}, "unusual misfit"),
-    ({"implausible": lambda: ["a.x"], "white": 1e-9}, "unusual not white"), ({"name": ""}, "nothing"),
+    ({"converged": False}, "not converged"), ({"sizes_at_bound": lambda: ["a.x"]}, "at bound"),
+    ({"effects_too_small": lambda: ["a"]}, "too small"), ({"seldom_count": 2}, "two unusual"),
+    ({"sizes_beyond_usual": lambda: ["a.x"], "fits_data": False}, "unusual misfit"),
+    ({"sizes_beyond_usual": lambda: ["a.x"], "white": 1e-9}, "unusual not white"), ({"name": ""}, "nothing"),
     ({"white": 1e-9, "odds": 3e35}, "elsewhere"),
     ({"fits_data": False}, "misfit"), ({"odds": 7.0}, "not clear"), ({"odds": 3e35}, "elsewhere"),
 ])  # fmt: skip
@@ -39,7 +39,7 @@ def test_the_first_fault_of_what_is_not_named_is_its_reason(fields, key, monkeyp
         setattr(hypothesis, name, value)
     nothing = Hypothesis("")
     acceptance = SimpleNamespace(leader=Hypothesis("b"), final=nothing, checks=(), members={})
-    reason = rule_against(known, acceptance, hypothesis) if key != "misfit" else held_back(known, hypothesis, None)
+    reason = rule_against(known, acceptance, hypothesis) if key != "misfit" else reason_against(known, hypothesis, None)
     assert reason.key == key
     assert str(reason)
 
@@ -50,7 +50,7 @@ def compared(odds, leader, other, monkeypatch):
         import_module("studies.inference.judge"), "similarity", lambda _f, _n, fits: np.ones((len(fits),) * 2)
     )
     known = SimpleNamespace(
-        kind=None, null=leader, fits=(), best=lambda count: [leader, other],
+        kind=None, null=leader, fits=(), rank=lambda count: [leader, other],
         odds=lambda one, two: odds if one is leader else 1 / odds,
     )  # fmt: skip
     return equivalents(known, leader).get(other)

@@ -83,7 +83,7 @@ def test_much_data_are_judged_though_the_library_is_empty(level, verdict):
     assert kind.dear
     found = inference.judge(kind)
     assert found.verdict.verdict == verdict
-    assert found.hypotheses.worth == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
+    assert found.hypotheses.least_promise == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
 
 
 @pytest.mark.parametrize("n", [8_000, 8_001])
@@ -130,7 +130,7 @@ def test_an_unusual_size_that_explains_the_data_is_tentative_and_not_shrunk(size
 
 def test_a_larger_hypothesis_never_fits_worse():
     waves = Waves(data(0.0), tuple(map(candidate, ("slope", "other"))))
-    known = inference.singles(waves, lambda what: None)
+    known = inference.fit_singles(waves, lambda what: None)
     for f in known.fits:
         assert f.objective <= known.null.objective + 1e-3
 
@@ -153,7 +153,7 @@ class Winding(Waves):
 def test_where_nothing_fits_what_was_given_up_as_poor_is_fitted_to_its_end():
     forward = Winding(data(0.0), (winding := candidate("winding"),))
     assert inference.fit(forward, (winding,), turns=inference.ROUGH).objective > 1e3
-    (found,) = inference.singles(forward, lambda what: None).fits
+    (found,) = inference.fit_singles(forward, lambda what: None).fits
     assert found.converged
     assert found.objective < 100
     assert found.theta == pytest.approx([3.0, 2 * math.sin(18.0)], abs=0.01)
@@ -203,16 +203,16 @@ def quiet(what):
 
 def test_what_is_far_behind_an_explanation_is_left_as_it_is():
     forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
-    known = inference.singles(forward, quiet)
+    known = inference.fit_singles(forward, quiet)
     wave, square, cube = known.fits
-    assert known.hopeful(known.fits) == [wave]
+    assert known.drop_hopeless(known.fits) == [wave]
     unexplained = inference.Hypotheses(known.null, (square, cube), known.kind)
-    assert unexplained.hopeful(unexplained.fits) == [square, cube]
+    assert unexplained.drop_hopeless(unexplained.fits) == [square, cube]
 
 
 def test_a_parent_far_behind_is_enlarged_only_by_what_closes_half_of_the_gap():
     forward = Shapes(data(0.0) + 2 * SHAPES["wave"], tuple(candidate(name) for name in THREE))
-    known = inference.singles(forward, quiet)
+    known = inference.fit_singles(forward, quiet)
     wave, square, _ = known.fits
     pair = inference.fit(forward, (forward.candidates[1], forward.candidates[2]))
     assert wave.objective + 100 < pair.objective < square.objective - 4  # it gains, but far from enough
@@ -305,8 +305,8 @@ def test_an_effect_that_shrank_to_nothing_is_tried_from_a_typical_size_where_not
     slope, waves = candidate("slope", lowest=0.01), [candidate(str(periods)) for periods in range(2, 9)]
     forward = Detour(data(2.0), (slope, *waves))
     small = inference.fit(forward, (slope,), starts=[np.array([0.3, 0.05])])
-    assert small.at_bound() == ["slope.size"]
-    found = inference.singles(forward, lambda what: None).find(frozenset({"slope"}))
+    assert small.sizes_at_bound() == ["slope.size"]
+    found = inference.fit_singles(forward, lambda what: None).find(frozenset({"slope"}))
     assert found.theta[1] == pytest.approx(1.0, abs=0.05)  # 4 (1 - 0.5) = 2
 
 
@@ -321,7 +321,7 @@ class Excluding(Shapes):
 def test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it(astray):
     """The truth is wave and cube, and wave by itself stopped on the way from parameters that went astray."""
     forward = Excluding(data(0.0) + SHAPES["wave"] + SHAPES["cube"], tuple(candidate(name) for name in THREE))
-    known, names = inference.singles(forward, quiet), []
+    known, names = inference.fit_singles(forward, quiet), []
     wave, square, cube = known.fits
     lost = replace(wave, converged=False, objective=1e6, log_evidence=-5e5)
     pair = inference.fit(forward, (square.candidates[0], cube.candidates[0]))

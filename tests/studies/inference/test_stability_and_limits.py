@@ -69,7 +69,7 @@ def limits_of(forward):
 def test_a_level_moves_as_the_weighted_mean_says():
     forward = line(0.0)
     null = inference.fit(forward)
-    (found,) = inference.moved(null, null)
+    (found,) = inference.compare_nuisances(null, null)
     weight = 24 + 1 / 0.5**2
     mean = (forward.readings.sum() + 2.0 / 0.5**2) / weight
     assert (found.name, found.unit, found.prior, found.prior_sd) == ("level", "m", 2.0, 0.5)
@@ -88,7 +88,10 @@ def test_what_moved_most_in_the_final_fit_comes_first():
             return r - swing * theta[1], np.insert(j, 1, -swing, axis=1) if slopes else j
 
     forward = Two(2.0 + 1.5 * np.where(PLACES > 3, 1.0, -1.0), (), (LEVEL_OF_LINE, other))
-    assert [m.name for m in inference.moved(inference.fit(forward), inference.fit(forward))] == ["other", "level"]
+    assert [m.name for m in inference.compare_nuisances(inference.fit(forward), inference.fit(forward))] == [
+        "other",
+        "level",
+    ]
 
 
 @pytest.mark.parametrize("rate", [-1.5, 0.0, 1.0])
@@ -168,7 +171,7 @@ STRONG = line(9.0, growth("linear", scale=3.0), growth("shift", scale=1.0), seed
 def test_a_variant_that_changes_nothing_says_the_same():
     plain, seen = inference.judge(STRONG), inference.judge(whole(STRONG))
     assert seen.verdict.equivalent == plain.verdict.equivalent == ("linear",)
-    assert seen.hypotheses.nothing == pytest.approx(plain.hypotheses.nothing, rel=1e-9)
+    assert seen.hypotheses.p_nothing == pytest.approx(plain.hypotheses.p_nothing, rel=1e-9)
 
 
 def test_noise_priors_and_rows_are_those_of_the_variant():
