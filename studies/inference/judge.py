@@ -50,42 +50,42 @@ class Acceptance:
     checks: Checks = ()
 
 
-def accept(known: Hypotheses, leader: Fit | None) -> Acceptance:
+def accept(hypotheses: Hypotheses, leader: Fit | None) -> Acceptance:
     """Name the ``leader`` if all rules hold; it is None if nothing is more probable than anything."""
-    null_score = held_out(known.kind, known.null)
+    null_score = held_out(hypotheses.kind, hypotheses.null)
     if leader is None:
-        if known.p_nothing > RULES.even or not known.fits:
-            check = AcceptanceCheck("nothing_unlikely", f"{known.p_nothing:.3g}", False)
-            return _name_nothing(known, null_score, (check,))
-        leader = max(known.fits, key=lambda f: (f.admissible, known.log_posterior(f)))
-    members, wide = _class_of(known, leader)
-    score = held_out(known.kind, leader)
-    rules = check_rules(known, leader, (score, null_score), wide)
+        if hypotheses.p_nothing > RULES.even or not hypotheses.fits:
+            check = AcceptanceCheck("nothing_unlikely", f"{hypotheses.p_nothing:.3g}", False)
+            return _name_nothing(hypotheses, null_score, (check,))
+        leader = max(hypotheses.fits, key=lambda f: (f.admissible, hypotheses.log_posterior(f)))
+    members, wide = _class_of(hypotheses, leader)
+    score = held_out(hypotheses.kind, leader)
+    rules = check_rules(hypotheses, leader, (score, null_score), wide)
     checks = tuple(check for group in rules.values() for check in group)
     met = {group: all(check.passed for check in some) for group, some in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
     alike = len({f.family for f in members}) == 1
     if all(met.values()):
         return Acceptance("named" if alike else "class", leader, scores, leader, members, checks)
-    own = (share for f, share in known.probabilities if f in members and f.family == leader.family)
-    probable = sum(own) > RULES.even
+    shares = (share for f, share in hypotheses.probabilities if f in members and f.family == leader.family)
+    probable = sum(shares) > RULES.even
     explained, sure = met["any name"] and met["fit"], met["partial name"]
     single = len(leader.candidates) == 1  # several at once imitate much: only their size may be doubted
-    if explained and met["no reservation"] and (sure or single) and (probable or not known.null.fits_data):
+    if explained and met["no reservation"] and (sure or single) and (probable or not hypotheses.null.fits_data):
         return Acceptance("tentative", leader, scores, leader, members, checks)
     share = RULES.partial_share if leader.goodness >= RULES.far else RULES.far_share
     closes = null_score.gap > 0 and score.gap <= min(share * null_score.gap, RULES.partial_rest)
     # beside something unknown, one of several is a guess
     if met["any name"] and sure and met["usual size"] and alike and closes and not explained:
         return Acceptance("partial", leader, scores, leader, members, checks)
-    return _name_nothing(known, null_score, checks, leader)
+    return _name_nothing(hypotheses, null_score, checks, leader)
 
 
-def _name_nothing(known: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
+def _name_nothing(hypotheses: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
     scores = {"nuisance_only": score, "final": score}
-    if known.null.fits_data and known.p_nothing > RULES.even:
-        return Acceptance("none", known.null, scores, leader, checks=checks)
-    return Acceptance("unknown", known.null, scores, leader, checks=checks)
+    if hypotheses.null.fits_data and hypotheses.p_nothing > RULES.even:
+        return Acceptance("none", hypotheses.null, scores, leader, checks=checks)
+    return Acceptance("unknown", hypotheses.null, scores, leader, checks=checks)
 
 
 def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
@@ -102,30 +102,32 @@ def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
     return tuple(sorted(terms, key=lambda mimic: mimic.chi2)[:5])
 
 
-def _class_of(known: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
+def _class_of(hypotheses: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
     """Hypotheses that cannot be told from the ``leader``, and the leading hypotheses with wider nuisances."""
-    members = equivalents(known, leader)
-    for f in known.find_likelier_extensions(leader)[:1]:
-        odds = known.odds(f, leader)
+    members = equivalents(hypotheses, leader)
+    for f in hypotheses.find_likelier_extensions(leader)[:1]:
+        odds = hypotheses.odds(f, leader)
         members[f] = Reason("one more", odds=odds)
         if odds > RULES.clear_odds:
-            members[f] = Reason("ahead", odds=odds, why=reason_against(known, f, leader))
-    rivals = known.rank(len(leader.candidates))[: 2 if known.kind.dear else 6]
+            members[f] = Reason("ahead", odds=odds, why=reason_against(hypotheses, f, leader))
+    rivals = hypotheses.rank(len(leader.candidates))[: 2 if hypotheses.kind.dear else 6]
     peers = list(dict.fromkeys([*members, *rivals]))
-    wide = known.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
+    wide = hypotheses.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
     best = wide.rank()[0]
     for f in wide.rank() if wide.p_nothing < RULES.nothing else ():  # else the reservation says it
-        own, odds = known.find(f.identifiers), wide.odds(best, f)
+        own, odds = hypotheses.find(f.identifiers), wide.odds(best, f)
         if own is not None and own not in members and f.physical and odds < RULES.clear_odds:
             # no name may hang on the priors
             members[own] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
     return members, wide
 
 
-def check_rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses) -> dict[str, Checks]:
+def check_rules(
+    hypotheses: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut], wide: Hypotheses
+) -> dict[str, Checks]:
     """Check the rules of any name, of a partial name too, of a name without reservation, and of the fit."""
-    kind, (score, null_score) = known.kind, scores
-    term = _find_better_term(known, leader)
+    kind, (score, null_score) = hypotheses.kind, scores
+    term = _find_better_term(hypotheses, leader)
     errors = [c.family for c in leader.candidates if c.mistake and c.family]
     any_name = [
         AcceptanceCheck("varied", "yes" if kind.varied else "one", kind.varied),
@@ -144,18 +146,18 @@ def check_rules(known: Hypotheses, leader: Fit, scores: tuple[HeldOut, HeldOut],
     gain_words = f"{gain:+.1f}" if score.possible else "one run: none to hold out"
     wide_words = f"P(nothing) {wide.p_nothing:.3g}, then {wide.rank()[0].name}"
     survives = wide.p_nothing < RULES.nothing
-    if known.p_nothing < RULES.remote and not survives:
+    if hypotheses.p_nothing < RULES.remote and not survives:
         doubled = f"with the uncertainty of the parameters doubled, P(nothing is missing) would be {wide.p_nothing:.2g}"
     else:
         doubled = ""
     partial_name = [
-        AcceptanceCheck("nothing_unlikely", f"{known.p_nothing:.3g}", known.p_nothing < RULES.nothing),
+        AcceptanceCheck("nothing_unlikely", f"{hypotheses.p_nothing:.3g}", hypotheses.p_nothing < RULES.nothing),
         AcceptanceCheck("predicts", gain_words, gain > 0),
-        AcceptanceCheck("wide_priors", wide_words, survives or known.p_nothing < RULES.remote, remark=doubled),
+        AcceptanceCheck("wide_priors", wide_words, survives or hypotheses.p_nothing < RULES.remote, remark=doubled),
     ]
     if len(leader.candidates) >= RULES.many:  # so many at once fit much
         nothing = null_score.log_score
-        weak = [c.identifier for c in leader.candidates if not beats_null(known, c, nothing)]
+        weak = [c.identifier for c in leader.candidates if not beats_null(hypotheses, c, nothing)]
         weak_words = f"not {', '.join(weak)}" if weak else "yes"
         partial_name.append(AcceptanceCheck("each_alone", weak_words, not weak, culprit=", ".join(weak)))
 
@@ -182,23 +184,23 @@ def _check_none(rule: str, culprits: Collection[str]) -> AcceptanceCheck:
     return AcceptanceCheck(rule, ", ".join(culprits) or "yes", not culprits)
 
 
-def _find_better_term(known: Hypotheses, leader: Fit) -> str:
+def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
     """The term without a cause that is more probable than the ``leader`` in the place of some of its effects, if any.
 
     All such terms together are as probable beforehand as one effect of the library: the best of eight fits noise
     better than one does (modal_timid: a spring of 1.06 N m/rad lost to one of them). Much data are asked in a part.
     """
-    kind = known.kind.thinned(RULES.thinned)
+    kind = hypotheses.kind.thinned(RULES.thinned)
     terms = kind.directions()
-    found = [leader if kind is known.kind else fit(kind, leader.candidates, starts=[leader.theta])]
+    fits = [leader if kind is hypotheses.kind else fit(kind, leader.candidates, starts=[leader.theta])]
     for kept in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
         if all(c.mistake for c in leader.candidates if c not in kept):
             continue
         for term in terms:
             if kind.compatible((*kept, term)):
-                found.append(fit(kind, (*kept, term), starts=[transfer_coordinates(leader, (*kept, term))]))
-    best = max(found, key=known.log_posterior)
-    if best is found[0] or known.odds(best, found[0]) <= RULES.likelier_odds * len(terms):
+                fits.append(fit(kind, (*kept, term), starts=[transfer_coordinates(leader, (*kept, term))]))
+    best = max(fits, key=hypotheses.log_posterior)
+    if best is fits[0] or hypotheses.odds(best, fits[0]) <= RULES.likelier_odds * len(terms):
         return ""
     return best.candidates[-1].identifier
 
@@ -246,13 +248,13 @@ class Judgement:
 
 def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     """Search, accept or refuse, and say what was decided."""
-    known, acceptance = decide(kind, progress)
-    kind = known.kind
+    hypotheses, acceptance = decide(kind, progress)
+    kind = hypotheses.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
         kind=kind,
-        verdict=verdict_of(known, acceptance, nominal),
-        hypotheses=known,
+        verdict=verdict_of(hypotheses, acceptance, nominal),
+        hypotheses=hypotheses,
         final=acceptance.final,
         nominal=nominal,
         held_out=dict(acceptance.held_out),
@@ -269,44 +271,44 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
     advance = progress or (lambda what: None)
     few = kind.thinned(RULES.thinned)
-    known, leader, acceptance = _search_plain_first(few, advance)
+    hypotheses, leader, acceptance = _search_plain_first(few, advance)
     if few is not kind:  # much data are searched in a part, and the leaders refined on all
-        tried = {c.identifier for c in known.kind.candidates}
+        tried = {c.identifier for c in hypotheses.kind.candidates}
         whole = kind.trying(tuple(c for c in kind.candidates if c.identifier in tried))
-        known, leader = refine_on_all_data(whole, known, leader, advance)
-        acceptance = accept(known, leader)
-    return known, acceptance
+        hypotheses, leader = refine_on_all_data(whole, hypotheses, leader, advance)
+        acceptance = accept(hypotheses, leader)
+    return hypotheses, acceptance
 
 
 def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
     """Hypotheses, leader and its acceptance; candidates that absorb much only if nothing else explains the data."""
     absorbing = tuple(c for c in kind.candidates if c.absorbs)
     plain = kind.trying(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
-    known, leader = _settle_noise_and_search(fit_singles(plain, advance), advance)
-    acceptance = accept(known, leader)
+    hypotheses, leader = _settle_noise_and_search(fit_singles(plain, advance), advance)
+    acceptance = accept(hypotheses, leader)
     if absorbing and acceptance.verdict in OPEN:
-        more = fit_singles(known.kind.trying(absorbing), advance)
-        every = Hypotheses(known.null, (*known.fits, *more.fits), known.kind.trying(kind.candidates))
+        more = fit_singles(hypotheses.kind.trying(absorbing), advance)
+        every = Hypotheses(hypotheses.null, (*hypotheses.fits, *more.fits), hypotheses.kind.trying(kind.candidates))
         other, ahead = _settle_noise_and_search(every, advance)
         better = accept(other, ahead)
         rival = other.find(leader.identifiers) if leader else None
         beaten = ahead and rival and other.odds(ahead, rival) > RULES.clear_odds
         if better.verdict not in OPEN or (better.verdict == "unknown" and beaten):
             return other, ahead, better
-    return known, leader, acceptance
+    return hypotheses, leader, acceptance
 
 
-def _settle_noise_and_search(known: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
+def _settle_noise_and_search(hypotheses: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
     """Estimate the noise, until no other hypothesis takes the lead by it, then search."""
     for _ in range(REFINED):
-        best = known.rank()[0] if known.fits else known.null
-        better = known.kind.refined(best)
-        if better is known.kind:
+        best = hypotheses.rank()[0] if hypotheses.fits else hypotheses.null
+        better = hypotheses.kind.refined(best)
+        if better is hypotheses.kind:
             break
-        known = refit_all(better, known, advance)
-        if not known.fits or known.rank()[0].identifiers == best.identifiers:
+        hypotheses = refit_all(better, hypotheses, advance)
+        if not hypotheses.fits or hypotheses.rank()[0].identifiers == best.identifiers:
             break
-    return search(known, advance)
+    return search(hypotheses, advance)
 
 
 def fit_effect_alone(judgement: Judgement) -> Fit | None:
@@ -321,7 +323,7 @@ def fit_effect_alone(judgement: Judgement) -> Fit | None:
     return fit(judgement.kind, final.candidates, starts=starts[:2], nuisance_scale=HELD)
 
 
-def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
+def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -> Verdict:
     """The verdict of an ``acceptance``; ``nominal`` (n,) is the whitened residual of the base model as it stands."""
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
@@ -330,11 +332,14 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
     effects = tuple(
         _add_marginalised_sizes(known.kind, final, describe_effect(final, c, variance)) for c in final.candidates
     )
+    effects = tuple(
+        _add_marginalised_sizes(hypotheses.kind, final, describe_effect(final, c, variance)) for c in final.candidates
+    )
     real = [any(not c.mistake for c in f.candidates) for f in members]
-    converged = sorted((f for f in known.rank() if f.converged), key=lambda f: not f.fits_data)
+    converged = sorted((f for f in hypotheses.rank() if f.converged), key=lambda f: not f.fits_data)
     is_named = acceptance.verdict not in ("none", "unknown")
     open_ = acceptance.verdict == "partial" or (acceptance.verdict == "unknown" and not final.fits_data)
-    ahead = takewhile(lambda one: one[0] is not final, known.probabilities)
+    ahead = takewhile(lambda one: one[0] is not final, hypotheses.probabilities)
     judged = [
         None if f is None or is_named else Judged(f.name, f.chi2, f.goodness)
         for f in (acceptance.leader, next(iter(converged), None))
@@ -343,24 +348,24 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
         verdict=acceptance.verdict,
         effects=effects,
         equivalent=tuple(f.name for f in members),
-        posterior={f.name: p for f, p in known.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
+        posterior={f.name: p for f, p in hypotheses.probabilities if p > NEGLIGIBLE or len(f.candidates) < 2},
         chi2={
             "n": len(nominal),
             "nominal": float(nominal @ nominal),
-            "nuisance_only": known.null.chi2,
+            "nuisance_only": hypotheses.null.chi2,
             "final": final.chi2,
             "penalty": final.penalty,
         },
         held_out_gap={"nominal": 1.0 if scale > 0 else None, **gaps},
-        separating_measurements=tuple(rank_measurements(known.kind, members)) if len(members) > 1 else (),
+        separating_measurements=tuple(rank_measurements(hypotheses.kind, members)) if len(members) > 1 else (),
         goodness_of_fit_p=final.goodness,
-        alone_p=known.null.goodness,
+        alone_p=hypotheses.null.goodness,
         checks=acceptance.checks,
-        mimics=_mimics(known.kind, final) if open_ else (),
-        refused=known.kind.refused,
-        warnings=(*known.kind.notes, *_warnings(known, acceptance, gap=scale > 0)),
+        mimics=_mimics(hypotheses.kind, final) if open_ else (),
+        refused=hypotheses.kind.refused,
+        warnings=(*hypotheses.kind.notes, *_warnings(hypotheses, acceptance, gap=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
-        refused_leaders=tuple((f.name, p, rule_against(known, acceptance, f)) for f, p in ahead),
+        refused_leaders=tuple((f.name, p, rule_against(hypotheses, acceptance, f)) for f, p in ahead),
         judged=judged[0],
         nearest=judged[1],
         titles={
@@ -370,7 +375,7 @@ def verdict_of(known: Hypotheses, acceptance: Acceptance, nominal: Array) -> Ver
             if c.title
         },
         members="effects" if all(real) else "both" if any(real) else "mistakes",
-        absorbed=_absorbing_parameters(known.null, nominal) if acceptance.verdict == "none" else (),
+        absorbed=_absorbing_parameters(hypotheses.null, nominal) if acceptance.verdict == "none" else (),
     )
 
 
@@ -382,16 +387,16 @@ def _absorbing_parameters(null: Fit, nominal: Array) -> tuple[Moved, ...]:
     return went[:1] + tuple(m for m in went[1:] if abs(m.shift) > RULES.told_shift)
 
 
-def rule_against(known: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
+def rule_against(hypotheses: Hypotheses, acceptance: Acceptance, f: Fit) -> Reason:
     """Why a hypothesis that is more probable than what is named is not named: one reason, wherever it is listed."""
     if f is acceptance.leader:
         return Reason("fails", rules="; ".join(c.what for c in acceptance.checks if not c.passed))
     if f in acceptance.members:
         return acceptance.members[f]
-    return reason_against(known, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
+    return reason_against(hypotheses, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
 
 
-def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
+def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
     warnings, final = [], acceptance.final
     if not gap:
         warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
@@ -399,22 +404,26 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
         warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
     if final.candidates:
         warnings += [check.remark for check in acceptance.checks if check.remark]
-    if acceptance.verdict == "unknown" and not any(f.fits_data for f in known.fits):
+    if acceptance.verdict == "unknown" and not any(f.fits_data for f in hypotheses.fits):
         warnings.append("something is missing that the library does not explain")
-    stuck = [f.name for f in (known.null, *known.rank()) if not f.converged and known.posterior[f.name] > NEGLIGIBLE]
+    stuck = [
+        f.name
+        for f in (hypotheses.null, *hypotheses.rank())
+        if not f.converged and hypotheses.posterior[f.name] > NEGLIGIBLE
+    ]
     if stuck:
         warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
     lost = []
-    for f in known.rank():
+    for f in hypotheses.rank():
         if not math.isfinite(f.objective):
             rows = np.flatnonzero(~np.isfinite(f.residual))
-            first = f", the first in {known.kind.rows.series[int(rows[0])]}" if len(rows) else ""
+            first = f", the first in {hypotheses.kind.rows.series[int(rows[0])]}" if len(rows) else ""
             lost.append(f"{f.name} (no finite number for {len(rows)} of {len(f.residual)}{first})")
     if lost:
         warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
     beside = []
-    for f in known.find_extensions(final) if final.candidates else ():
-        odds = min(known.odds(f, final), 1000.0)  # more needs no figure
+    for f in hypotheses.find_extensions(final) if final.candidates else ():
+        odds = min(hypotheses.odds(f, final), 1000.0)  # more needs no figure
         share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
         beside.append(
             f"{'+'.join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)} ({share})"
@@ -427,18 +436,22 @@ def _warnings(known: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[s
     return warnings
 
 
-def averaged_variance(known: Hypotheses, final: Fit) -> Array:
+def averaged_variance(hypotheses: Hypotheses, final: Fit) -> Array:
     """Variance of the effects' coordinates about the final fit, averaged over it and what joins its class with it.
 
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
     """
-    larger = known.find_likelier_extensions(final)
-    weights = np.minimum([1.0, *(known.odds(f, final) for f in larger)], 1e300)  # of a fit that failed they are endless
+    larger = hypotheses.find_likelier_extensions(final)
+    weights = np.minimum(
+        [1.0, *(hypotheses.odds(f, final) for f in larger)], 1e300
+    )  # of a fit that failed they are endless
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
         for c in final.candidates:
-            own, there = final.columns(c), f.columns(c)
-            total[own] += weight * (f.covariance.diagonal()[there] + (f.theta[there] - final.theta[own]) ** 2)
+            columns, columns_in_f = final.columns(c), f.columns(c)
+            total[columns] += weight * (
+                f.covariance.diagonal()[columns_in_f] + (f.theta[columns_in_f] - final.theta[columns]) ** 2
+            )
     return total
 
 
@@ -495,19 +508,19 @@ def _direction(kind: Kind, hypothesis: Fit) -> Array:
     return np.asarray(-hypothesis.jacobian[:, hypothesis.effect_columns] @ scale)
 
 
-def equivalents(known: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
+def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     """The leader and what cannot be told from it, with the reason of each, among those with as many effects."""
-    peers = [f for f in known.rank(len(leader.candidates)) if f is not leader and f.admissible]
+    peers = [f for f in hypotheses.rank(len(leader.candidates)) if f is not leader and f.admissible]
     near = leader.objective + RULES.as_much
-    peers = [f for f in peers if known.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
-    cosines = similarity(known.kind, known.null, [leader, *peers])[0, 1:]
-    first = all(known.odds(f, leader) <= 1 for f in (known.null, *known.fits) if f is not leader)
+    peers = [f for f in peers if hypotheses.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
+    cosines = similarity(hypotheses.kind, hypotheses.null, [leader, *peers])[0, 1:]
+    first = all(hypotheses.odds(f, leader) <= 1 for f in (hypotheses.null, *hypotheses.fits) if f is not leader)
     members = {leader: Reason("leads" if first else "search ended")}
     for f, cosine in zip(peers, cosines, strict=True):
-        odds = known.odds(leader, f)
+        odds = hypotheses.odds(leader, f)
         unusual = f", of an unusual size ({', '.join(f.sizes_beyond_usual())})" if f.sizes_beyond_usual() else ""
         if odds < 1:
-            members[f] = Reason("ahead", odds=known.odds(f, leader), why=reason_against(known, f, leader))
+            members[f] = Reason("ahead", odds=hypotheses.odds(f, leader), why=reason_against(hypotheses, f, leader))
         elif odds < RULES.clear_odds:
             members[f] = Reason("close", odds=odds, unusual=unusual)
         elif cosine > RULES.alike_cosine and (f.physical or not leader.physical) and not _has_unneeded_size(f):

@@ -155,15 +155,15 @@ def fit_hypothesis(
     turns: tuple[int, int] = THOROUGH,
 ) -> Fit:
     """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur."""
-    found = fit(kind, candidates, starts=starts, turns=turns)
-    beyond = {name.split(".")[0] for name in found.sizes_beyond_usual()}
+    usual_fit = fit(kind, candidates, starts=starts, turns=turns)
+    beyond = {name.split(".")[0] for name in usual_fit.sizes_beyond_usual()}
     usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
-    if len(beyond) != 1 or not usual or not math.isfinite(found.objective):
-        return found
+    if len(beyond) != 1 or not usual or not math.isfinite(usual_fit.objective):
+        return usual_fit
     wider = tuple(c.unusual() if c in usual else c for c in candidates)
-    seldom = fit(kind, wider, starts=[found.theta], turns=turns)
-    worth = seldom.log_evidence + math.log(RULES.seldom) > found.log_evidence
-    return seldom if seldom.sizes_beyond_usual() and worth else found
+    wide_fit = fit(kind, wider, starts=[usual_fit.theta], turns=turns)
+    more_probable = wide_fit.log_evidence + math.log(RULES.seldom) > usual_fit.log_evidence
+    return wide_fit if wide_fit.sizes_beyond_usual() and more_probable else usual_fit
 
 
 # ---------------------------------------------------------------------- one effect at a time
@@ -183,33 +183,35 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
         else:
             starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_turns(kind)))
-    known = Hypotheses(null, tuple(fits), kind)
-    return _refit_within_families(_retry_poor_fits(_refit_worse_than_parts(known)))
+    hypotheses = Hypotheses(null, tuple(fits), kind)
+    return _refit_within_families(_retry_poor_fits(_refit_worse_than_parts(hypotheses)))
 
 
-def _refit_within_families(known: Hypotheses) -> Hypotheses:
+def _refit_within_families(hypotheses: Hypotheses) -> Hypotheses:
     """Effects of one family, also fitted from the parameters with which the best of them fits: they do alike."""
-    found = []
-    for f in known.fits:
-        best = min((other for other in known.fits if other.family == f.family), key=lambda other: other.objective)
+    refits = []
+    for f in hypotheses.fits:
+        best = min((other for other in hypotheses.fits if other.family == f.family), key=lambda other: other.objective)
         if math.isfinite(best.objective) and f.objective > best.objective + RULES.improved:
             parameters = best.theta[: best.effect_columns.start]
             starts = [np.concatenate([parameters, start]) for start in f.candidates[0].starts[:2]]
-            found.append(fit_hypothesis(known.kind, f.candidates, select_starts(known.kind, f.candidates, starts, 1)))
-    return known.adopt_better(found)
+            refits.append(
+                fit_hypothesis(hypotheses.kind, f.candidates, select_starts(hypotheses.kind, f.candidates, starts, 1))
+            )
+    return hypotheses.adopt_better(refits)
 
 
-def refit_all(kind: Kind, known: Hypotheses, progress: Progress) -> Hypotheses:
+def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypotheses:
     """Fit all hypotheses anew to a model that changed a little (its noise), from where they ended."""
     progress("parameters only")
-    null = fit(kind, starts=[known.null.theta])
-    found = []
-    for f in known.fits:
+    null = fit(kind, starts=[hypotheses.null.theta])
+    refits = []
+    for f in hypotheses.fits:
         progress(f.name)
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
         start = select_starts(kind, f.candidates, [f.theta, moved], 1)
-        found.append(fit_hypothesis(kind, f.candidates, start, turns=_turns(kind)))
-    return _refit_worse_than_parts(Hypotheses(null, tuple(found), kind))
+        refits.append(fit_hypothesis(kind, f.candidates, start, turns=_turns(kind)))
+    return _refit_worse_than_parts(Hypotheses(null, tuple(refits), kind))
 
 
 def _turns(kind: Kind) -> tuple[int, int]:
@@ -217,33 +219,37 @@ def _turns(kind: Kind) -> tuple[int, int]:
     return THOROUGH if kind.thorough else ROUGH
 
 
-def _retry_poor_fits(known: Hypotheses) -> Hypotheses:
+def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
     """If no single hypothesis fits: the best of them from other starts, guided by easier problems."""
-    if not known.fits or known.any_fits_data:
-        return known
-    order = sorted(known.fits, key=lambda f: f.objective)
-    easier = known.kind.easier()
-    if easier and order[0].objective > RULES.loud * len(known.kind.rows.where):
-        ways = _fit_easier_problem(easier[0], known)
+    if not hypotheses.fits or hypotheses.any_fits_data:
+        return hypotheses
+    order = sorted(hypotheses.fits, key=lambda f: f.objective)
+    easier = hypotheses.kind.easier()
+    if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.where):
+        ways = _fit_easier_problem(easier[0], hypotheses)
     else:
-        ways = [fit(known.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
-    known = known.adopt_better([fit_hypothesis(known.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways])
-    if known.any_fits_data:
-        return known
-    given_up = [f for f in known.fits if not f.converged and math.isfinite(f.objective)]
-    known = known.adopt_better([fit_hypothesis(known.kind, f.candidates, [f.theta]) for f in given_up])
-    if known.any_fits_data:
-        return known
-    typical = {f: default_starts(known.kind, f.candidates)[1:2] for f in known.fits if f.sizes_at_bound()}
-    return known.adopt_better(
-        [fit_hypothesis(known.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
+        ways = [fit(hypotheses.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
+    hypotheses = hypotheses.adopt_better(
+        [fit_hypothesis(hypotheses.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways]
+    )
+    if hypotheses.any_fits_data:
+        return hypotheses
+    given_up = [f for f in hypotheses.fits if not f.converged and math.isfinite(f.objective)]
+    hypotheses = hypotheses.adopt_better([fit_hypothesis(hypotheses.kind, f.candidates, [f.theta]) for f in given_up])
+    if hypotheses.any_fits_data:
+        return hypotheses
+    typical = {f: default_starts(hypotheses.kind, f.candidates)[1:2] for f in hypotheses.fits if f.sizes_at_bound()}
+    return hypotheses.adopt_better(
+        [fit_hypothesis(hypotheses.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
     )
 
 
-def _fit_easier_problem(easier: Kind, known: Hypotheses) -> list[Fit]:
+def _fit_easier_problem(easier: Kind, hypotheses: Hypotheses) -> list[Fit]:
     """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
     null = fit(easier, turns=GUIDE)
-    promised = {f: preview_objective(easier, null, f.candidates[0]) for f in known.fits if f.candidates[0].unknowns}
+    promised = {
+        f: preview_objective(easier, null, f.candidates[0]) for f in hypotheses.fits if f.candidates[0].unknowns
+    }
     order = sorted(promised, key=lambda f: promised[f])
     most = RULES.retried
     soft = [f for f in order[most:] if len(f.candidates[0].first_starts) > 1]  # their first step says little
@@ -354,38 +360,40 @@ def refine_on_all_data(
         if f.identifiers not in fits:
             progress(f"{f.name}, on all data")
             fits[f.identifiers] = fit(kind, f.candidates, starts=[f.theta], turns=ROUGH)
-    known = Hypotheses(fits.pop(frozenset()), tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
-    known = expand(known, known.drop_hopeless([known.null]), progress)  # all data may show what few do not
-    first = next(iter(known.rank()), best)
+    hypotheses = Hypotheses(fits.pop(frozenset()), tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
+    hypotheses = expand(
+        hypotheses, hypotheses.drop_hopeless([hypotheses.null]), progress
+    )  # all data may show what few do not
+    first = next(iter(hypotheses.rank()), best)
     if first.identifiers != best.identifiers:
-        known = refit_all(kind.refined(first), known, progress)
-    return search(known, progress)
+        hypotheses = refit_all(kind.refined(first), hypotheses, progress)
+    return search(hypotheses, progress)
 
 
-def exchange_effect(known: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
+def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
     """The ``leader`` with an effect in the place of one that excludes it, if parameters only went astray; or itself."""
-    if known.null.converged:
-        return known, leader
-    lost = [f.candidates[0] for f in known.rank(1) if not f.converged and f.candidates[0].unknowns]
-    centre, found = np.array([u.centre for u in known.kind.nuisances]), []
-    for gone in leader.candidates:
-        rest = tuple(c for c in leader.candidates if c is not gone)
-        sizes = [leader.theta[leader.columns(c)] for c in rest]
+    if hypotheses.null.converged:
+        return hypotheses, leader
+    lost = [f.candidates[0] for f in hypotheses.rank(1) if not f.converged and f.candidates[0].unknowns]
+    centre, exchanged = np.array([u.centre for u in hypotheses.kind.nuisances]), []
+    for dropped in leader.candidates:
+        remaining = tuple(c for c in leader.candidates if c is not dropped)
+        sizes = [leader.theta[leader.columns(c)] for c in remaining]
         for c in lost:
-            joined = (*rest, c)
-            old = known.find(frozenset(one.identifier for one in joined))
-            if (old is not None and old.converged) or c.identifier in leader.identifiers:
+            joined = (*remaining, c)
+            earlier = hypotheses.find(frozenset(one.identifier for one in joined))
+            if (earlier is not None and earlier.converged) or c.identifier in leader.identifiers:
                 continue
-            if known.kind.compatible((*leader.candidates, c)) or not known.kind.compatible(joined):
+            if hypotheses.kind.compatible((*leader.candidates, c)) or not hypotheses.kind.compatible(joined):
                 continue
             progress(together(joined))
             typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
             begins = (leader.theta[: len(centre)], centre)
             starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
-            found.append(fit_hypothesis(known.kind, joined, select_starts(known.kind, joined, starts)))
-    known = known.adopt_better(found)
-    other = _choose_leader(known.kind, known.rank(len(leader.candidates)))
-    return known, other if known.odds(other, leader) > RULES.clear_odds else leader
+            exchanged.append(fit_hypothesis(hypotheses.kind, joined, select_starts(hypotheses.kind, joined, starts)))
+    hypotheses = hypotheses.adopt_better(exchanged)
+    rival = _choose_leader(hypotheses.kind, hypotheses.rank(len(leader.candidates)))
+    return hypotheses, rival if hypotheses.odds(rival, leader) > RULES.clear_odds else leader
 
 
 def _adopt_noise(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> Hypotheses:
@@ -415,106 +423,108 @@ def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
     return f.seldom_count == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
 
 
-def expand(known: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
-    """Add one more candidate to each parent: those whose first step promises most, unless they are ``known``."""
-    done = {f.identifiers for f in known.fits}
-    found: list[Fit] = []
+def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
+    """Add one more candidate to each parent: those whose first step promises most, unless they are ``hypotheses``."""
+    tried = {f.identifiers for f in hypotheses.fits}
+    enlarged: list[Fit] = []
     parents = list(parents)
     nearest = min((parent.objective for parent in parents), default=math.inf)
     for parent in parents:
         first_steps: list[tuple[float, int, Candidate]] = []
-        far = not known.drop_hopeless([parent])
+        far = not hypotheses.drop_hopeless([parent])
         enough = parent.objective - max(
-            known.least_promise, RULES.closed * (parent.objective - nearest) if far else 0.0
+            hypotheses.least_promise, RULES.closed * (parent.objective - nearest) if far else 0.0
         )
-        for candidate in (*known.kind.candidates, *known.kind.enabled_by(parent.candidates)):
+        for candidate in (*hypotheses.kind.candidates, *hypotheses.kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
-            if names in done or len(names) == len(parent.candidates):
+            if names in tried or len(names) == len(parent.candidates):
                 continue
-            if known.kind.compatible((*parent.candidates, candidate)):
-                first_steps.append((preview_objective(known.kind, parent, candidate), len(first_steps), candidate))
-        for promised, _, candidate in sorted(first_steps)[: 2 if known.kind.dear else RULES.most_tried]:
+            if hypotheses.kind.compatible((*parent.candidates, candidate)):
+                first_steps.append((preview_objective(hypotheses.kind, parent, candidate), len(first_steps), candidate))
+        for promised, _, candidate in sorted(first_steps)[: 2 if hypotheses.kind.dear else RULES.most_tried]:
             if not promised < enough and candidate.unknowns:
                 continue
-            done.add(parent.identifiers | {candidate.identifier})
+            tried.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(together(joined))
-            found.append(fit_hypothesis(known.kind, joined, _starts_of_enlarged(known, parent, candidate)))
-    return _refit_parts(_refit_worse_than_parts(known.replace_fits(found), found), found)
+            enlarged.append(fit_hypothesis(hypotheses.kind, joined, _starts_of_enlarged(hypotheses, parent, candidate)))
+    return _refit_parts(_refit_worse_than_parts(hypotheses.replace_fits(enlarged), enlarged), enlarged)
 
 
-def _starts_of_enlarged(known: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
+def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
     """From the parent with a small size of the candidate, and from what the candidate was fitted to by itself."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
-    alone = known.find(frozenset({candidate.identifier}))
-    if alone is not None and math.isfinite(alone.objective):
-        own = alone.theta[alone.effect_columns]
-        starts.append(np.concatenate([parent.theta, own]))
-        nuisances = alone.theta[: alone.effect_columns.start]
-        starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], own]))
-    return select_starts(known.kind, (*parent.candidates, candidate), starts, 1 if known.kind.dear else 2)
+    single = hypotheses.find(frozenset({candidate.identifier}))
+    if single is not None and math.isfinite(single.objective):
+        sizes = single.theta[single.effect_columns]
+        starts.append(np.concatenate([parent.theta, sizes]))
+        nuisances = single.theta[: single.effect_columns.start]
+        starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], sizes]))
+    return select_starts(hypotheses.kind, (*parent.candidates, candidate), starts, 1 if hypotheses.kind.dear else 2)
 
 
-def _refit_worse_than_parts(known: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
+def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
     """Each hopeful hypothesis (each ``new`` one) at least as good as those it contains: again from theirs if not."""
     better: list[Fit] = []
-    for f in known.drop_hopeless(known.fits if new is None else new):
-        parts = [p for p in (known.null, *known.fits) if p.identifiers < f.identifiers]
+    for f in hypotheses.drop_hopeless(hypotheses.fits if new is None else new):
+        parts = [p for p in (hypotheses.null, *hypotheses.fits) if p.identifiers < f.identifiers]
         best = min(parts, key=lambda p: p.objective)
         if f.objective > best.objective + 2 * negligible_decrease(best.objective):
             begins = [transfer_coordinates(best, f.candidates), transfer_coordinates(best, f.candidates, neutral=True)]
             begins = drop_repeats(begins, f.begins)
-            other = fit(known.kind, f.candidates, starts=begins, turns=ROUGH) if begins else f
-            better.append(other if other.objective < f.objective else f)
-    return known.replace_fits(better) if better else known
+            refit = fit(hypotheses.kind, f.candidates, starts=begins, turns=ROUGH) if begins else f
+            better.append(refit if refit.objective < f.objective else f)
+    return hypotheses.replace_fits(better) if better else hypotheses
 
 
-def _refit_parts(known: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
+def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
     """Parts of the best ``larger`` hypotheses, fitted again from where they ended with one effect removed."""
     parts: list[Fit] = []
-    for f in sorted(larger, key=lambda f: -known.log_posterior(f))[: RULES.beam]:
-        for gone in f.candidates:
-            rest = tuple(c for c in f.candidates if c is not gone)
-            old = known.find(frozenset(c.identifier for c in rest))
-            if not known.kind.dear if old is None else not old.fits_data:
-                parts.append(fit_hypothesis(known.kind, rest, [transfer_coordinates(f, rest)]))
-    return known.adopt_better(parts)
+    for f in sorted(larger, key=lambda f: -hypotheses.log_posterior(f))[: RULES.beam]:
+        for dropped in f.candidates:
+            remaining = tuple(c for c in f.candidates if c is not dropped)
+            earlier = hypotheses.find(frozenset(c.identifier for c in remaining))
+            if not hypotheses.kind.dear if earlier is None else not earlier.fits_data:
+                parts.append(fit_hypothesis(hypotheses.kind, remaining, [transfer_coordinates(f, remaining)]))
+    return hypotheses.adopt_better(parts)
 
 
-def drop_unsupported(known: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
+def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
     """The ``leader`` without what does not stand by its own odds and its own held-out gain."""
-    nothing = held_out(known.kind, known.null).log_score if len(leader.candidates) >= RULES.many else math.nan
+    nothing = held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
     while len(leader.candidates) > 1:
-        score, weak = held_out(known.kind, leader).log_score, []
-        for gone in leader.candidates:
-            known, part = _find_without(known, leader, gone)
-            odds = known.odds(leader, part)
-            alone = len(leader.candidates) < RULES.many or beats_null(known, gone, nothing)
-            if odds < RULES.clear_odds or held_out(known.kind, part).log_score >= score or not alone:
+        score, weak = held_out(hypotheses.kind, leader).log_score, []
+        for dropped in leader.candidates:
+            hypotheses, part = _find_without(hypotheses, leader, dropped)
+            odds = hypotheses.odds(leader, part)
+            alone = len(leader.candidates) < RULES.many or beats_null(hypotheses, dropped, nothing)
+            if odds < RULES.clear_odds or held_out(hypotheses.kind, part).log_score >= score or not alone:
                 weak.append((odds, part))
         if not weak:
             break
         leader = min(weak, key=lambda item: item[0])[1]
-    return known, leader
+    return hypotheses, leader
 
 
-def _find_without(known: Hypotheses, leader: Fit, gone: Candidate) -> tuple[Hypotheses, Fit]:
+def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tuple[Hypotheses, Fit]:
     """The leader's hypothesis without one effect, at the best end known: a poor one may be a minimum of its own."""
-    rest = tuple(c for c in leader.candidates if c is not gone)
-    part = known.find(frozenset(c.identifier for c in rest))
+    remaining = tuple(c for c in leader.candidates if c is not dropped)
+    part = hypotheses.find(frozenset(c.identifier for c in remaining))
     if part is not None and part.converged and part.fits_data:
-        return known, part
-    trial = fit_hypothesis(known.kind, rest, [transfer_coordinates(leader, rest)])
-    known = known.replace_fits([trial]) if part is None or not part.converged else known.adopt_better([trial])
-    return known, known.find(trial.identifiers) or trial
+        return hypotheses, part
+    trial = fit_hypothesis(hypotheses.kind, remaining, [transfer_coordinates(leader, remaining)])
+    hypotheses = (
+        hypotheses.replace_fits([trial]) if part is None or not part.converged else hypotheses.adopt_better([trial])
+    )
+    return hypotheses, hypotheses.find(trial.identifiers) or trial
 
 
-def beats_null(known: Hypotheses, candidate: Candidate, nothing: float) -> bool:
+def beats_null(hypotheses: Hypotheses, candidate: Candidate, nothing: float) -> bool:
     """A ``candidate`` by itself beats the null in odds and on held-out data, whose log score is ``nothing``."""
-    own = known.find(frozenset({candidate.identifier}))
-    if own is None or known.odds(own, known.null) < RULES.clear_odds:
+    single = hypotheses.find(frozenset({candidate.identifier}))
+    if single is None or hypotheses.odds(single, hypotheses.null) < RULES.clear_odds:
         return False
-    return held_out(known.kind, own).log_score > nothing
+    return held_out(hypotheses.kind, single).log_score > nothing
 
 
 # ---------------------------------------------------------------------- where fits begin
@@ -559,7 +569,7 @@ def transfer_coordinates(part: Fit, candidates: Sequence[Candidate], *, neutral:
 # ---------------------------------------------------------------------- why not in its place
 
 
-def reason_against(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
+def reason_against(hypotheses: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
     """Why a hypothesis more probable than the ``leader`` is not in its place: its own fault, or the search's rule."""
     sizes, misfit = ", ".join(f.sizes_beyond_usual()), not f.fits_data
     faults = {
@@ -568,11 +578,11 @@ def reason_against(known: Hypotheses, f: Fit, leader: Fit | None = None) -> Reas
         "too small": bool(f.effects_too_small()),
         "two unusual": f.seldom_count > 1,
         "unusual misfit": bool(sizes) and misfit,
-        "unusual not white": bool(sizes) and whiteness(known.kind, f) <= RULES.poor_fit,
+        "unusual not white": bool(sizes) and whiteness(hypotheses.kind, f) <= RULES.poor_fit,
         "nothing": not f.candidates,
         "misfit": misfit and not (leader and leader.candidates),
-        "not clear": leader is not None and 1 < known.odds(f, leader) <= RULES.clear_odds,
+        "not clear": leader is not None and 1 < hypotheses.odds(f, leader) <= RULES.clear_odds,
     }
-    key = next((key for key, found in faults.items() if found), "elsewhere")
+    key = next((key for key, at_fault in faults.items() if at_fault), "elsewhere")
     bounds, small = ", ".join(f.sizes_at_bound()), ", ".join(f.effects_too_small())
     return Reason(key, sizes=bounds if key == "at bound" else sizes, names=small, limit=RULES.clear_odds)
