@@ -147,7 +147,7 @@ def _given_up(
 
 
 def drop_repeats(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
-    """The ``points`` (p,) without repetitions and without those ``known``: from one place there is one way."""
+    """Drop repeated ``points`` (p,) and those equal to a ``known`` one: from one place there is one way."""
     found: list[Array] = []
     for x in points:
         if not any(np.array_equal(x, other) for other in (*known, *found)):
@@ -250,7 +250,7 @@ class Fit:
 
     @property
     def noise_factor(self) -> float:
-        """Factor on the noise with which it would fit as well as can be asked; 1 if it fits (p > 0.01)."""
+        """Factor on the sd of the noise with which it would fit as well as can be asked; 1 if it fits the data."""
         return 1.0 if self.fits_data else math.sqrt(self.misfit)
 
     @property
@@ -281,12 +281,12 @@ class Fit:
         return [(c.identifier, u, x) for c in self.candidates for u, x in self.values(c) if u.size]
 
     def sizes_beyond_usual(self) -> list[str]:
-        """Sizes of effects beyond what occurs."""
+        """Names (effect.size) of sizes beyond what usually occurs."""
         most = RULES.most_scales
         return [f"{name}.{u.name}" for name, u, x in self._sizes() if abs(x - u.centre) > most * u.scale / u.widened]
 
     def sizes_below_smallest(self) -> list[str]:
-        """Sizes of effects that are surely (two standard deviations) below the smallest that occurs."""
+        """Names (effect.size) of sizes that are surely (two standard deviations) below the smallest that occurs."""
         return [
             f"{c.identifier}.{u.name}"
             for c in self.candidates
@@ -295,13 +295,13 @@ class Fit:
         ]
 
     def effects_too_small(self) -> list[str]:
-        """Candidates all of whose sizes are below the least that is worth a name."""
+        """Identifiers of candidates all of whose sizes are below the least that is worth a name."""
         sizes = self._sizes()
         worth = {name for name, u, x in sizes if not abs(x - u.centre) < u.least}
         return list(dict.fromkeys(name for name, _, _ in sizes if name not in worth))
 
     def sizes_at_bound(self) -> list[str]:
-        """Sizes of effects that ended at a bound."""
+        """Names (effect.size) of sizes that ended at a bound."""
         near = 1e-3  # of the prior sd
         return [
             f"{name}.{u.name}"
@@ -310,7 +310,7 @@ class Fit:
         ]
 
     def effects_within_sd(self) -> list[str]:
-        """Candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
+        """Identifiers of candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
         spread = np.sqrt(np.maximum(self.covariance.diagonal(), 0.0) * self.misfit)
         found = []
         for c in self.candidates:
@@ -360,7 +360,7 @@ def fit(
     turns: tuple[int, int] = THOROUGH,
     patient: bool = False,
 ) -> Fit:
-    """Fit nuisances and candidates."""
+    """Fit nuisances and ``candidates`` from several ``starts`` (p,) to all or some ``rows`` (n,); the best end."""
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.where), bool) if rows is None else rows
     starts = starts or default_starts(kind, candidates)
@@ -404,7 +404,7 @@ class _Problem:
         return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=kind.thorough, reached=reached)
 
     def solve_easier(self, kind: Kind, x: Array) -> list[Array]:
-        """End of the easier problems, each begun where the one before ended; empty if there are none."""
+        """Solve the easier problems in turn from ``x`` (p,); coordinates of the last end, empty if there is none."""
         centre, sd = self.prior
         led = []
         for easier in kind.easier():
@@ -471,7 +471,7 @@ class Moved:
 
 
 def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
-    """Way of each nuisance in the fits without and with what was named, the farthest in the latter first."""
+    """Compare each nuisance as stated and as fitted without (``null``) and with effects; farthest moved first."""
     unknowns = final.unknowns[: final.effect_columns.start]
     count = len(unknowns)
     centre = np.array([u.centre for u in unknowns])

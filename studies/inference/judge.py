@@ -23,8 +23,8 @@ from studies.inference.search import (
     refine_on_all_data,
     refit_all,
     search,
-    transfer_coordinates,
 )
+from studies.inference.starts import transfer_coordinates
 from studies.inference.verdict import (
     Judged,
     Mimic,
@@ -103,7 +103,7 @@ def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
 
 
 def _class_of(hypotheses: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], Hypotheses]:
-    """Hypotheses that cannot be told from the ``leader``, and the leading hypotheses with wider nuisances."""
+    """Members of the leader's class, each with its reason, and the leading hypotheses refitted with wider nuisances."""
     members = equivalents(hypotheses, leader)
     for f in hypotheses.find_likelier_extensions(leader)[:1]:
         odds = hypotheses.odds(f, leader)
@@ -185,7 +185,7 @@ def _check_none(rule: str, culprits: Collection[str]) -> AcceptanceCheck:
 
 
 def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
-    """The term without a cause that is more probable than the ``leader`` in the place of some of its effects, if any.
+    """Name of the term without a cause that in the place of some effects beats the ``leader`` in odds; "" if none does.
 
     All such terms together are as probable beforehand as one effect of the library: the best of eight fits noise
     better than one does (modal_timid: a spring of 1.06 N m/rad lost to one of them). Much data are asked in a part.
@@ -247,7 +247,7 @@ class Judgement:
 
 
 def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
-    """Search, accept or refuse, and say what was decided."""
+    """Search the candidates of a ``kind``, accept or refuse the leader, and return the verdict with all it rests on."""
     hypotheses, acceptance = decide(kind, progress)
     kind = hypotheses.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
@@ -281,7 +281,7 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
 
 
 def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
-    """Hypotheses, leader and its acceptance; candidates that absorb much only if nothing else explains the data."""
+    """Search and accept, with candidates that absorb much only if nothing else explains the data."""
     absorbing = tuple(c for c in kind.candidates if c.absorbs)
     plain = kind.trying(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
     hypotheses, leader = _settle_noise_and_search(fit_singles(plain, advance), advance)
@@ -299,7 +299,7 @@ def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit 
 
 
 def _settle_noise_and_search(hypotheses: Hypotheses, advance: Progress) -> tuple[Hypotheses, Fit | None]:
-    """Estimate the noise, until no other hypothesis takes the lead by it, then search."""
+    """Estimate the noise and refit until no other hypothesis takes the lead, then search; hypotheses and leader."""
     for _ in range(REFINED):
         best = hypotheses.rank()[0] if hypotheses.fits else hypotheses.null
         better = hypotheses.kind.refined(best)
@@ -312,7 +312,7 @@ def _settle_noise_and_search(hypotheses: Hypotheses, advance: Progress) -> tuple
 
 
 def fit_effect_alone(judgement: Judgement) -> Fit | None:
-    """Fit of the sizes of what is named with nothing else moved; None if nothing is named, or nothing could move."""
+    """Fit the sizes of the named effects, nuisances fixed; None if nothing is named or there are no nuisances."""
     final, nominal = judgement.final, [u.centre for u in judgement.kind.nuisances]
     if not (final.candidates and nominal):
         return None
@@ -456,7 +456,7 @@ def averaged_variance(hypotheses: Hypotheses, final: Fit) -> Array:
 
 
 def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> Named:
-    """A ``candidate`` with its fitted values and their sd, by the ``variance`` (p,) of all coordinates."""
+    """Describe a ``candidate`` with its values and sd in their units; ``variance`` (p,) is of all coordinates."""
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
     for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
@@ -476,7 +476,7 @@ def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> N
 
 
 def _add_marginalised_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
-    """The ``effect`` with its sizes that are no coordinates of the fit, such as a bias of each run."""
+    """Copy of ``effect`` with sizes that were marginalised, no coordinates of the fit, such as a bias of each run."""
     parameters, units = dict(effect.parameters), dict(effect.units)
     for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
         parameters[name] = (value, hypothesis.louder * sd)
@@ -499,7 +499,7 @@ def similarity(kind: Kind, null: Fit, fits: list[Fit]) -> Array:
 
 
 def _direction(kind: Kind, hypothesis: Fit) -> Array:
-    """Change of the residuals (n,), nuisances held."""
+    """Change of the whitened residuals (n,) by the effects of a ``hypothesis``, its nuisances held."""
     without, _ = kind.residual((), hypothesis.theta[: hypothesis.effect_columns.start])
     moved = without - hypothesis.residual
     if float(moved @ moved) > 1e-6:
@@ -509,7 +509,7 @@ def _direction(kind: Kind, hypothesis: Fit) -> Array:
 
 
 def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
-    """The leader and what cannot be told from it, with the reason of each, among those with as many effects."""
+    """Leader and the hypotheses with as many effects that the data cannot tell from it, each with its reason."""
     peers = [f for f in hypotheses.rank(len(leader.candidates)) if f is not leader and f.admissible]
     near = leader.objective + RULES.as_much
     peers = [f for f in peers if hypotheses.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
@@ -529,7 +529,7 @@ def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
 
 
 def _has_unneeded_size(f: Fit) -> bool:
-    """An effect of several sizes has one within its sd of a bound, so that the data ask for no such size."""
+    """True if an effect of several sizes has one within 1 sd of a bound: the data ask for no such size."""
     for candidate in f.candidates:
         place, sizes = f.columns(candidate).start, [k for k, u in enumerate(candidate.unknowns) if u.size]
         for k in sizes if len(sizes) > 1 else ():

@@ -16,7 +16,8 @@ from studies.inference.fit import Fit, default_starts, fit
 from studies.inference.judge import Acceptance, Judgement, verdict_of
 from studies.inference.kind import Kind
 from studies.inference.rules import RULES
-from studies.inference.search import Hypotheses, Progress, select_starts
+from studies.inference.search import Hypotheses, Progress
+from studies.inference.starts import select_starts
 from studies.inference.verdict import Reason
 
 TURNS = (8, 8)
@@ -63,7 +64,7 @@ def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
 
 
 def _fit_singles(kind: Kind, known: Singles | None, advance: Progress) -> Singles:
-    """Nothing, and each candidate alone; of what is ``known`` the leaders, from where they ended."""
+    """Fit the null and each candidate alone; if some are ``known``, refit their leaders from where they ended."""
     advance("parameters only")
     null = fit(kind, starts=[known.null.theta] if known else None, turns=TURNS)
     fits = [] if known is None else [_refit(kind, f, advance) for f in known.rank()[: RULES.polished]]
@@ -80,7 +81,7 @@ def _refit(kind: Kind, f: Fit, advance: Progress) -> Fit:
 
 
 def _accept(known: Singles) -> Acceptance:
-    """The best by the criterion that may be named, unless it does not fit or nothing is about as good."""
+    """Name the best by the criterion and what is alike, unless it does not fit or the null is about as good."""
 
     def behind(f: Fit, other: Fit) -> float:
         return 2 * (known.log_posterior(other) - known.log_posterior(f))

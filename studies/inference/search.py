@@ -1,4 +1,4 @@
-"""Which hypotheses are fitted: nothing, singles, then the best enlarged by one effect at a time, and back again.
+"""Search of hypotheses: the null, each effect alone, then the best enlarged by one effect at a time, and back again.
 
 A fit may stop in a local optimum. It is found out by comparing nested hypotheses: a hypothesis with one effect more
 can never fit worse, and one effect less is also tried from where the larger one ended. Only what is far behind an
@@ -21,12 +21,11 @@ from studies.inference.fit import (
     drop_repeats,
     fit,
     negligible_decrease,
-    prior,
-    spread,
 )
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, together
 from studies.inference.rules import RULES
+from studies.inference.starts import preview_objective, select_starts, transfer_coordinates
 from studies.inference.verdict import Reason
 
 Progress = Callable[[str], None]
@@ -42,7 +41,7 @@ class Hypotheses:
     kind: Kind
 
     def log_posterior(self, hypothesis: Fit) -> float:
-        """Log evidence of a ``hypothesis`` plus log prior."""
+        """Log evidence of a ``hypothesis`` plus its log prior: half for the null, the rest by weights of effects."""
         k = len(hypothesis.candidates)
         if not k:
             return hypothesis.log_evidence + math.log(0.5)
@@ -53,7 +52,7 @@ class Hypotheses:
         )
 
     def _sum_of_weight_products(self, effects: int) -> float:
-        """Sum over all sets of a number of ``effects`` of the product of their weights."""
+        """Sum, over all sets of ``effects`` candidates of the library, of the product of their prior weights."""
         sums = np.zeros(effects + 1)
         sums[0] = 1.0
         for candidate in self.kind.library:
@@ -78,21 +77,21 @@ class Hypotheses:
 
     @property
     def p_nothing(self) -> float:
-        """P(nothing is missing)."""
+        """P(nothing is missing): posterior probability of the null, 0 to 1."""
         return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
 
     def rank(self, effects: int | None = None) -> list[Fit]:
-        """Fits with effects (a number ``effects`` of them), most probable first."""
+        """Sort the fits with effects (only those with this number of ``effects``, if given), most probable first."""
         kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
         return sorted(kept, key=lambda f: -self.log_posterior(f))
 
     def find_extensions(self, hypothesis: Fit) -> list[Fit]:
-        """Possible fits with further effects that ``hypothesis`` is not clearly more probable than, best first."""
+        """Find physical fits with more effects that a ``hypothesis`` does not clearly beat in odds, best first."""
         more = [f for f in self.rank() if hypothesis.identifiers < f.identifiers and f.physical]
         return [f for f in more if self.odds(hypothesis, f) < RULES.clear_odds]
 
     def find_likelier_extensions(self, hypothesis: Fit) -> list[Fit]:
-        """Larger fits that are more probable than ``hypothesis``, even if not clearly."""
+        """Find those extensions that are more probable than the ``hypothesis``, even if not clearly; best first."""
         return [f for f in self.find_extensions(hypothesis) if self.odds(f, hypothesis) > RULES.likelier_odds]
 
     def odds(self, first: Fit, second: Fit) -> float:
@@ -107,13 +106,13 @@ class Hypotheses:
         return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
 
     def replace_fits(self, better: Sequence[Fit]) -> "Hypotheses":
-        """Put ``better`` fits in the place of those of the same effects, and add further ones."""
+        """Copy with the ``better`` fits in the place of those of the same effects; fits of other effects are added."""
         fits = {f.identifiers: f for f in (self.null, *self.fits)} | {f.identifiers: f for f in better}
         null = fits.pop(frozenset())
         return Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), self.kind)
 
     def adopt_better(self, others: Iterable[Fit]) -> "Hypotheses":
-        """Take those of the ``others`` that are clearly better than the known fit of the same effects."""
+        """Copy with those of the ``others`` that have no fit of the same effects yet, or a clearly lower objective."""
         better = []
         for other in others:
             old = self.find(other.identifiers)
@@ -123,7 +122,10 @@ class Hypotheses:
 
     @property
     def least_promise(self) -> float:
-        """Decrease of the objective that a first step must promise; if a fit is dear, what clear odds ask for."""
+        """Decrease of the objective that a first step must promise before an effect is added and fitted.
+
+        Where a fit is dear, it is the decrease that clear odds ask for.
+        """
         if not self.kind.dear:
             return RULES.worth_a_fit
         rivals = max(1, len(self.kind.library))  # an empty library may still meet terms that others make possible
@@ -131,17 +133,17 @@ class Hypotheses:
 
     @property
     def any_fits_data(self) -> bool:
-        """Nothing, or any hypothesis, fits the data."""
+        """True if the null or any other hypothesis fits the data."""
         return any(f.fits_data for f in (self.null, *self.fits))
 
     def drop_hopeless(self, fits: Iterable[Fit]) -> list[Fit]:
-        """Choose the ``fits`` that are not far behind one that explains the data: the others stay as they are."""
+        """Drop those of the ``fits`` whose log posterior is far behind one that explains the data."""
         reached = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
         least = max(reached, default=-math.inf) - RULES.behind
         return [f for f in fits if self.log_posterior(f) > least]
 
     def refit_with_wider_priors(self, leaders: Sequence[Fit]) -> "Hypotheses":
-        """The null and some hypotheses refitted with a wider prior of the nuisances."""
+        """Refit the null and the ``leaders`` with a wider prior of the nuisances; hypotheses of these alone."""
         null = fit(self.kind, starts=[self.null.theta], nuisance_scale=RULES.wider)
         fits = [fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider) for f in leaders]
         return Hypotheses(null, tuple(fits), self.kind)
@@ -154,7 +156,10 @@ def fit_hypothesis(
     *,
     turns: tuple[int, int] = THOROUGH,
 ) -> Fit:
-    """A fit; an effect that ended beyond what occurs is fitted again with the prior of sizes that seldom occur."""
+    """Fit a hypothesis from ``starts`` (p,), with a wider prior of one effect's sizes where that is more probable.
+
+    The wider prior, for sizes that seldom occur, is tried if exactly one effect ended beyond the sizes that occur.
+    """
     usual_fit = fit(kind, candidates, starts=starts, turns=turns)
     beyond = {name.split(".")[0] for name in usual_fit.sizes_beyond_usual()}
     usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
@@ -170,7 +175,7 @@ def fit_hypothesis(
 
 
 def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
-    """Fit nothing and each candidate of ``kind`` alone; ``progress`` is told of each."""
+    """Fit the null and each candidate of ``kind`` alone; ``progress`` is called with the name of each."""
     progress("parameters only")
     null = fit(kind, patient=True)
     fits = []
@@ -188,7 +193,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
 
 
 def _refit_within_families(hypotheses: Hypotheses) -> Hypotheses:
-    """Effects of one family, also fitted from the parameters with which the best of them fits: they do alike."""
+    """Refit single effects from the parameters of the best fit of their family: effects of one family do alike."""
     refits = []
     for f in hypotheses.fits:
         best = min((other for other in hypotheses.fits if other.family == f.family), key=lambda other: other.objective)
@@ -202,7 +207,7 @@ def _refit_within_families(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypotheses:
-    """Fit all hypotheses anew to a model that changed a little (its noise), from where they ended."""
+    """Refit all hypotheses to a ``kind`` that changed a little (its noise), from where they ended."""
     progress("parameters only")
     null = fit(kind, starts=[hypotheses.null.theta])
     refits = []
@@ -215,12 +220,12 @@ def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypothe
 
 
 def _turns(kind: Kind) -> tuple[int, int]:
-    """Most iterations of a first look at a hypothesis."""
+    """Most iterations of a first fit of a hypothesis, and of one that is still poor then."""
     return THOROUGH if kind.thorough else ROUGH
 
 
 def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
-    """If no single hypothesis fits: the best of them from other starts, guided by easier problems."""
+    """If no single hypothesis fits the data, refit the best of them from other starts, guided by easier problems."""
     if not hypotheses.fits or hypotheses.any_fits_data:
         return hypotheses
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
@@ -245,7 +250,7 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def _fit_easier_problem(easier: Kind, hypotheses: Hypotheses) -> list[Fit]:
-    """Single hypotheses fitted to an ``easier`` problem, those whose first step promises most there."""
+    """Fit to an ``easier`` problem the single effects whose first step promises most there, and soft joints."""
     null = fit(easier, turns=GUIDE)
     promised = {
         f: preview_objective(easier, null, f.candidates[0]) for f in hypotheses.fits if f.candidates[0].unknowns
@@ -330,7 +335,7 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
 
 def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
-    """The leader and its best rivals of the same size, to be enlarged; the most probable of all among them."""
+    """Choose what is enlarged: the leader, its best rivals with as many effects, and the most probable of these."""
     same_size = hypotheses.rank(len(leader.candidates))
     nameable = _filter_nameable(hypotheses.kind, same_size)
     parents = list(dict.fromkeys([leader, *nameable]))[: RULES.beam]
@@ -344,7 +349,10 @@ def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
 def refine_on_all_data(
     kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress
 ) -> tuple[Hypotheses, Fit | None]:
-    """Refine the ``leader`` and its rivals among ``few`` data on all of a ``kind``, and look what these show beyond."""
+    """Refit the ``leader`` and rivals of a search in ``few`` data to all data of a ``kind``, and search on from there.
+
+    Returns the hypotheses on all data and their leader, None if nothing leads the null.
+    """
     best = leader or next(iter(few.rank()), few.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
     for _ in range(2):  # the noise is what the best leaves: where it ended in few data, then where it ends in all
@@ -371,7 +379,10 @@ def refine_on_all_data(
 
 
 def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
-    """The ``leader`` with an effect in the place of one that excludes it, if parameters only went astray; or itself."""
+    """Put effects that did not converge alone in the place of those of the leader that exclude them, if that is better.
+
+    Tried only if the null did not converge either. Returns all hypotheses and the leader, exchanged if clearly better.
+    """
     if hypotheses.null.converged:
         return hypotheses, leader
     lost = [f.candidates[0] for f in hypotheses.rank(1) if not f.converged and f.candidates[0].unknowns]
@@ -424,7 +435,7 @@ def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
 
 
 def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
-    """Add one more candidate to each parent: those whose first step promises most, unless they are ``hypotheses``."""
+    """Fit each parent with one candidate more: those whose first step promises most, unless they are fitted already."""
     tried = {f.identifiers for f in hypotheses.fits}
     enlarged: list[Fit] = []
     parents = list(parents)
@@ -452,7 +463,7 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
 
 
 def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
-    """From the parent with a small size of the candidate, and from what the candidate was fitted to by itself."""
+    """Starts (p,) of a parent with one ``candidate`` more: of a small size, and of that fitted to it alone."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
     single = hypotheses.find(frozenset({candidate.identifier}))
     if single is not None and math.isfinite(single.objective):
@@ -464,7 +475,10 @@ def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidat
 
 
 def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
-    """Each hopeful hypothesis (each ``new`` one) at least as good as those it contains: again from theirs if not."""
+    """Refit each hypothesis (each ``new`` one) whose objective exceeds that of a part of it, from where the part ended.
+
+    A hypothesis with one effect more can never fit worse. Hopeless ones stay as they are.
+    """
     better: list[Fit] = []
     for f in hypotheses.drop_hopeless(hypotheses.fits if new is None else new):
         parts = [p for p in (hypotheses.null, *hypotheses.fits) if p.identifiers < f.identifiers]
@@ -478,7 +492,7 @@ def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = 
 
 
 def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
-    """Parts of the best ``larger`` hypotheses, fitted again from where they ended with one effect removed."""
+    """Refit the parts of the best ``larger`` hypotheses from where these ended, one effect removed at a time."""
     parts: list[Fit] = []
     for f in sorted(larger, key=lambda f: -hypotheses.log_posterior(f))[: RULES.beam]:
         for dropped in f.candidates:
@@ -490,7 +504,10 @@ def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
 
 
 def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
-    """The ``leader`` without what does not stand by its own odds and its own held-out gain."""
+    """Remove from the ``leader``, one by one, effects that its odds or its held-out score do not need.
+
+    Returns all hypotheses, with the parts that were fitted for it, and the leader that remains.
+    """
     nothing = held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
     while len(leader.candidates) > 1:
         score, weak = held_out(hypotheses.kind, leader).log_score, []
@@ -507,7 +524,10 @@ def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, F
 
 
 def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tuple[Hypotheses, Fit]:
-    """The leader's hypothesis without one effect, at the best end known: a poor one may be a minimum of its own."""
+    """Find or fit the leader without the effect ``dropped``; a fit that does not explain the data is tried anew.
+
+    Returns all hypotheses and this part: its earlier end may be a local minimum.
+    """
     remaining = tuple(c for c in leader.candidates if c is not dropped)
     part = hypotheses.find(frozenset(c.identifier for c in remaining))
     if part is not None and part.converged and part.fits_data:
@@ -520,57 +540,18 @@ def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tu
 
 
 def beats_null(hypotheses: Hypotheses, candidate: Candidate, nothing: float) -> bool:
-    """A ``candidate`` by itself beats the null in odds and on held-out data, whose log score is ``nothing``."""
+    """True if a ``candidate`` alone beats the null in odds and held-out log score (``nothing`` is the null's)."""
     single = hypotheses.find(frozenset({candidate.identifier}))
     if single is None or hypotheses.odds(single, hypotheses.null) < RULES.clear_odds:
         return False
     return held_out(hypotheses.kind, single).log_score > nothing
 
 
-# ---------------------------------------------------------------------- where fits begin
-
-
-def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
-    """Objective that one Gauss-Newton step promises when a ``candidate`` joins a fitted hypothesis: a preview."""
-    joined = (*parent.candidates, candidate)
-    centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined)
-    promised = []
-    for start in candidate.first_starts:
-        theta = np.concatenate([parent.theta, start])
-        residual, jacobian = kind.residual(joined, theta)
-        z, scaled = (theta - centre) / sd, jacobian * sd
-        gradient = scaled.T @ residual + z
-        value = float(residual @ residual + z @ z - gradient @ spread(scaled)[0] @ gradient)
-        promised.append(value if math.isfinite(value) else math.inf)
-    return min(promised)
-
-
-def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
-    """The ``starts`` (p,) of the lowest objective, at ``most`` so many."""
-    centre, sd = prior((*kind.nuisances, *(u for c in candidates for u in c.unknowns)), candidates)
-    values = []
-    for theta in starts:
-        residual, _ = kind.residual(candidates, theta, slopes=False)
-        z = (theta - centre) / sd
-        value = float(residual @ residual + z @ z)
-        values.append(value if math.isfinite(value) else math.inf)
-    return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
-
-
-def transfer_coordinates(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
-    """Coordinates (p,) of a ``part`` for other ``candidates``: what it lacks at its smallest start or ``neutral``."""
-    theta = [part.theta[: part.effect_columns.start]]
-    for c in candidates:
-        lacking = c.neutral if neutral else c.starts[0]
-        theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
-    return np.concatenate(theta)
-
-
 # ---------------------------------------------------------------------- why not in its place
 
 
 def reason_against(hypotheses: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
-    """Why a hypothesis more probable than the ``leader`` is not in its place: its own fault, or the search's rule."""
+    """Reason why ``f``, more probable than the ``leader``, does not lead: its first fault or the search's rule."""
     sizes, misfit = ", ".join(f.sizes_beyond_usual()), not f.fits_data
     faults = {
         "not converged": not f.converged,

@@ -178,6 +178,6 @@ def _places(rows: Rows, out: NDArray[np.bool_], most: int = 4) -> str:
 
 
 def outcome(variant: Variant) -> Outcome:
-    """The judgement of a ``variant``, in short."""
+    """Judge a ``variant``: its verdict, class and P(nothing is missing)."""
     known, acceptance = decide(variant)
     return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), known.p_nothing)

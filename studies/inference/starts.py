@@ -1,0 +1,46 @@
+"""Where the fit of a hypothesis begins: starts that promise most, by one evaluation or one Gauss-Newton step."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.inference.fit import Fit, prior, spread
+from studies.inference.kind import Kind
+from studies.inference.parameter import Array, Candidate
+
+
+def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
+    """Preview the objective of a ``parent`` with a ``candidate`` more: what one Gauss-Newton step promises."""
+    joined = (*parent.candidates, candidate)
+    centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined)
+    promised = []
+    for start in candidate.first_starts:
+        theta = np.concatenate([parent.theta, start])
+        residual, jacobian = kind.residual(joined, theta)
+        z, scaled = (theta - centre) / sd, jacobian * sd
+        gradient = scaled.T @ residual + z
+        value = float(residual @ residual + z @ z - gradient @ spread(scaled)[0] @ gradient)
+        promised.append(value if math.isfinite(value) else math.inf)
+    return min(promised)
+
+
+def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
+    """Select the ``starts`` (p,) of the lowest objective, at most ``most`` of them, lowest first."""
+    centre, sd = prior((*kind.nuisances, *(u for c in candidates for u in c.unknowns)), candidates)
+    values = []
+    for theta in starts:
+        residual, _ = kind.residual(candidates, theta, slopes=False)
+        z = (theta - centre) / sd
+        value = float(residual @ residual + z @ z)
+        values.append(value if math.isfinite(value) else math.inf)
+    return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
+
+
+def transfer_coordinates(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
+    """Coordinates (p,) for ``candidates`` from the fit ``part``; what it lacks at its smallest start or ``neutral``."""
+    theta = [part.theta[: part.effect_columns.start]]
+    for c in candidates:
+        lacking = c.neutral if neutral else c.starts[0]
+        theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
+    return np.concatenate(theta)
