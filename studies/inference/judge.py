@@ -328,10 +328,8 @@ def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -
     final, members = acceptance.final, list(acceptance.members)
     scale = HeldOut(0.0, nominal).gap
     gaps = {name: (s.gap / scale if scale > 0 and s.possible else None) for name, s in acceptance.held_out.items()}
-    variance = final.noise_factor**2 * averaged_variance(known, final)  # a significant misfit is noise, as in the model file
-    effects = tuple(
-        _add_marginalised_sizes(known.kind, final, describe_effect(final, c, variance)) for c in final.candidates
-    )
+    # A significant misfit counts as noise, as in the model file.
+    variance = final.noise_factor**2 * averaged_variance(hypotheses, final)
     effects = tuple(
         _add_marginalised_sizes(hypotheses.kind, final, describe_effect(final, c, variance)) for c in final.candidates
     )
@@ -479,7 +477,7 @@ def _add_marginalised_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named
     """Copy of ``effect`` with sizes that were marginalised, no coordinates of the fit, such as a bias of each run."""
     parameters, units = dict(effect.parameters), dict(effect.units)
     for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
-        parameters[name] = (value, hypothesis.louder * sd)
+        parameters[name] = (value, hypothesis.noise_factor * sd)
         units[name] = unit
     return replace(effect, parameters=parameters, units=units)
 
