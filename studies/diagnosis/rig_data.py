@@ -176,7 +176,7 @@ def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> AR1Noise
         time=blocks.time[kept],
         history=interpolate_slip(blocks.time, slip),
         direction=direction,
-        cornering_stiffness=found.cornering_stiffness.value,
+        cornering_stiffness=found.curve_slope,
         **{key: p[key] for key in ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
     )
     both = len(np.unique(direction)) > 1

@@ -171,6 +171,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "peak_N": parameters["peak"],
         "shape": parameters["shape"],
         "curvature": parameters["curvature"],
+        "curve_slope_N_per_rad": fit.curve_slope,
         "Sv_N": parameters["vertical_shift"],
         "Sv_sd_N": sd["vertical_shift"],
         "Sh_rad": parameters["horizontal_shift"],

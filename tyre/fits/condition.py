@@ -362,11 +362,18 @@ def _with_calibration(estimate: Estimate | None, force: float, other: float) -> 
 
 
 def _trail(sweeps: Sequence[RecordingSummary]) -> Estimate | None:
-    told = [item.details for item in sweeps if "pneumatic_trail_m" in item.details]
-    values, count = [details["pneumatic_trail_m"] for details in told], len(told)
-    if count < 2:
-        return Estimate(values[0], told[0]["pneumatic_trail_sd_m"]) if told else None
-    return Estimate(float(np.mean(values)), float(np.std(values, ddof=1)) / np.sqrt(count), float(count - 1))
+    """Mean pneumatic trail (m) over the sweeps that have one: the sd of their fits weighed against their scatter."""
+    details = [item.details for item in sweeps if "pneumatic_trail_m" in item.details]
+    if not details:
+        return None
+    values = np.array([fit["pneumatic_trail_m"] for fit in details])
+    fit_sd = float(np.sqrt(np.mean([fit["pneumatic_trail_sd_m"] ** 2 for fit in details])))
+    count = len(values)
+    if count == 1:
+        return Estimate(float(values[0]), fit_sd)
+    sd, dof = weighed_scatter(fit_sd, float(np.sum((values - values.mean()) ** 2)), count - 1.0)
+    # two or three fits agree by chance more closely than each is known
+    return Estimate(float(values.mean()), max(sd, fit_sd) / np.sqrt(count), dof)
 
 
 def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:

@@ -294,14 +294,16 @@ def mean_of_steps(steps: Sequence[Any], sweeps: Sequence[Any], *, repeatability:
     deficit is too small or too large, and a sixth of that deficit stays open.
     """
     lengths, open_part = [], 0.0
-    names = ("peak_N", "shape", "curvature")
-    curves = [(one.value, *map(one.details.get, names)) for one in sweeps if "peak_N" in one.details]
+    names = ("curve_slope_N_per_rad", "peak_N", "shape", "curvature")
+    measured = [sweep for sweep in sweeps if "peak_N" in sweep.details]
+    curves = [tuple(sweep.details[name] for name in names) for sweep in measured]
+    stiffnesses = np.array([sweep.value for sweep in measured])  # of a brush above the slope of the fitted curve
     for item in steps:
         told = item.details
         ends, factor, left = np.array([told["slip_before_rad"], told["slip_after_rad"]]), 1.0, told["curve_sd_m"]
         if curves:
             forces = np.array([steady_curve(ends, stiffness=k, peak=d, shape=c, curvature=e) for k, d, c, e in curves])
-            rise = np.diff(forces)[:, 0] / (np.diff(ends) * [curve[0] for curve in curves])
+            rise = np.diff(forces)[:, 0] / (np.diff(ends) * stiffnesses)
             deficit = float(np.mean(1.0 - rise))
             factor += told["length_by_deficit"] * (deficit - told["deficit"])
             left = item.value * abs(told["length_by_deficit"] * deficit) / 6.0

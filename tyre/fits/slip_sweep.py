@@ -53,7 +53,6 @@ class _TrailFit:
     shape_at_zero: float  # trail at zero recorded slip over its largest
     covariance: NDArray[np.float64]  # (p, p), of trail, offset and the numbers of the shape, with correlated residuals
     residual: Channel  # (m,), N m
-    evidence: float  # twice the log likelihood less what the numbers cost
 
 
 def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: float) -> _TrailFit:
@@ -76,7 +75,6 @@ def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: 
     power = max(float(left @ left), 1e-300)
     # blocks of one branch share slow errors: count the lag-one correlation as fewer independent blocks
     rho = float(np.clip(left[1:] @ left[:-1] / power, 0.0, 0.95))
-    independent = left.size * (1.0 - rho) / (1.0 + rho)
     variance = power / max(left.size - shapes - 2, 1) * (1.0 + rho) / (1.0 - rho)
     return _TrailFit(
         trail=float(found.x[0]),
@@ -84,19 +82,18 @@ def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: 
         shape_at_zero=float(shape(found.x, np.array([shift]))[0]),
         covariance=np.linalg.pinv(found.jac.T @ found.jac) * variance,
         residual=left,
-        evidence=-independent * float(np.log(power)) - shapes * float(np.log(left.size)),
     )
 
 
 def fit_aligning_moment(
-    blocks: sweep_curve.Blocks, cornering_stiffness: float, stiffness_sd: float, parameters: dict[str, float]
+    blocks: sweep_curve.Blocks, at_zero: "ForceAtZero", parameters: dict[str, float]
 ) -> AligningMoment | None:
     """Fit Mz = offset - t F with a trail t that shrinks with slip, round or peaked at zero slip.
 
     The side force F is the measured one without its offset; the slip in t lags like the force does. Near zero slip the
     moment vanishes with the force, so the trail there rests on the law by which it falls. Each of :data:`TRAIL_LAWS`
-    counts by its likelihood (Schwarz 1978), and what they differ by is in the standard deviation. So is that of the
-    slope of the force there (``stiffness_sd``, N/rad), by which the moment is divided.
+    counts by its likelihood, and what they differ by is in the standard deviation. So is that of the slope of the
+    force there, by which the moment is divided.
     """
     if blocks.moment is None:
         return None
@@ -109,23 +106,74 @@ def fit_aligning_moment(
     shift = parameters["horizontal_shift"]
     slip = np.interp(past, blocks.time, blocks.slip) @ sweep_curve.LAG_WEIGHTS + shift
     fits = [_fit_trail(law, slip, force, moment, shift) for law in TRAIL_LAWS]
-    best = max(fits, key=lambda fit: fit.evidence)
-    weights = np.exp([0.5 * (fit.evidence - best.evidence) for fit in fits])
-    weights /= weights.sum()
+    weights = sweep_curve.law_weights([fit.residual for fit in fits], [fit.covariance.shape[0] for fit in fits])
+    best = fits[int(np.argmax(weights))]
     trails = np.array([fit.trail for fit in fits])
     trail = float(weights @ trails)
     variance = float(weights @ [fit.covariance[0, 0] + (fit.trail - trail) ** 2 for fit in fits])
-    there = _steady(np.zeros(1), cornering_stiffness, parameters)[0][0]
+    there = at_zero.force - parameters["vertical_shift"]
     row = np.array([-there * best.shape_at_zero, 1.0])
     total = float(np.sum((moment - moment.mean()) ** 2))
     return AligningMoment(
         pneumatic_trail=trail,
-        pneumatic_trail_sd=float(np.hypot(np.sqrt(variance), trail * stiffness_sd / cornering_stiffness)),
-        slope=-trail * cornering_stiffness,
+        pneumatic_trail_sd=float(np.hypot(np.sqrt(variance), trail * at_zero.stiffness_sd / at_zero.stiffness)),
+        slope=-trail * at_zero.stiffness,
         offset=best.offset,
         r_squared=1.0 - float(best.residual @ best.residual) / total if total > 0.0 else 0.0,
         at_zero=(float(row @ [best.trail, best.offset]), float(np.sqrt(row @ best.covariance[:2, :2] @ row))),
     )
+
+
+@dataclass(frozen=True)
+class ForceAtZero:
+    """Side force at zero slip and its slope, over the laws of the side force that are possible."""
+
+    stiffness: float  # C_Fy, N/rad
+    stiffness_sd: float
+    force: float  # at zero recorded slip, Sv included, N
+    force_sd: float
+    brush_weight: float  # probability of the laws with a brush, 0 to 1
+
+
+def weigh_side_force_laws(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> ForceAtZero:
+    """Slope of the side force at zero slip, whether it is that of the Magic Formula, of a brush or between them.
+
+    The slope of a brush falls in proportion to |slip|. A Magic Formula has no such kink, fits it almost as well, and is
+    then 7 % less steep at zero slip. Each law counts by its likelihood, as those of the trail do.
+    """
+    laws = [solution]
+    for pure in (True, False):
+        brush = sweep_curve.with_brush(model, pure=pure)
+        if model.blocks.settled.sum() >= 2 * brush.free.sum():
+            laws.append(sweep_curve.solve_sweep(brush))
+    laws = [law for law in laws if law is solution or np.isfinite(law.sd["cornering_stiffness"])]
+    weights = sweep_curve.law_weights([law.residuals for law in laws], [law.numbers for law in laws])
+    slopes = np.array([law.values["cornering_stiffness"] for law in laws])
+    slope = float(weights @ slopes)
+    variances = np.array([law.sd["cornering_stiffness"] ** 2 for law in laws]) + (slopes - slope) ** 2
+    forces, force_variances = np.array([_force_at_zero(law) for law in laws]).T
+    force = float(weights @ forces)
+    return ForceAtZero(
+        stiffness=slope,
+        stiffness_sd=float(np.sqrt(weights @ variances)),
+        force=force,
+        force_sd=float(np.sqrt(weights @ (force_variances + (forces - force) ** 2))),
+        brush_weight=1.0 - float(weights[0]),
+    )
+
+
+def _force_at_zero(solution: sweep_curve.SweepSolution) -> tuple[float, float]:
+    """Steady side force at zero recorded slip (N) and its variance (N^2), of one law."""
+    values, share = solution.values, solution.values["brush_share"]
+    zero, by = _steady(np.zeros(1), values["cornering_stiffness"], values)
+    brush, by_brush = sweep_curve.brush_force(
+        slip=np.array([values["horizontal_shift"]]),
+        cornering_stiffness=values["cornering_stiffness"],
+        peak=values["peak"],
+    )
+    mixed = by[:2, 0] + share * (by_brush[:2, 0] - by[:2, 0])
+    sd = solution.sd_of_sum(horizontal_shift=mixed[0], cornering_stiffness=mixed[1], vertical_shift=1.0)
+    return float(zero[0] + share * (brush[0] - zero[0])) + values["vertical_shift"], sd**2
 
 
 def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
@@ -152,7 +200,8 @@ class SlipSweepFit:
     """Result of one slip sweep (SI units, adapted SAE)."""
 
     cornering_stiffness: Estimate  # C_Fy, N/rad, with fit, stated repeatability and calibration in its interval
-    fit_sd: float  # of C_Fy from the (correlated) residuals of this recording alone, N/rad
+    fit_sd: float  # of C_Fy from the (correlated) residuals and the laws of this recording alone, N/rad
+    curve_slope: float  # of the fitted Magic Formula at zero slip, N/rad: C_Fy unless a brush fits better
     # ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
     # over the recording), ``lag`` (s), ``hysteresis`` (rad)
     parameters: dict[str, float]
@@ -177,7 +226,7 @@ class SlipSweepFit:
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady side force, offsets included."""
-        force, _ = _steady(np.asarray(slip), self.cornering_stiffness.value, self.parameters)
+        force, _ = _steady(np.asarray(slip), self.curve_slope, self.parameters)
         return force + self.parameters["vertical_shift"]
 
 
@@ -234,23 +283,30 @@ def fit_slip_sweep(
     if not solution.settled:
         notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
     parameters, sd = dict(solution.values), dict(solution.sd)
-    c, fit_sd = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
+    slope, _ = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
+    del parameters["brush_share"], sd["brush_share"]  # of the Magic Formula alone
     low, high = sweep_curve.BOUNDS["cornering_stiffness"]
-    if c <= 1.01 * low * model.stiffness or c >= 0.99 * high * model.stiffness:
-        raise InputError(f"{where}: the fitted cornering stiffness {c:.4g} N/rad is far from the slope near zero slip")
+    if slope <= 1.01 * low * model.stiffness or slope >= 0.99 * high * model.stiffness:
+        raise InputError(
+            f"{where}: the fitted cornering stiffness {slope:.4g} N/rad is far from the slope near zero slip"
+        )
+    at_zero = weigh_side_force_laws(model, solution)
+    c, fit_sd = at_zero.stiffness, at_zero.stiffness_sd
+    if at_zero.brush_weight > 0.5:
+        notes.append(
+            f"the side force bends as a brush's does: C is {100 * (c / slope - 1.0):+.1f} % off the slope "
+            "of the fitted Magic Formula at zero slip"
+        )
     load = float(np.nanmean(run.vertical_load))
     rate = float(np.mean(np.abs(blocks.rate[blocks.settled])))
     widened = np.sqrt(solution.dof / (solution.dof - 2.0))  # sd of Student's t: the noise is itself estimated
-    r_squared, residual_sd, samples = _goodness(run, blocks, parameters, c)
+    r_squared, residual_sd, samples = _goodness(run, blocks, parameters, slope)
     _condition_notes(run, blocks, load, r_squared, notes)
-    zero, by_shift = _steady(np.zeros(1), c, parameters)
-    zero_sd = solution.sd_of_sum(
-        horizontal_shift=by_shift[0, 0], cornering_stiffness=by_shift[1, 0], vertical_shift=1.0
-    )
     lag_fitted = model.free[sweep_curve.NAMES.index("lag")] and blocks.speed is not None
     return SlipSweepFit(
         cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip),
         fit_sd=fit_sd,
+        curve_slope=slope,
         parameters=parameters,
         parameters_sd=sd,
         half_gap=parameters["lag"] * rate + parameters["hysteresis"],
@@ -263,9 +319,9 @@ def fit_slip_sweep(
         load=load,
         branches=int(np.unique(blocks.branch[blocks.settled]).size),
         samples=samples,
-        force_at_zero=(float(zero[0]) + parameters["vertical_shift"], zero_sd),
+        force_at_zero=(at_zero.force, at_zero.force_sd),
         temperature=None if run.temperature is None else float(np.nanmean(run.temperature)),
-        aligning_moment=fit_aligning_moment(blocks, c, fit_sd, parameters),
+        aligning_moment=fit_aligning_moment(blocks, at_zero, parameters),
         notes=tuple(notes),
         sensor_faults=tuple(faults),
         blocks=blocks,
@@ -483,11 +539,7 @@ def _bend(reading: Array, onset: float) -> Array:
 
 
 def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> Array:
-    """The force (m,), N, of the brush nearest to the sweep, with the shifts, drift, lag and hysteresis of the fit.
-
-    F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
-    section 3.2).
-    """
+    """The force (m,), N, of the brush nearest to the sweep, with the shifts, drift, lag and hysteresis of the fit."""
     blocks, used, v = model.blocks, model.blocks.settled, solution.values
     lagged, _ = sweep_curve.lagged_slip(blocks.time[used], blocks.history, lag=v["lag"])
     slip = lagged + v["horizontal_shift"]
@@ -497,9 +549,8 @@ def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     unit = float(np.max(np.abs(measured)))
 
     def force(z: Array) -> Array:
-        peak = z[1] * unit
-        sliding = np.minimum(z[0] * v["cornering_stiffness"] * np.abs(np.tan(slip)) / (3.0 * peak), 1.0)
-        brush = np.sign(slip) * peak * (1.0 - (1.0 - sliding) ** 3)
+        stiffness, peak = z[0] * v["cornering_stiffness"], z[1] * unit
+        brush, _ = sweep_curve.brush_force(slip=slip, cornering_stiffness=stiffness, peak=peak)
         return np.asarray(brush + v["vertical_shift"] + v["drift"] * clock)
 
     search: Any = scipy.optimize.least_squares

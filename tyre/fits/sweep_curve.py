@@ -1,8 +1,8 @@
 """The curve of a slip sweep: its model, its coefficients and their covariance."""
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -67,6 +67,24 @@ def lagged_magic_formula(
         slip=x, cornering_stiffness=cornering_stiffness, peak=peak, shape=shape, curvature=curvature
     )
     return force, np.stack([*part[1:], part[0], part[0] * by_lag, -part[0] * direction])
+
+
+def brush_force(*, slip: Channel, cornering_stiffness: float, peak: float) -> tuple[Channel, NDArray[np.float64]]:
+    """Side force (n,), N, of a brush, with derivatives (3, n) by slip, cornering stiffness (N/rad) and peak (N).
+
+    F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
+    section 3.2). Its slope falls in proportion to |x| from zero slip on; no Magic Formula has a slope with such a kink.
+    """
+    tangent, direction = np.abs(np.tan(slip)), np.sign(slip)
+    sliding = np.minimum(cornering_stiffness * tangent / (3.0 * peak), 1.0)
+    adhering = (1.0 - sliding) ** 2
+    value = direction * peak * (1.0 - (1.0 - sliding) ** 3)
+    derivatives = [
+        cornering_stiffness * adhering * (1.0 + tangent**2),
+        direction * tangent * adhering,
+        value / peak - direction * 3.0 * sliding * adhering,
+    ]
+    return value, np.stack(derivatives)
 
 
 def interpolate_slip(time: Channel, slip: Channel) -> Any:
@@ -263,6 +281,7 @@ BOUNDS = {
     "hysteresis": (-0.02, 0.02),  # rad
     "vertical_shift": (-5.0, 5.0),  # of the largest force
     "drift": (-5.0, 5.0),  # likewise, over the recording
+    "brush_share": (-1.0, 2.0),  # of a brush with the same slope and peak; the rest is the Magic Formula
 }
 NAMES = tuple(BOUNDS)
 LOW, HIGH = (np.array([limits[end] for limits in BOUNDS.values()]) for end in (0, 1))
@@ -273,20 +292,20 @@ class SweepModel:
     """Side force of the settled blocks of a sweep as a function of the scaled parameters ``NAMES``."""
 
     blocks: Blocks
-    free: NDArray[np.bool_]  # (9,), True for a fitted parameter; the others stay at ``start``
-    start: Channel  # (9,), scaled parameters
+    free: NDArray[np.bool_]  # (10,), True for a fitted parameter; the others stay at ``start``
+    start: Channel  # (10,), scaled parameters
     stiffness: float  # unit of the cornering stiffness, N/rad
     force_scale: float  # unit of the forces, N
 
     @property
     def units(self) -> Channel:
-        """Physical over scaled parameters, shape (9,)."""
+        """Physical over scaled parameters, shape (10,)."""
         units = dict.fromkeys(NAMES, 1.0) | {"cornering_stiffness": self.stiffness}
         units |= dict.fromkeys(("peak", "vertical_shift", "drift"), self.force_scale)
         return np.array(list(units.values()))
 
     def expanded(self, values: Channel) -> Channel:
-        """All nine scaled parameters."""
+        """All ten scaled parameters."""
         full = self.start.copy()
         full[self.free] = values
         return full
@@ -305,13 +324,35 @@ class SweepModel:
             peak=named["peak"] * self.force_scale,
             **{name: named[name] for name in ("shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
         )
+        by_share = np.zeros_like(clock)
+        if named["brush_share"] or self.free[NAMES.index("brush_share")]:
+            force, part, by_share = self._with_brush(force, part, named)
         part[0] *= self.stiffness
         part[1] *= self.force_scale
         # a wandering load would bend the curve by chance, which lowers its slope in the mean of many sweeps
         force, part = force * (1.0 + blocks.heavier[used]), part * (1.0 + blocks.heavier[used])
-        jacobian = np.column_stack([*part, np.full_like(clock, self.force_scale), self.force_scale * clock])
+        by_offset, by_drift = np.full_like(clock, self.force_scale), self.force_scale * clock
+        by_share = by_share * (1.0 + blocks.heavier[used])
+        jacobian = np.column_stack([*part, by_offset, by_drift, by_share])
         zero = self.force_scale * (named["vertical_shift"] + named["drift"] * clock)
         return force + zero - blocks.force[used], jacobian
+
+    def _with_brush(
+        self, force: Channel, part: NDArray[np.float64], named: dict[str, float]
+    ) -> tuple[Channel, NDArray[np.float64], Channel]:
+        """Mix a force (m,), N, of the Magic Formula and its derivatives (7, m) with a brush; and that by the share."""
+        blocks, used, share = self.blocks, self.blocks.settled, named["brush_share"]
+        direction = np.sign(blocks.rate[used])
+        lagged, by_lag = lagged_slip(blocks.time[used], blocks.history, lag=named["lag"])
+        brush, by = brush_force(
+            slip=lagged + named["horizontal_shift"] - named["hysteresis"] * direction,
+            cornering_stiffness=named["cornering_stiffness"] * self.stiffness,
+            peak=named["peak"] * self.force_scale,
+        )
+        by_slip, by_stiffness, by_peak = by
+        nothing = np.zeros_like(by_slip)  # a brush has neither shape nor curvature
+        by_brush = [by_stiffness, by_peak, nothing, nothing, by_slip, by_slip * by_lag, -by_slip * direction]
+        return force + share * (brush - force), part + share * (np.stack(by_brush) - part), brush - force
 
 
 def sweep_model(
@@ -352,6 +393,7 @@ def _free_parameters(
     # rates in one recording that differ by half tell lag from hysteresis, which does not depend on the rate
     free["hysteresis"] = bool(lag_correction and both and pace.max() > 1.5 * pace.min())
     free["drift"] = both and rates.size >= 3
+    free["brush_share"] = False
     return np.array(list(free.values()))
 
 
@@ -380,10 +422,11 @@ class SweepSolution:
 
     values: dict[str, float]  # SI units, by ``NAMES``
     sd: dict[str, float]  # nan if a value rests on a bound, 0 if it is not fitted
-    covariance: NDArray[np.float64]  # (9, 9), SI units; zero for a parameter that is not fitted or rests on a bound
+    covariance: NDArray[np.float64]  # (10, 10), SI units; zero for a parameter that is not fitted or rests on a bound
     dof: float  # degrees of freedom behind the covariance
     residuals: Channel  # (m,), computed minus measured side force of the settled blocks, N
     settled: bool  # false where the search stopped before it converged
+    numbers: int  # fitted parameters
 
     def sd_of_sum(self, **weights: float) -> float:
         """Standard deviation of a weighted sum of parameters (SI)."""
@@ -416,7 +459,36 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
         dof=dof,
         residuals=model.residuals(scaled)[0],
         settled=solution.status != 0,
+        numbers=int(model.free.sum()),
     )
+
+
+def with_brush(model: SweepModel, *, pure: bool) -> SweepModel:
+    """Give the model of a sweep a brush with a fitted share, or make it a brush alone (``pure``)."""
+    free = dict(zip(NAMES, model.free.tolist(), strict=True)) | {"brush_share": not pure}
+    if pure:
+        free |= {"shape": False, "curvature": False}
+    start = model.start.copy()
+    start[NAMES.index("brush_share")] = 1.0 if pure else 0.5
+    return replace(model, free=np.array(list(free.values())), start=start)
+
+
+def law_weights(residuals: Sequence[Channel], numbers: Sequence[int]) -> Channel:
+    """Probabilities of several laws by their likelihood, from their residuals (m,) and counts of fitted numbers.
+
+    Schwarz, *Ann. Stat.* 6 (1978) 461. Neighbouring blocks share slow errors: the lag-one correlation of what the best
+    law leaves counts as fewer independent blocks. Spikes beyond three standard deviations of that count as such.
+    """
+    spread = min(1.4826 * float(np.median(np.abs(one))) for one in residuals)
+    margin = _MARGIN * max(spread, 1e-150)
+    robust = [one * np.sqrt(_soft_l1_weight(one, margin)) for one in residuals]
+    powers = np.array([max(float(one @ one), 1e-300) for one in robust])
+    best = robust[int(np.argmin(powers))]
+    rho = float(np.clip(best[1:] @ best[:-1] / powers.min(), 0.0, 0.95))
+    independent = best.size * (1.0 - rho) / (1.0 + rho)
+    evidence = -independent * np.log(powers / powers.min()) - np.array(numbers) * np.log(best.size)
+    weights = np.exp(0.5 * (evidence - evidence.max()))
+    return np.asarray(weights / weights.sum())
 
 
 def solve_least_squares(
@@ -496,7 +568,7 @@ def _covariance(
     free: NDArray[np.bool_],
     limits: tuple[Channel, Channel],
 ) -> tuple[NDArray[np.float64], NDArray[np.intp], float]:
-    """Covariance (9, 9) of the scaled parameters, the numbers of those at a bound, and the degrees of freedom."""
+    """Covariance (10, 10) of the scaled parameters, the numbers of those at a bound, and the degrees of freedom."""
     residual, jacobian = parts
     at_bound = _on_bound(values, limits)
     inner = np.flatnonzero(~at_bound)

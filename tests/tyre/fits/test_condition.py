@@ -98,3 +98,22 @@ def test_a_lateral_stiffness_that_changes_with_the_load_as_no_tyres_does_is_said
     said = [text for text in conditions[2].warnings if "lateral stiffness goes from" in text]
     assert len(said) == len(exponents)
     assert all(exponent in text for exponent, text in zip(exponents, said, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("trails", "sd", "expected"),
+    [
+        ([0.0160], 3e-4, 3e-4),
+        ([0.0160, 0.0160], 3e-4, 3e-4 / 2**0.5),  # two fits that agree by chance
+        ([0.0150, 0.0170], 3e-4, 1e-3),  # a scatter that refutes the sd of the fits stands alone
+    ],
+)
+def test_a_mean_trail_is_known_no_better_than_its_fits(trails, sd, expected):
+    sweeps = [
+        summary(f"{number}.csv", 6500.0 + 20.0 * number, pneumatic_trail_m=trail, pneumatic_trail_sd_m=sd)
+        for number, trail in enumerate(trails)
+    ]
+    trail = combined(sweeps, FitSettings(), where="here")[0][0].pneumatic_trail
+    assert trail is not None
+    assert trail.value == pytest.approx(0.016)
+    assert trail.sd == pytest.approx(expected)

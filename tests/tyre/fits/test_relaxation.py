@@ -92,7 +92,7 @@ def test_a_curve_that_is_not_known_is_in_the_interval_and_sweeps_make_it_known()
     step = Summary(fit.relaxation_length.value, fit.fit_sd, {
         "slip_before_rad": fit.slip[0], "slip_after_rad": fit.slip[1], "curve_sd_m": fit.curve_sd, "dof": fit.fit_dof,
         "deficit": fit.deficit, "length_by_deficit": fit.length_by_deficit})  # fmt: skip
-    sweep = Summary(C, 10.0, {"peak_N": 1.3 * 450.0, "shape": 1.3, "curvature": -1.0})
+    sweep = Summary(C, 10.0, {"curve_slope_N_per_rad": C, "peak_N": 1.3 * 450.0, "shape": 1.3, "curvature": -1.0})
     told, untold = (mean_of_steps([step], sweeps, repeatability=1e-6) for sweeps in ([sweep], []))
     assert told.value == pytest.approx(0.11, abs=0.0004)
     assert told.sd < 0.5 * untold.sd
