@@ -361,7 +361,9 @@ class LawSolver:
         begin = float(np.clip(np.log(fit.presliding), low + 1e-3, high - 1e-3))
         search: Any = scipy.optimize.least_squares
         exact = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-15)  # so that rounding of the file decides nothing
-        log_length = float(search(lambda z: at(z[0]).residual, [begin], bounds=([low], [high]), **exact).x[0])
+        log_length = float(
+            search(lambda z: at(z[0]).residual, [begin], jac="3-point", bounds=([low], [high]), **exact).x[0]
+        )
         best, step = at(log_length), 1e-3
         by_length = [self._column(fit.law, best, log_length + change) for change in (-step, step)]
         further = (by_length[1] - by_length[0]) / (2.0 * step)

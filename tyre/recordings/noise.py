@@ -71,7 +71,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
 
     # A simplex from (0, 1) hardly moves along the share, and where it stops hangs on rounding.
     search: Any = scipy.optimize.minimize
-    best = search(lambda z: whitened(z)[2], [0.0, 1.0], method="BFGS", jac="3-point", options={"gtol": 1e-7}).x
+    best = search(lambda z: whitened(z)[2], [0.0, 1.0], method="BFGS", jac="3-point").x
     projected, memory, _ = whitened(best)
     share = 1.0 / (1.0 + np.exp(-np.clip(best[0], -12.0, 12.0)))
     variance = power * projected / (count - p)
