@@ -93,3 +93,19 @@ def test_a_setting_of_a_row_has_its_unit_in_brackets(points):
 ])  # fmt: skip
 def test_headings_that_are_refused(points, head, columns, words):
     refuses(words, points, head, *columns)
+
+
+def test_a_ratio_is_read_from_its_two_parts_and_its_sd(points):
+    real, imag, sd = np.array([0.4, 0.5, 0.6]), np.array([-0.1, 0.2, 0.3]), np.full(3, 0.02)
+    head = "mode,speed [m/s],real [1/s],imag [rad/s],steer_over_lean_re,steer_over_lean_im,steer_over_lean_sd"
+    measured = points(head, SPEED, ROOT.real, ROOT.imag, real, imag, sd).points
+    assert [p.ratios for p in measured] == [
+        {"steer_over_lean": (complex(re, im), 0.02)} for re, im in zip(real, imag, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("part", ["re", "im", "sd"])
+def test_a_part_of_a_ratio_alone_is_refused(points, part):
+    head = f"mode,speed [m/s],real [1/s],imag [rad/s],yaw_over_lean_{part}"
+    words = "a ratio needs both columns yaw_over_lean_re and yaw_over_lean_im"
+    refuses(words, points, head, SPEED, ROOT.real, ROOT.imag, np.full(3, 0.5))

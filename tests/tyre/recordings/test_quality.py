@@ -70,3 +70,11 @@ def test_a_signal_that_passes_zero_or_rests_has_no_dropouts():
         np.where(time < 5, 0.0, 400 + rng.normal(0, 2, 2000)),
     ):
         assert not quality(x).dropouts
+
+
+def test_spikes_of_one_sample_are_counted():
+    """They stay within the range of the wave: a far end of the range would be a dropout."""
+    force = 40 * np.sin(np.arange(2000) / 60) + np.random.default_rng(6).normal(0.0, 1.0, 2000)
+    force[[188, 565, 942]] += np.array([30.0, -30.0, 25.0])  # where the wave crosses zero
+    assert quality(force).spikes == 3
+    assert "3 spikes of one sample" in quality(force).remarks
