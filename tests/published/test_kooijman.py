@@ -60,7 +60,7 @@ def test_a_twisting_torque_of_the_wrong_sign_is_refused_but_reported(measurement
     """Slip without camber thrust: -0.67 N m/rad (front wheel), chi^2 72, fits best of all."""
     kind = kind_of(measurement, 0.0)
     right = next(c for c in kind.candidates if c.identifier == "twisting_torque")
-    assert fit(kind, (right,)).at_bound() == ["twisting_torque.twisting_stiffness"]
+    assert fit(kind, (right,)).sizes_at_bound() == ["twisting_torque.twisting_stiffness"]
     wrong = next(c for c in kind.phenomenological() if c.identifier == "twisting_torque with the wrong sign")
     assert fit(kind, (wrong,)).chi2 == pytest.approx(72, rel=0.01)
     front = dataclasses.replace(wrong.unknowns[0], sets={"twisting_torque.twisting_stiffness.front": 1.0})

@@ -202,6 +202,7 @@ class SlipSweepFit:
     cornering_stiffness: Estimate  # C_Fy, N/rad, with fit, stated repeatability and calibration in its interval
     fit_sd: float  # of C_Fy from the (correlated) residuals and the laws of this recording alone, N/rad
     curve_slope: float  # of the fitted Magic Formula at zero slip, N/rad: C_Fy unless a brush fits better
+    curve_slope_sd: float  # of the residuals if the Magic Formula is the law, N/rad
     # ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
     # over the recording), ``lag`` (s), ``hysteresis`` (rad)
     parameters: dict[str, float]
@@ -283,7 +284,8 @@ def fit_slip_sweep(
     if not solution.settled:
         notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
     parameters, sd = dict(solution.values), dict(solution.sd)
-    slope, _ = parameters.pop("cornering_stiffness"), sd.pop("cornering_stiffness")
+    slope = parameters.pop("cornering_stiffness")
+    slope_sd = sd.pop("cornering_stiffness")
     del parameters["brush_share"], sd["brush_share"]  # of the Magic Formula alone
     low, high = sweep_curve.BOUNDS["cornering_stiffness"]
     if slope <= 1.01 * low * model.stiffness or slope >= 0.99 * high * model.stiffness:
@@ -307,6 +309,7 @@ def fit_slip_sweep(
         cornering_stiffness=calibration.estimate(c, fit_sd, solution.dof, calibration.slip),
         fit_sd=fit_sd,
         curve_slope=slope,
+        curve_slope_sd=slope_sd * widened,
         parameters=parameters,
         parameters_sd=sd,
         half_gap=parameters["lag"] * rate + parameters["hysteresis"],

@@ -12,13 +12,25 @@ from bicycle.stability import critical_speeds, known_modes, mode_look, mode_mark
 from studies.motion import line_look
 
 ROOT = Path(__file__).parents[3]
+ROOMS_OF_READERS = {
+    "equations": ("lateral", "evaluation", "declarations"),
+    "model": ("model", "state_space", "eigen"),
+    "stability": (
+        "naming",
+        "named_modes",
+        "tracking",
+        "critical",
+        "sensitivity",
+        "propagation",
+        "mode_figure",
+    ),
+    "motion": ("responses", "nonlinear"),
+}
 READERS = [
-    *(ROOT / "bicycle" / f"{name}.py" for name in (
-        "model", "equations", "evaluation", "declarations", "linear_model", "eigen", "naming", "named_modes",
-        "tracking", "critical", "sensitivity", "propagation", "responses", "nonlinear", "mode_figure",
-    )),
-    *(ROOT / "studies" / "sweep").glob("*.py"), ROOT / "studies" / "root_locus.py",
-]  # fmt: skip
+    *(ROOT / "bicycle" / room / f"{name}.py" for room, names in ROOMS_OF_READERS.items() for name in names),
+    *(ROOT / "studies" / "sweep").glob("*.py"),
+    ROOT / "studies" / "motion" / "locus.py",
+]
 PARAMETERS = {"relaxation_length", "crown_radius"}  # names of parameters that effects are called after
 DEFAULT = {"no_slip"}  # what a model has that names no contact law
 

@@ -83,8 +83,10 @@ def test_a_wandering_load_does_not_bend_the_curve_and_a_noisy_one_changes_nothin
 
 
 def test_without_lag_correction_a_fast_sweep_is_biased():
-    without = fit_slip_sweep(sweep(rate=2.0), lag_correction=False).cornering_stiffness.value
-    assert without / C - 1 < -1e-3
+    """The laws with a brush read the lag as a kink, the Magic Formula as a lower slope."""
+    without = fit_slip_sweep(sweep(rate=2.0), lag_correction=False)
+    assert without.curve_slope / C - 1 < -1e-3
+    assert abs(without.cornering_stiffness.value / C - 1) > 1e-3
 
 
 def test_one_branch_needs_the_relaxation_length_for_its_offset():
@@ -121,8 +123,10 @@ def test_fit_uncertainty_matches_the_scatter_of_repeats():
     fits = [fit_slip_sweep(sweep(Noise(), LoadCellDrift(), seed=seed)) for seed in range(16)]
     scatter = np.std([fit.cornering_stiffness.value for fit in fits], ddof=1)
     claimed = np.sqrt(np.mean([fit.fit_sd**2 for fit in fits]))
+    assert scatter / claimed < 1.5  # what is not known of the law widens the claim and does not scatter
     # 15 degrees of freedom: the ratio lies within 0.64..1.35 in 95 % of cases, 0.55..1.5 in 99.5 %
-    assert 0.55 < scatter / claimed < 1.5
+    slopes = np.std([fit.curve_slope for fit in fits], ddof=1)
+    assert 0.55 < slopes / np.sqrt(np.mean([fit.curve_slope_sd**2 for fit in fits])) < 1.5
     gaps = [fit.half_gap for fit in fits]
     assert np.mean(gaps) == pytest.approx(C / K / V * fits[0].rate, rel=0.03)
     assert 0.55 < np.std(gaps, ddof=1) / np.sqrt(np.mean([fit.half_gap_sd**2 for fit in fits])) < 1.5
