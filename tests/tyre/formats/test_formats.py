@@ -263,8 +263,9 @@ def test_hdf5_groups_matrices_and_compounds(tmp_path):
         contents(tmp_path / "a.h5", reading=Reading(table="rig"))
 
 
-def test_values_in_other_files_are_not_read(tmp_path):
-    """External storage, virtual datasets and links may name any file of the reader's."""
+@pytest.fixture
+def foreign(tmp_path):
+    """How each dataset is made that lies in another file: external storage, virtual datasets and links."""
     import h5py
 
     (tmp_path / "secret.bin").write_bytes(bytes(80))
@@ -272,24 +273,34 @@ def test_values_in_other_files_are_not_read(tmp_path):
         file["x"] = WAVE
     layout = h5py.VirtualLayout((100,), "f8")
     layout[:] = h5py.VirtualSource(tmp_path / "other.h5", "x", (100,))
-    makers = {
+    link = h5py.ExternalLink(str(tmp_path / "other.h5"), "/x")
+    return {
         "stored": lambda file: file.create_dataset("x", (10,), "f8", external=[(str(tmp_path / "secret.bin"), 0, 80)]),
         "virtual": lambda file: file.create_virtual_dataset("x", layout),
-        "linked": lambda file: file.__setitem__("x", h5py.ExternalLink(str(tmp_path / "other.h5"), "/x")),
-        "beside": lambda file: file.update({"x": WAVE, "away": h5py.ExternalLink(str(tmp_path / "other.h5"), "/x")}),
-        "softly": lambda file: file.update(
-            {"x": h5py.SoftLink("/a/way"), "a/way": h5py.ExternalLink(str(tmp_path / "other.h5"), "/x"), "y": WAVE}
-        ),
+        "linked": lambda file: file.__setitem__("x", link),
+        "beside": lambda file: file.update({"x": WAVE, "away": link}),
+        "softly": lambda file: file.update({"x": h5py.SoftLink("/a/way"), "a/way": link, "y": WAVE}),
     }
-    for name, make in makers.items():
+
+
+def test_values_in_other_files_are_not_read(tmp_path, foreign):
+    import h5py
+
+    for name, make in foreign.items():
         with h5py.File(tmp_path / f"{name}.h5", "w") as file:
             make(file)
         refuses("other file", contents, tmp_path / f"{name}.h5")
         refuses("other file", contents, tmp_path / f"{name}.h5", reading=Reading(table="x"))
-    for name in makers:
-        matlab = tmp_path / f"{name}.mat"  # version 7.3 is HDF5 behind a header
+
+
+def test_values_in_other_files_of_matlab_are_not_read(tmp_path, foreign):
+    """Version 7.3 is HDF5 behind a header."""
+    import h5py
+
+    for name, make in foreign.items():
+        matlab = tmp_path / f"{name}.mat"
         with h5py.File(matlab, "w", userblock_size=512) as file:
-            makers[name](file)
+            make(file)
         with matlab.open("r+b") as file:
             file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
         refuses("other file", contents, matlab)
