@@ -1,5 +1,6 @@
 """Noise of a recording: its size and its colour."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,9 +70,12 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
         penalty = 0.004 * float(z @ z)  # keeps an undetermined share or memory from running away
         return projected, float(memory), logdet + (count - p) * np.log(projected) + penalty
 
+    def unlikelihood(z: Channel) -> float:
+        return whitened(z)[2]
+
     # A simplex from (0, 1) hardly moves along the share, and where it stops hangs on rounding.
     search: Any = scipy.optimize.minimize
-    best = search(lambda z: whitened(z)[2], [0.0, 1.0], method="BFGS", jac="3-point").x
+    best = _settle_minimum(unlikelihood, search(unlikelihood, [0.0, 1.0], method="BFGS", jac="3-point").x)
     projected, memory, _ = whitened(best)
     share = 1.0 / (1.0 + np.exp(-np.clip(best[0], -12.0, 12.0)))
     variance = power * projected / (count - p)
@@ -79,6 +83,23 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     lags = np.arange(1, width)
     averaging = (width + 2.0 * float(np.sum((width - lags) * phi**lags))) / width**2
     return float((1.0 - share) * variance * width), float(share * variance / averaging), phi
+
+
+def _settle_minimum(function: Callable[[Channel], float], near: Channel) -> Channel:
+    """Return where central differences of a function vanish, beside a point (k,) at which a search ended.
+
+    A search that compares values stops where their rounding hides the rest of the way. Here that moved the degrees of
+    freedom by 5e-8 from one processor to another.
+    """
+    steps = 1e-3 * np.eye(near.size)  # so long that rounding is 1e-10 of a slope
+
+    def slopes(z: Channel) -> list[float]:
+        return [(function(z + step) - function(z - step)) / 2e-3 for step in steps]
+
+    search: Any = scipy.optimize.root
+    settled = search(slopes, near, options={"xtol": 1e-12}).x
+    is_beside = np.all(np.abs(settled - near) < 0.05)
+    return settled if is_beside else near
 
 
 def draw_ar1(n: int, *, memory: float, rng: np.random.Generator) -> Channel:
