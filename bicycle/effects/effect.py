@@ -139,7 +139,7 @@ PerWheelValue = float | Mapping[str, float] | PerWheel
 class Tied:
     """Default of a parameter that equals one of the bicycle, as a signature shows it."""
 
-    key: str
+    key: str  # of a bicycle's parameter
 
     def __repr__(self) -> str:
         return f"<{self.key} of the bicycle>"

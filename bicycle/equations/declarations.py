@@ -13,7 +13,7 @@ sp = library("sympy")
 class State:
     """A state of the model."""
 
-    name: str
+    name: str  # such as ``lean_rate``
     unit: str  # SI, such as ``rad/s`` or ``N m``
     role: str = ""  # group by whose share in a motion a :class:`Mode` is recognised
     joint: bool = False  # true of the angle and the rate of a joint that an effect adds
@@ -88,25 +88,26 @@ Builder = Any  # bicycle.equations.lateral.ModelBuilder, which stands on this fi
 class Coordinate:
     """A joint angle and its rate, as symbols."""
 
-    name: str
-    angle: Expression
-    rate: Expression
+    name: str  # of the joint
+    angle: Expression  # rad
+    rate: Expression  # rad/s
 
 
 @dataclass(eq=False)
 class Wheel:
     """A contact port: what a tyre sees (slip, camber) and the force and moments it returns."""
 
-    name: str
-    body: str
-    x: Expression
-    radius: Expression
+    name: str  # ``rear`` or ``front``
+    body: str  # name of its rigid body, such as ``rear wheel``
+    x: Expression  # m, of the contact, forward of the rear one
+    radius: Expression  # m
+    # m/s, of the contact across the wheel, positive to the right; slip angle = -slip velocity / v
     slip_velocity: Expression
-    camber: Expression
-    yaw_rate: Expression
+    camber: Expression  # rad, positive leaning to the right
+    yaw_rate: Expression  # rad/s, positive to the right
     offset: Expression  # m, of the place where it touches the road, as :meth:`.ModelBuilder.lateral_offset`
-    side_force: Expression
-    static_load: Expression
+    side_force: Expression  # N, on the tyre, positive to the right
+    static_load: Expression  # N, positive
     crown_radius: Expression = field(default_factory=_zero)  # m, of the cross-section
     series_compliance: Expression = field(default_factory=_zero)  # m/N, of rim and spokes in series with the tyre
     lagged_camber_force: Expression = field(default_factory=_zero)  # N
@@ -146,9 +147,10 @@ class Wheel:
 class Motor:
     """A motor, or a rider's arms, between rear frame and steering: what it is told to give, and what arrives (N m)."""
 
+    # N m, to the right: symbol of what it is to give
     command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))
-    told: Expression = field(default_factory=_zero)
-    _torque: Expression | None = None
+    told: Expression = field(default_factory=_zero)  # N m, to the right: sum of what effects command
+    _torque: Expression | None = None  # N m, to the right: what arrives; None: the command
 
     def tell(self, torque: Expression) -> None:
         """Add to the commanded torque (N m, > 0 to the right), in terms of coordinates, rates and speed."""

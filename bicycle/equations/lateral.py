@@ -32,34 +32,36 @@ sp = library("sympy")
 class SymbolicModel:
     """E x' = F(v) x + B(v) u, y = C(v) x + D(v) u, symbolic; :mod:`bicycle.equations.evaluation` gives numbers."""
 
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    mass: Any
-    dynamics: SymbolicPolynomial
-    input_matrix: SymbolicPolynomial
-    output_matrix: SymbolicPolynomial
-    feedthrough: SymbolicPolynomial
-    static_loads: tuple[Expression, Expression]
-    load_transfer: Expression
-    switches: Mapping[Expression, Expression]
-    declared: Declarations
+    states: tuple[str, ...]  # (n,) names of x
+    inputs: tuple[str, ...]  # (k,) names of u
+    outputs: tuple[str, ...]  # (o,) names of y; their units, and those of x and u, are in ``declared.units``
+    parameters: tuple[str, ...]  # names: all of a bicycle, and those of effects that occur (``effect.key``)
+    mass: Any  # E, sympy matrix (n, n)
+    dynamics: SymbolicPolynomial  # F(v), (n, n)
+    input_matrix: SymbolicPolynomial  # B(v), (n, k)
+    output_matrix: SymbolicPolynomial  # C(v), (o, n)
+    feedthrough: SymbolicPolynomial  # D(v), (o, k)
+    static_loads: tuple[Expression, Expression]  # N, of rear and front contact, positive
+    load_transfer: Expression  # N, that moves from the front contact to the rear
+    switches: Mapping[Expression, Expression]  # symbol, 1 below a speed and 0 above -> that speed, m/s
+    declared: Declarations  # states, modes and units
 
 
 @dataclass(frozen=True)
 class OpenModel:
     """Rows of the equations of a builder's model: a column for each of ``motion``, then for each of ``inputs``."""
 
-    model: Builder
+    model: Builder  # the builder, with all effects applied
+    # M, (j + 2, j + 2): j joints after lateral velocity and yaw rate; (j, j) once contacts are held
     mass: SymbolicPolynomial
-    right: SymbolicPolynomial
-    angle_rates: SymbolicPolynomial
-    extra_rates: SymbolicPolynomial
+    right: SymbolicPolynomial  # what M times the accelerations equals: forces N, moments N m
+    angle_rates: SymbolicPolynomial  # (j, ...), rates of the joint angles, rad/s
+    extra_rates: SymbolicPolynomial  # a row for each state of the effects: its rate of change
     shown: SymbolicPolynomial  # a row for each of ``outputs``
-    motion: Sequence[Expression]
+    motion: Sequence[Expression]  # symbols of the states: velocities, angles, states of the effects
+    # symbols; with held contacts the two side forces, N, come last until they are eliminated
     inputs: Sequence[Expression]
-    outputs: Sequence[str]
+    outputs: Sequence[str]  # names
 
 
 def assemble(rows: OpenModel) -> SymbolicModel:
@@ -306,10 +308,10 @@ def speed_symbol() -> Expression:
 class Point(NamedTuple):
     """What an effect asks for of a point of a body: its lateral ``offset`` (m) or ``speed`` (m/s)."""
 
-    what: str
-    body: str
-    x: Expression  # m
-    z: Expression  # m
+    what: str  # ``offset`` (m) or ``speed`` (m/s), positive to the right
+    body: str  # its name
+    x: Expression  # m, forward of the rear contact
+    z: Expression  # m, downward from the road
 
 
 class ModelBuilder:

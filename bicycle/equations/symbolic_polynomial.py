@@ -19,8 +19,8 @@ Matrix = Any  # sympy.Matrix
 class SymbolicPolynomial:
     """``coefficients[k]`` is the symbolic matrix of v^k, of ``shape`` (rows, columns); zero ones are absent."""
 
-    coefficients: Mapping[int, Matrix]
-    shape: tuple[int, int]
+    coefficients: Mapping[int, Matrix]  # power of v -> matrix of ``shape``
+    shape: tuple[int, int]  # rows, columns
     _op_priority: ClassVar[float] = 100.0  # sympy leaves the product of a matrix and a polynomial to this class
 
     @classmethod

@@ -166,12 +166,12 @@ class Help:
 class OwnBicycle:
     """A bicycle from what one has, and what follows from it."""
 
-    bicycle: Bicycle
+    bicycle: Bicycle  # measured and guessed parameters with their covariance
     given: tuple[str, ...]  # keys that were measured
-    weave: Band
-    capsize: Band
-    wobble: Band | None  # its share is a probability; None where no front is known
-    helps: tuple[Help, ...]
+    weave: Band  # speeds at which it becomes stable
+    capsize: Band  # speeds at which it becomes unstable
+    wobble: Band | None  # onset; its share is a probability; None where no front is known
+    helps: tuple[Help, ...]  # measurements that would reduce the uncertainty, the easiest first
     beyond: Mapping[str, tuple[float, float, float]]  # what no measured bicycle is like: value, their least and largest
 
 

@@ -250,24 +250,24 @@ def _thinned(points: dict[str, Any]) -> Points:
 class CurvatureExponent:
     """Flat over drum cornering stiffness as (1 + R / R_drum)^n: reported, never applied."""
 
-    tyre: str
-    exponent: Estimate
-    pairs: int
-    drum_radius: float
-    ratio: float
+    tyre: str  # name
+    exponent: Estimate  # n, without unit; its standard uncertainty is NaN of a single pair
+    pairs: int  # how many loads and pressures were measured on both surfaces
+    drum_radius: float  # m, mean over the pairs
+    ratio: float  # C_Fy on the drum over that on the flat track, geometric mean over the pairs
 
 
 @dataclass(frozen=True)
 class Campaign:
     """All conditions of a campaign, its repeatability, and the files that were skipped (name -> reason)."""
 
-    folder: Path
-    conditions: tuple[ConditionResult, ...]
-    sweep_repeatability: Repeatability
-    pull_repeatability: Repeatability
-    settings: FitSettings
+    folder: Path  # where the recordings are
+    conditions: tuple[ConditionResult, ...]  # sorted as :func:`combined` leaves them
+    sweep_repeatability: Repeatability  # of cornering stiffness
+    pull_repeatability: Repeatability  # of lateral stiffness
+    settings: FitSettings  # those of every fit
     skipped: dict[str, str]
-    curvature: tuple[CurvatureExponent, ...]
+    curvature: tuple[CurvatureExponent, ...]  # one a tyre that was measured on both surfaces
 
     def as_json(self) -> dict[str, Any]:
         """``{"conditions": [...]}``; a quantity that was not measured is null."""

@@ -43,20 +43,21 @@ class FitSettings:
 class RecordingSummary:
     """One fitted recording, SI units; ``kind`` is ``slip_sweep``, ``slip_step`` or ``pull_test``."""
 
-    file: str
-    kind: str
-    condition: Condition
-    synthetic: bool
-    value: float
-    fit_sd: float
-    r_squared: float
-    rate: float = 0.0
-    speed: float | None = None
-    half_gap: float = 0.0
-    half_gap_sd: float = 0.0
+    file: str  # name of the recording, ``name#event`` for one of several events of a file
+    kind: str  # ``slip_sweep``, ``slip_step`` or ``pull_test``
+    condition: Condition  # load, pressure and camber, as stated or as the channels show them
+    synthetic: bool  # True if a program computed the recording
+    value: float  # cornering stiffness N/rad of a sweep, relaxation length m of a step, lateral stiffness N/m of a pull
+    fit_sd: float  # of ``value``, in its unit, from the residuals of this recording alone
+    r_squared: float  # of the samples that were fitted
+    rate: float = 0.0  # rad/s, mean absolute d(slip)/dt of a sweep; 0 of the other kinds
+    speed: float | None = None  # m/s, mean rolling speed of a sweep; None if not recorded, and of the other kinds
+    half_gap: float = 0.0  # rad, half the slip distance between up and down branch of a sweep; 0 of the other kinds
+    half_gap_sd: float = 0.0  # rad; 0 of the other kinds
+    # further fitted numbers by name; each name ends with its unit
     details: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    cache: Path | None = None
+    notes: tuple[str, ...] = ()  # what a reader of the value must know
+    cache: Path | None = None  # file that keeps the fit and its points; None without
     event: str = ""  # of several in one file
 
 
@@ -64,8 +65,8 @@ class RecordingSummary:
 class Repeatability:
     """Relative standard deviation of one recording about its condition's mean, pooled over a campaign."""
 
-    sd: float
-    dof: float
+    sd: float  # relative to the mean, of one recording
+    dof: float  # effective degrees of freedom behind ``sd``
     measured: bool  # a condition has repeats; without, ``sd`` is the stated floor
     conditions: int  # conditions with repeats
     repeats: float = 0.0  # degrees of freedom that the repeats bring
@@ -177,11 +178,11 @@ def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
 class Key(NamedTuple):
     """Tyre, surface, load (N), pressure (Pa) and camber (rad): recordings with one key are repeats."""
 
-    tyre: str
-    surface: str
-    load: float
-    pressure: float
-    camber: float = 0.0
+    tyre: str  # name
+    surface: str  # ``flat`` or ``drum``
+    load: float  # N
+    pressure: float  # Pa
+    camber: float = 0.0  # rad, positive to the right
 
     def __str__(self) -> str:
         """Write it in the units of the field; no camber is not told."""
@@ -212,29 +213,30 @@ def _distance(one: RecordingSummary, other: RecordingSummary) -> float:
 class ConditionResult:
     """One tyre at one load (N), pressure (Pa), camber (rad) and surface; None where it was not measured."""
 
-    tyre: str
-    surface: str
-    load: float
-    pressure: float
-    camber: float
-    drum_radius: float | None
-    cornering_stiffness: Estimate | None
-    lateral_stiffness: Estimate | None
-    relaxation_length: Estimate | None
-    covariance: NDArray[np.float64] | None
-    r_squared: float | None
-    pneumatic_trail: Estimate | None
-    routes: Agreement | None
-    direct: dict[str, Estimate]
-    borrowed_stiffness: bool
-    scatter: dict[str, float]
-    synthetic: bool
-    sweeps: tuple[RecordingSummary, ...]
-    pulls: tuple[RecordingSummary, ...]
-    steps: tuple[RecordingSummary, ...]
-    warnings: tuple[str, ...]
-    # dFy/d(camber) at zero slip, N/rad, and what dMz/d(camber) is beside -t times that, N m/rad: of all cambers
+    tyre: str  # name
+    surface: str  # ``flat`` or ``drum``
+    load: float  # N, rounded as :func:`condition_key` does
+    pressure: float  # Pa, likewise
+    camber: float  # rad, positive to the right, likewise
+    drum_radius: float | None  # m; None on a flat track
+    cornering_stiffness: Estimate | None  # C_Fy, N/rad
+    lateral_stiffness: Estimate | None  # K_y, N/m
+    relaxation_length: Estimate | None  # C_Fy / K_y, m
+    covariance: NDArray[np.float64] | None  # (3, 3), of (C_Fy, K_y, C_Fy / K_y) in N/rad, N/m and m
+    r_squared: float | None  # mean of the sweeps'
+    pneumatic_trail: Estimate | None  # m, at zero slip; the side force acts behind the contact centre
+    routes: Agreement | None  # test of C/K and the ``direct`` routes against each other; None with fewer than two
+    direct: dict[str, Estimate]  # relaxation length, m, by its route: ``two sweep rates``, ``slip step``
+    borrowed_stiffness: bool  # True: K_y is that of the flat track, or of the upright wheel
+    scatter: dict[str, float]  # relative standard deviation of the repeats, by the kind of recording that has any
+    synthetic: bool  # True if a program computed one of the recordings
+    sweeps: tuple[RecordingSummary, ...]  # sorted by file, as ``pulls`` and ``steps``
+    pulls: tuple[RecordingSummary, ...]  # those that K_y is from, borrowed or not
+    steps: tuple[RecordingSummary, ...]  # of this condition
+    warnings: tuple[str, ...]  # sentences, in the order in which they arose
+    # dFy/d(camber) at zero slip, N/rad, from the sweeps at all cambers of this load and pressure
     camber_stiffness: Estimate | None = None
+    # N m/rad, likewise: dMz/d(camber) less -t dFy/d(camber), t the pneumatic trail
     twisting_stiffness: Estimate | None = None
 
     @property

@@ -79,10 +79,10 @@ def find_strokes(deflection: Channel, *, noise: float, resolution: float) -> NDA
 class Pull:
     """Readings (n,) of a pull: deflection m, force N, clock from -1/2 to 1/2; strokes begin at ``turns``."""
 
-    deflection: Channel
-    force: Channel
-    clock: Channel
-    turns: NDArray[np.int64]
+    deflection: Channel  # (n,), m, plate minus rim
+    force: Channel  # (n,), N, side force
+    clock: Channel  # (n,), from -1/2 at the first reading to 1/2 at the last
+    turns: NDArray[np.int64]  # (strokes,), reading at which each stroke begins
 
     @cached_property
     def span(self) -> float:
@@ -144,10 +144,10 @@ class Pull:
 class Law:
     """F = F0 + K x (1 + c1 |x| + ...) + T + drift, with ``terms`` powers of x, of the first ``blocks`` of a pull."""
 
-    terms: int
-    blocks: int
-    friction: bool
-    drift: bool
+    terms: int  # powers of x: 1 is a straight line
+    blocks: int  # how many of the first block means it holds for
+    friction: bool  # T, with its presliding, is fitted
+    drift: bool  # the drift of the force's zero is fitted
 
     @property
     def numbers(self) -> int:
@@ -168,7 +168,7 @@ class Law:
 class LawFit:
     """A law that was fitted to block means."""
 
-    law: Law
+    law: Law  # which numbers were fitted, and to how many blocks
     values: Array  # (p,), of the columns
     presliding: float  # m; 0 without friction
     cost: float  # weighted sum of squares, N^2
@@ -251,13 +251,13 @@ def candidate_laws(pull: Pull, ranges: Sequence[int]) -> list[Law]:
 class PullCurve:
     """The laws that describe a pull, the likeliest first, with their weights (sum 1)."""
 
-    pull: Pull
-    fits: tuple[LawFit, ...]
-    weights: Channel
+    pull: Pull  # the readings
+    fits: tuple[LawFit, ...]  # (k,), likeliest first
+    weights: Channel  # (k,), probability of each
     noise: float  # standard deviation of a reading of the force, by its differences, N
     poor: bool  # the likeliest law leaves more than that, and not by chance
     slow: float  # factor on standard deviations by the memory of what is left
-    dof: float
+    dof: float  # effective degrees of freedom behind ``stiffness_sd``
 
     @property
     def stiffness(self) -> float:

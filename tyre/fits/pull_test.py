@@ -31,13 +31,13 @@ class PullTestFit:
     rim_share: float  # rim displacement over plate displacement
     r_squared: float  # of the force of the readings used
     residual_sd: float  # likewise, N
-    strokes: int
+    strokes: int  # how many loadings and unloadings are in the readings used
     readings: int  # complete ones
     readings_used: int  # without those beyond ``reach``, where the tyre slides
-    notes: tuple[str, ...]
-    deflection: Channel
-    force: Channel
-    fitted: Channel  # NaN where the readings are not used
+    notes: tuple[str, ...]  # what a reader of the numbers must know
+    deflection: Channel  # (n,), m, plate minus rim, of the complete readings
+    force: Channel  # (n,), N, side force
+    fitted: Channel  # (n,), N; NaN where the readings are not used
 
 
 def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> PullTestFit:

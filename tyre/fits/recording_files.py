@@ -81,14 +81,14 @@ _REQUIRED = {
 class Sidecar:
     """Content of a sidecar in SI units; ``kind`` is None when the file leaves it to the columns."""
 
-    condition: Condition
-    axes: str
-    kind: str | None = None
-    synthetic: bool = False
-    notes: tuple[str, ...] = ()
-    channel_map: ChannelMap | None = None
-    recording: str = ""
-    rigid_rim: bool = False
+    condition: Condition  # NaN for a load or pressure that it leaves to the channels
+    axes: str  # ``ISO``, ``SAE`` or ``adapted SAE``: signs of the file's channels
+    kind: str | None = None  # as in :class:`RigRun`, or ``pull_test``; None: the columns tell
+    synthetic: bool = False  # True if a program computed the recording
+    notes: tuple[str, ...] = ()  # what a reader of any result must know
+    channel_map: ChannelMap | None = None  # which column is which channel; None: by their names
+    recording: str = ""  # name of the recording's file if it differs from the sidecar's; else empty
+    rigid_rim: bool = False  # True: the rim cannot move, and its displacement is taken as zero
 
 
 def read_sidecar(path: Path) -> Sidecar:

@@ -33,16 +33,16 @@ class SlipStepFit:
 
     relaxation_length: Estimate  # with what the curve of the tyre leaves open
     fit_sd: float  # from the (correlated) residuals of this recording alone, m
-    fit_dof: float
+    fit_dof: float  # degrees of freedom behind ``fit_sd``
     curve_sd: float  # because the peak of the side force is assumed, common to all steps of a tyre, m
     slip: tuple[float, float]  # before and after the step, rad
     deficit: float  # share by which the force change stays below cornering stiffness times slip change, as assumed
     length_by_deficit: float  # relative change of the length for a deficit that is larger by one
     distance_to_63: float | None  # m to where the smoothed force first passes 63.2 % of its change
-    force_change: float
-    r_squared: float
-    residual_sd: float
-    notes: tuple[str, ...]
+    force_change: float  # N, of the fitted steady force from before to after the step
+    r_squared: float  # of the resampled side force
+    residual_sd: float  # N, likewise
+    notes: tuple[str, ...]  # those of the recording
 
 
 def is_slip_step(run: RigRun) -> bool:
@@ -319,12 +319,12 @@ class Agreement:
     ``tests`` counts the conditions of the campaign that are tested alike, of which one may disagree by chance.
     """
 
-    routes: dict[str, Estimate]
-    mean: float
-    chi2: float
-    dof: int
-    p_value: float
-    tests: int = 1
+    routes: dict[str, Estimate]  # relaxation length, m, by its route
+    mean: float  # m, weighted by the inverse variances
+    chi2: float  # sum of squared distances from the mean, each over its standard deviation
+    dof: int  # number of routes less one
+    p_value: float  # probability of a larger ``chi2`` if all routes measure one length
+    tests: int = 1  # conditions of the campaign that are tested alike
 
     @property
     def limit(self) -> float:

@@ -40,9 +40,9 @@ SPEED = Tolerance("speed", 0.2, 0.1, "m/s")  # cuts a recording, but is no part 
 class Stretch:
     """Samples ``first`` to ``last`` (excluded) of a sweep, or of a step with the rest before and after it."""
 
-    first: int
-    last: int
-    kind: str
+    first: int  # sample
+    last: int  # sample, excluded
+    kind: str  # ``sweep`` or ``step``
 
     def of(self, run: RigRun) -> RigRun:
         """Cut the stretch out of a ``run``; a channel without a sample in it is left out."""

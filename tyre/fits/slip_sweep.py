@@ -22,9 +22,9 @@ class AligningMoment:
     """Aligning moment about zero slip (adapted SAE, Mz = -t Fy)."""
 
     pneumatic_trail: float  # t, m
-    pneumatic_trail_sd: float  # of the fit; the calibration of the moment cell is not in it
+    pneumatic_trail_sd: float  # m, of the fit; the calibration of the moment cell is not in it
     slope: float  # dMz/d(slip) = -t C_Fy, N m/rad
-    offset: float  # N m
+    offset: float  # N m, of the moment where the side force without its offset is zero
     r_squared: float  # of the block means
     at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
 
@@ -129,9 +129,9 @@ class ForceAtZero:
     """Side force at zero slip and its slope, over the laws of the side force that are possible."""
 
     stiffness: float  # C_Fy, N/rad
-    stiffness_sd: float
-    force: float  # at zero recorded slip, Sv included, N
-    force_sd: float
+    stiffness_sd: float  # N/rad, of the fit and of what the laws differ by
+    force: float  # N, at zero recorded slip, Sv included
+    force_sd: float  # N, likewise
     brush_weight: float  # probability of the laws with a brush, 0 to 1
 
 
@@ -208,22 +208,22 @@ class SlipSweepFit:
     parameters: dict[str, float]
     parameters_sd: dict[str, float]  # nan if a parameter rests on a bound
     half_gap: float  # half the slip distance between up and down branch, rad, at ``rate``
-    half_gap_sd: float
+    half_gap_sd: float  # rad, of the residuals of this recording alone
     rate: float  # mean absolute d(slip)/dt, rad/s
-    speed: float | None
+    speed: float | None  # m/s, mean rolling speed; None if neither recorded nor stated
     apparent_relaxation_length: float | None  # lag times speed, m: the whole gap read as lag
     r_squared: float  # 1 - SS_res/SS_tot over the samples (Dell'Orto et al., eq. 6)
-    residual_sd: float
+    residual_sd: float  # N, of the samples about the fitted curve
     load: float  # mean measured vertical load, N
-    branches: int
-    samples: int
+    branches: int  # how many stretches between reversals of the slip are fitted
+    samples: int  # how many samples are fitted: settled ones with a side force
     force_at_zero: tuple[float, float]  # steady side force at zero recorded slip and its standard deviation, N
-    temperature: float | None
-    aligning_moment: AligningMoment | None
-    notes: tuple[str, ...]
+    temperature: float | None  # degrees Celsius, mean; None if not recorded
+    aligning_moment: AligningMoment | None  # None where it was not recorded
+    notes: tuple[str, ...]  # what a reader of the numbers must know
     sensor_faults: tuple[str, ...]  # also among the ``notes``
-    blocks: sweep_curve.Blocks
-    residuals: Channel
+    blocks: sweep_curve.Blocks  # block means that were fitted
+    residuals: Channel  # (m,), N, fitted minus measured side force of the settled blocks
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady side force, offsets included."""
@@ -396,8 +396,8 @@ class Flattening:
 class GainBySign:
     """Gain of the force cell to the right less that to the left, relative, and its standard deviation."""
 
-    difference: float
-    sd: float
+    difference: float  # relative
+    sd: float  # likewise
 
 
 def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution) -> "Flattening | GainBySign | None":

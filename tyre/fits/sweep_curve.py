@@ -107,18 +107,18 @@ def lagged_slip(time: Channel, history: Any, *, lag: float) -> tuple[Channel, Ch
 class Blocks:
     """Block means along a sweep."""
 
-    time: Channel
-    slip: Channel
-    force: Channel
-    moment: Channel | None
+    time: Channel  # (m,), s; with a recorded speed, travelled distance over mean speed
+    slip: Channel  # (m,), rad
+    force: Channel  # (m,), N, side force
+    moment: Channel | None  # (m,), N m, aligning moment; None if not recorded
     heavier: Channel  # load over its mean less one, as far as it stands out of the noise of the load cell
-    branch: NDArray[np.int64]
-    rate: Channel  # d(slip)/dt of the branch, rad/s
-    settled: NDArray[np.bool_]
-    speed: float | None
+    branch: NDArray[np.int64]  # (m,), number of the stretch between two reversals, from 0
+    rate: Channel  # (m,), rad/s, d(slip)/dt of the branch
+    settled: NDArray[np.bool_]  # (m,), rolled more than 0.5 m since the reversal: only these are fitted
+    speed: float | None  # m/s, mean; None if neither recorded nor stated
     missing: int  # samples without side force
-    first: NDArray[np.int64]  # sample of each block
-    size: NDArray[np.int64]
+    first: NDArray[np.int64]  # (m,), first sample of each block
+    size: NDArray[np.int64]  # (m,), samples of each block, those without side force included
     points: bool = False  # settled points, few and far apart
 
     @cached_property
@@ -291,7 +291,7 @@ LOW, HIGH = (np.array([limits[end] for limits in BOUNDS.values()]) for end in (0
 class SweepModel:
     """Side force of the settled blocks of a sweep as a function of the scaled parameters ``NAMES``."""
 
-    blocks: Blocks
+    blocks: Blocks  # all of the sweep; the settled ones are fitted
     free: NDArray[np.bool_]  # (10,), True for a fitted parameter; the others stay at ``start``
     start: Channel  # (10,), scaled parameters
     stiffness: float  # unit of the cornering stiffness, N/rad
