@@ -90,6 +90,31 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(f"'{name}'" for name in names)
 
 
+def _is_positive(values: Array) -> Any:
+    """Tell at which conditions a value is finite and > 0, shape (N,)."""
+    return np.isfinite(values) & (values > 0)
+
+
+def _is_sd(values: Array) -> Any:
+    """Tell at which conditions a value is finite and >= 0, shape (N,)."""
+    return np.isfinite(values) & (values >= 0)
+
+
+# column of a measured table -> which of its values (N,) are allowed, and the same in words; the load comes first, as
+# the others must have its shape
+COLUMN_LIMITS: dict[str, tuple[Callable[[Array], Any], str]] = {
+    "load": (_is_positive, "finite and > 0"),
+    "pressure": (_is_positive, "finite and > 0"),
+    "cornering_stiffness": (_is_positive, "finite and > 0"),
+    "lateral_stiffness": (_is_positive, "finite and > 0"),
+    "lateral_stiffness_sd": (_is_sd, "finite and >= 0"),
+    "cornering_stiffness_sd": (_is_sd, "finite and >= 0"),
+    "stiffness_correlation": (lambda values: np.abs(values) <= 1, "from -1 to 1"),
+    "cornering_stiffness_dof": (lambda values: values > 0, "> 0"),
+    "lateral_stiffness_dof": (lambda values: values > 0, "> 0"),
+}
+
+
 @dataclass(frozen=True, eq=False)
 class MeasuredTable:
     """Cornering and lateral stiffness of one tyre on one surface at the measured conditions, SI units.
@@ -170,13 +195,11 @@ class MeasuredTable:
             raise InputError(
                 f"{self.label}: lateral_stiffness_shared_over has '{dimension}'; allowed are {listed(SHAREABLE)}."
             )
-        for name in ("load", "pressure", "cornering_stiffness", "lateral_stiffness"):
-            self._keep(name, lambda a: np.isfinite(a) & (a > 0), "finite and > 0")
-        for name in ("lateral_stiffness_sd", "cornering_stiffness_sd"):
-            self._keep(name, lambda a: np.isfinite(a) & (a >= 0), "finite and >= 0")
-        self._keep("stiffness_correlation", lambda a: np.abs(a) <= 1, "from -1 to 1")
-        for name in ("cornering_stiffness_dof", "lateral_stiffness_dof"):
-            self._keep(name, lambda a: a > 0, "> 0")
+        for name, (is_allowed, allowed) in COLUMN_LIMITS.items():
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _read_only(getattr(self, name)))
+                self._check_shape(name, getattr(self, name))
+                self._check_values(name, is_allowed, allowed)
         for name in ("calibration", "stiffness_correlation", "cornering_stiffness_dof"):
             for stiffness in ("cornering", "lateral"):
                 if getattr(self, f"{stiffness}_stiffness_sd") is None and getattr(self, name) is not None:
@@ -186,8 +209,8 @@ class MeasuredTable:
                     )
         if (self.cornering_stiffness_dof is None) != (self.lateral_stiffness_dof is None):
             raise InputError(f"{self.label}: degrees of freedom of one stiffness only; give those of both or of none")
-        beside = {"pneumatic_trail": self.pneumatic_trail, "camber_stiffness": self.camber_stiffness}
-        for name, column in {**beside, **self.direct_relaxation_length}.items():
+        further = {"pneumatic_trail": self.pneumatic_trail, "camber_stiffness": self.camber_stiffness}
+        for name, column in {**further, **self.direct_relaxation_length}.items():
             if column is not None:
                 self._check_shape(name, column.value)
         conditions, counts = np.unique(np.column_stack([self.load, self.pressure]), axis=0, return_counts=True)
@@ -195,16 +218,14 @@ class MeasuredTable:
             at = f"{load:g} N at {pressure / PASCAL_PER_BAR:g} bar"
             raise InputError(f"{self.label}: {at} appears twice; combine repeats into one condition.")
 
-    def _keep(self, name: str, inside: Callable[[Array], Any], allowed: str) -> None:
-        """Keep a column, unless it is None, as a read-only array of the shape of ``load`` with allowed values."""
-        if getattr(self, name) is None:
-            return
-        object.__setattr__(self, name, array := _read_only(getattr(self, name)))
-        self._check_shape(name, array)
-        for row in np.flatnonzero(~inside(array)):
-            raise InputError(f"{self.label}: {name} of condition {row + 1} is {array[row]:g}; it must be {allowed}.")
+    def _check_values(self, name: str, is_allowed: Callable[[Array], Any], allowed: str) -> None:
+        """Refuse a column with a value that is not ``allowed``, in words."""
+        values = getattr(self, name)
+        for row in np.flatnonzero(~is_allowed(values)):
+            raise InputError(f"{self.label}: {name} of condition {row + 1} is {values[row]:g}; it must be {allowed}.")
 
     def _check_shape(self, name: str, array: Array) -> None:
+        """Refuse a column that has not one value for every condition."""
         if array.ndim != 1 or array.size == 0 or array.shape != self.load.shape:
             raise InputError(
                 f"{self.label}: {name} has shape {array.shape}; every column needs the shape of load, "
