@@ -1,4 +1,4 @@
-"""Identification of recorded motion: modes of free decays, frequency responses, canonical coefficients.
+"""Identification of recorded motion: modes of free decays, frequency responses.
 
 Every name is imported when it is first used: a recording is read without what fits it.
 """
@@ -6,7 +6,6 @@ Every name is imported when it is first used: a recording is read without what f
 from tyre.ground.door import room
 
 HOME = {  # module -> the names that it gives to other rooms
-    "canonical": ("Canonical",),
     "decay_noise": ("AMPLITUDE", "DRIFTS", "KINDS", "REAL", "Evidence", "basis", "noise_floor", "window"),
     "decay_posterior": ("POINTS", "WIDER", "interval", "log_odds_of_any", "log_odds_of_each", "proposal"),
     "free_decay": (

@@ -9,13 +9,13 @@ from tyre.ground.door import door
 
 FILES = {
     "bench": ("Bench",), "bicycle_kind": ("BicycleKind",), "candidates": ("find_candidates", "nuisances"),
-    "canonical": ("CanonicalCoefficients",), "family": ("Family",),
+    "family": ("Family",),
     "figures": ("BEFORE_AFTER", "draw_before_after", "draw_traces", "residuals"),
     "findings": ("Findings", "Predicted", "coordinates_of", "find", "leading_two", "predict", "with_stability"),
     "frequency_response": ("FrequencyResponses",), "histories": ("Histories",),
     "labels": ("fate", "listed", "misfit", "number", "probability", "said", "sentence", "term_name", "titles"),
     "measurement_file": ("available_measurements", "example_measurement", "packaged_measurement"),
-    "modal": ("Modal", "ModalPoint"),
+    "mistakes": ("delay_error", "gain_error", "speed_errors"), "modal": ("Modal", "ModalPoint"),
     "report": ("draw_all", "model_files", "page", "record", "terminal", "write_report"),
     "residual": ("PAIRS", "Residual", "Selector", "SpeedScale", "candidate", "fit_residual", "keys", "term_names"),
     "rig_numbers": ("RigNumbers",), "rig_recordings": ("RigRecordings",), "rig_reference": ("Curve", "Reference"),

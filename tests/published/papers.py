@@ -17,9 +17,9 @@ from scipy.optimize import linear_sum_assignment
 
 from bicycle import Bicycle, LinearModel, Model, critical_speeds, effect_class, load_bicycle, modes, registry
 from bicycle.model import read_model
-from tyre.ground import data_root
 
 HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "docs" / "examples"
 FOOT = 0.3048  # m
 
 
@@ -156,7 +156,7 @@ class Implied:
 
 def moore() -> list[Implied]:
     """Riders J, C and L of Moore (2012): coefficients of velotyre within what the printed digits leave open."""
-    with data_root().joinpath("measured", "davis_canonical_coefficients.csv").open() as file:
+    with (EXAMPLES / "kinds" / "davis_canonical_coefficients.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if not row["coefficient"].startswith("H")]
     counted, place = [], {"phi": 0, "delta": 1}
     for rider, name in (("J", "rigid_rider_joined"), ("C", "davis_c"), ("L", "davis_l")):

@@ -47,8 +47,8 @@ def test_what_is_right_is_none(capsys):
 def test_a_valid_text_that_is_refused_ends_the_study(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # without the tables that the file names
     (tmp_path / "measured").mkdir()
-    with pytest.raises(InputError, match="measurement davis: its valid text ends refused"):
-        attacked("measurement davis", seed=1, inputs=1, seconds=1)
+    with pytest.raises(InputError, match="measurement kooijman2008: its valid text ends refused"):
+        attacked("measurement kooijman2008", seed=1, inputs=1, seconds=1)
 
 
 def test_a_folder_for_a_file_is_refused_before_it_is_searched(tmp_path, monkeypatch):

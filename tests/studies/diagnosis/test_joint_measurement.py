@@ -159,7 +159,7 @@ def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_p
     (lambda t: t.replace('"modes"', '"kicks"'), "'kicks' is given twice; give each part a name of its own"),
     (lambda t: t.replace('kind = "modal"', ""), "part 1.*: a part without a kind"),
     (lambda t: t.replace('"modal"', '"tyre_tables"'), r"'tyre_tables' is not allowed in .*part"),
-    (lambda t: t.replace("part.modal", "part.canonical"), r"part 'modes': .* the table \[modal\] is missing"),
+    (lambda t: t.replace("part.modal", "part.bench"), r"part 'modes': .* the table \[modal\] is missing"),
     (lambda t: t.replace("weave.csv", "wave.csv"), "part 'modes': .*wave.csv"),
     (lambda t: t.replace('"joint"', '"modal"'), r"kind is 'modal' but \[\[part\]\] belongs to kind = 'joint'"),
     (lambda t: t.split("[[part]]")[0], "kind is 'joint' but there is no part"),

@@ -120,13 +120,6 @@ def left_open(measurement):
     return SimpleNamespace(kind=forward, final=fit(forward), verdict=verdict)
 
 
-def test_canonical_coefficients_have_one_too():
-    """Davis (Moore 2012), with a damper against the steer rate left over."""
-    found = fit_residual(left_open(read_measurement("davis")))
-    assert found.before.gap > found.after.gap
-    assert found.values["steer_from_steer_rate"] < 0
-
-
 def test_joint_data_have_one_torque(reported):
     whole = reported.diagnosis.kind
     parts = tuple((name, dataclasses.replace(whole, points=whole.points[k::2])) for k, name in enumerate("ab"))

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from bicycle import Model, load_bicycle
+from bicycle.effects import outside_effects
 from studies.diagnosis import BicycleKind, Kind, diagnose, find, read_measurement, record, write_report
 from studies.inference import Candidate, Proposal, Rows, UncertainParameter
-from tyre.ground import needed, read, table
+from tyre.ground import InputError, needed, read, table
 
 HEIGHT = 0.95  # m, of the saddle
 SCALE = "saddle.scale"
@@ -116,3 +117,21 @@ def test_slopes_follow_from_the_prediction(file):
     step = 1e-4 * np.eye(len(kind.nominal))[0]
     moved, _ = kind.residual((), kind.nominal + step, slopes=False)
     assert jacobian[:, 0] == pytest.approx((moved - residual) / 1e-4, rel=1e-2, abs=1e-3)
+
+
+def test_an_effect_with_the_name_of_an_error_of_the_measurement_is_refused(file, tmp_path):
+    (tmp_path / "balance_scale.py").write_text(
+        """from bicycle import Effect, Parameter
+
+class Own(Effect):
+    'A toy.'
+    size = Parameter("N m/rad", "of the toy", bounds=(0.0, 9.0), typical=(1.0, 2.0), default=1.0, neutral=0.0)
+    source = signature = "none"
+    def apply(self, model):
+        model.add_torque(model.steer, -self.size * model.steer.angle)
+"""
+    )
+    measurement = read_measurement(file)
+    words = "the effect 'balance_scale' of .*.py has the name of something that may be wrong with a measurement"
+    with outside_effects([tmp_path / "balance_scale.py"]), pytest.raises(InputError, match=words):
+        measurement.ready()
