@@ -12,13 +12,14 @@ from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
-    from bicycle.motion.responses import Response
+    from bicycle.motion.responses import FrequencyResponse, Response
     from studies.motion.synthetic_sensors import Sensors
     from tyre.ground.arrays import Array
 
 RECORDING = "recording.csv"
-HIDDEN = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
+UNRECORDED = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
 TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic Formula
+NOTHING_MOVES = "nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02"
 
 
 @click.command(
@@ -28,7 +29,7 @@ TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic 
 @takes_model
 @speed_option()
 @click.option("--duration", type=DURATION, default=5.0, show_default=True, help="s.")
-@click.option("--step", "sample", type=DURATION, default=0.005, show_default=True, help="Time between samples, s.")
+@click.option("--step", type=DURATION, default=0.005, show_default=True, help="Time between samples, s.")
 @click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
 @click.option(
     "--input",
@@ -64,7 +65,7 @@ def command(
     chosen: ChosenModel,
     speed: float,
     duration: float,
-    sample: float,
+    step: float,
     initial: str,
     inputs: tuple[str, ...],
     channels_file: Path | None,
@@ -88,48 +89,39 @@ def command(
 
     from bicycle.model.wheel_tyres import wheel_curves
     from bicycle.motion.nonlinear import CurveTyre, MagicTyre, magic_formula_model
-    from bicycle.motion.responses import frequency_response as gains
+    from bicycle.motion.responses import frequency_response as compute_frequency_response
     from bicycle.motion.responses import respond
-    from studies.motion.simulation import (
-        check_within,
-        draw_frequency_response,
-        draw_responses,
-        parse_initial,
-        parse_inputs,
-    )
+    from studies.motion.simulation import check_within, parse_initial, parse_inputs
     from studies.motion.synthetic_sensors import write_recording
     from studies.reporting.manifest import results
-    from studies.reporting.output import print_warnings, write_csv
+    from studies.reporting.output import print_warnings
     from tyre.ground.errors import InputError
 
-    for name, value in (("duration", duration), ("step", sample)):
+    # Read the options.
+    for name, value in (("duration", duration), ("step", step)):
         if value <= 0:
             raise InputError(f"{name} = {value:g} s must be positive")
-    sensors, sample = _sensors(sensors_file, sample, noise=noise, seed=seed)
-    if sample > duration:
-        raise InputError(f"step = {sample:g} s is longer than duration = {duration:g} s; take a smaller step")
-    for name in (*TYRE, "offset"):
-        if not nonlinear and stated(name):
-            option = "--" + name.replace("_", "-")
-            raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
-    if duration / sample > 1e6:
-        raise InputError(f"{duration / sample:.0f} samples are more than a million; take a larger step")
+    sensors, step = _read_sensors(sensors_file, step, noise=noise, seed=seed)
+    _check_options(duration, step, nonlinear=nonlinear)
     model = chosen.model
     linear = model.linear_model()
-    time = np.arange(math.floor(duration / sample * (1 + 1e-12)) + 1) * sample
-    taken = {name: linear.declared.units[name] for name in linear.inputs}
+    time = np.arange(math.floor(duration / step * (1 + 1e-12)) + 1) * step
+    input_units = {name: linear.declared.units[name] for name in linear.inputs}
     channel_map = chosen_map(channels_file, channel_texts)
     start = parse_initial(initial, linear.declared.units)
-    histories = parse_inputs(inputs, allowed=taken, channel_map=channel_map)
+    histories = parse_inputs(inputs, allowed=input_units, channel_map=channel_map)
     check_within(histories, float(time[-1]))
     if not (start or histories or frequency_response or (nonlinear and offset)):
-        raise InputError("nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
+        raise InputError(NOTHING_MOVES)
 
+    # Compute: the linear response, the one on saturating tyres, gains, and what sensors would record.
     responses = {}
     if start or histories or offset:
         responses["linear"] = respond(linear, speed=speed, time=time, initial=start, inputs=histories)
+    curves = {}
     if nonlinear:
-        curves = {} if any(map(stated, TYRE)) else wheel_curves(chosen.content.get("effects", {}))
+        if not any(map(stated, TYRE)):
+            curves = wheel_curves(chosen.content.get("effects", {}))
         tyres = {wheel: CurveTyre(*curve, offset) for wheel, curve in curves.items()}
         tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
         system = magic_formula_model(model, speed=speed, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre))
@@ -137,46 +129,53 @@ def command(
     spectrum = None
     if frequency_response:
         frequencies = np.geomspace(0.05, 20.0, 400)
-        spectrum = gains(linear, speed=speed, input=frequency_response, frequency_hz=frequencies)
-
-    title, written, notes = f"{model.bicycle.name} at {speed:g} m/s", [], []
+        spectrum = compute_frequency_response(linear, speed=speed, input=frequency_response, frequency_hz=frequencies)
+    title = f"{model.bicycle.name} at {speed:g} m/s"
     columns = None
     if sensors is not None:
-        words = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s with {sensors_file}"
-        seed = (secrets.randbelow(2**32 - 1) if seed is None else seed) if noise else None  # one that nobody has had
-        words += f" and noise seed {seed}" if noise else " and no noise"
-        columns, hidden = _recording(responses, sensors, seed)
+        description = f"{model.bicycle.name} {list(responses)[-1] if responses else ''} at {speed:g} m/s"
+        description += f" with {sensors_file}"
+        if noise:
+            seed = secrets.randbelow(2**32 - 1) if seed is None else seed  # one that nobody has had
+            description += f" and noise seed {seed}"
+        else:
+            seed = None
+            description += " and no noise"
+        columns, unrecorded = _record(responses, sensors, seed)
+
+    # Show.
     with results(out):
-        for label, response in responses.items():
-            upright, name = response.until_fall(), f"response_{label.lower().replace(' ', '_')}.csv"
-            write_csv(upright.frame(), out / name)
-            written.append(name)
-            notes += [f"{label}: {text}" for text in upright.warnings]
-            if upright.fall is not None:
-                notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
+        written, notes = _write_responses(responses, out, title=title)
         if columns is not None:
             written.append(RECORDING)
-            write_recording(out / RECORDING, columns, words)
-            notes += [HIDDEN.format(RECORDING, name) for name in hidden]
-        if responses:
-            draw_responses(responses, out / "response", title=title)
-            written += ["response.png", "response.svg"]
+            write_recording(out / RECORDING, columns, description)
+            notes += [UNRECORDED.format(RECORDING, name) for name in unrecorded]
         if spectrum is not None:
-            write_csv(spectrum.frame(), out / "frequency_response.csv")
-            title = f"{title}: {spectrum.input.replace('_', ' ')}"
-            draw_frequency_response(spectrum, out / "frequency_response", title=title)
-            written += [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]
+            written += _write_spectrum(spectrum, out, title=title)
             if linear.eigenvalues(speed).real.max() > 0:
                 notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
-    if nonlinear:
-        labels = dict.fromkeys(source.label for source, _ in curves.values())
-        notes += [f"{label}: side force and moment follow its curves, without its shifts" for label in labels]
+    labels = dict.fromkeys(source.label for source, _ in curves.values())
+    notes += [f"{label}: side force and moment follow its curves, without its shifts" for label in labels]
     print_warnings([*linear.warnings, *notes])
     click.echo(f"{out}: {', '.join(sorted(written))}")
 
 
-def _sensors(file: Path | None, step: float, *, noise: bool, seed: int | None) -> tuple["Sensors | None", float]:
-    """The sensors of a file, and a time between samples (s) that goes with them."""
+def _check_options(duration: float, step: float, *, nonlinear: bool) -> None:
+    """Refuse more than a million samples, a step (s) beyond the duration (s), and tyre options without their tyre."""
+    from tyre.ground.errors import InputError
+
+    if step > duration:
+        raise InputError(f"step = {step:g} s is longer than duration = {duration:g} s; take a smaller step")
+    for name in (*TYRE, "offset"):
+        if not nonlinear and stated(name):
+            option = "--" + name.replace("_", "-")
+            raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
+    if duration / step > 1e6:
+        raise InputError(f"{duration / step:.0f} samples are more than a million; take a larger step")
+
+
+def _read_sensors(file: Path | None, step: float, *, noise: bool, seed: int | None) -> tuple["Sensors | None", float]:
+    """Read the sensors of a file, None without one; also return the step of simulation (s) that their rate needs."""
     from studies.motion.synthetic_sensors import fine_step, read_sensors
     from tyre.ground.errors import InputError
 
@@ -186,26 +185,59 @@ def _sensors(file: Path | None, step: float, *, noise: bool, seed: int | None) -
         if noise:
             raise InputError("--noise is of sensors; add --sensors FILE.toml (velotyre new FILE.toml --kind sensors)")
         return None, step
-    sensors, given = read_sensors(file), stated("sample")
-    if given and step > 1 / sensors.rate_hz * (1 + 1e-9):
+    sensors = read_sensors(file)
+    if not stated("step"):
+        return sensors, fine_step(sensors, step)
+    if step > 1 / sensors.rate_hz * (1 + 1e-9):
         raise InputError(
             f"step = {step:g} s is longer than the {1 / sensors.rate_hz:g} s between samples of {file}; take a smaller "
             "step, or leave --step out"
         )
-    return sensors, step if given else fine_step(sensors, step)
+    return sensors, step
 
 
-def _recording(
+def _record(
     responses: Mapping[str, "Response"], sensors: "Sensors", seed: int | None
 ) -> tuple["dict[str, Array]", list[str]]:
-    """Columns of the recording of the last response, and what pushes the bicycle and is not among them."""
+    """Record the last response: its columns, with noise if there is a seed, and the inputs that no column holds."""
     from bicycle.identification.recording import INPUTS
     from studies.motion.synthetic_sensors import recorded
     from tyre.ground.errors import InputError
 
     if not responses:
-        raise InputError("--sensors: nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02")
+        raise InputError(f"--sensors: {NOTHING_MOVES}")
     response = list(responses.values())[-1].until_fall()
-    names = {name: column for column, name in INPUTS.items()}
-    hidden = [name for name in response.inputs if names.get(name) not in sensors.channels]
-    return recorded(response, sensors, seed), hidden
+    columns_of_inputs = {name: column for column, name in INPUTS.items()}
+    unrecorded = [name for name in response.inputs if columns_of_inputs.get(name) not in sensors.channels]
+    return recorded(response, sensors, seed), unrecorded
+
+
+def _write_responses(responses: Mapping[str, "Response"], folder: Path, *, title: str) -> tuple[list[str], list[str]]:
+    """Write each response until it falls as CSV, and a figure of all; return the names of the files, and notes."""
+    from studies.motion.simulation import draw_responses
+    from studies.reporting.output import write_csv
+
+    written, notes = list[str](), list[str]()
+    for label, response in responses.items():
+        upright = response.until_fall()
+        name = f"response_{label.lower().replace(' ', '_')}.csv"
+        write_csv(upright.frame(), folder / name)
+        written.append(name)
+        notes += [f"{label}: {text}" for text in upright.warnings]
+        if upright.fall is not None:
+            notes.append(f"{name} ends with the fall at {upright.time[-1]:.2f} s: what follows means nothing")
+    if responses:
+        draw_responses(responses, folder / "response", title=title)
+        written += ["response.png", "response.svg"]
+    return written, notes
+
+
+def _write_spectrum(spectrum: "FrequencyResponse", folder: Path, *, title: str) -> list[str]:
+    """Write a frequency response as CSV and figure; return the names of the files."""
+    from studies.motion.simulation import draw_frequency_response
+    from studies.reporting.output import write_csv
+
+    write_csv(spectrum.frame(), folder / "frequency_response.csv")
+    title = f"{title}: {spectrum.input.replace('_', ' ')}"
+    draw_frequency_response(spectrum, folder / "frequency_response", title=title)
+    return [f"frequency_response.{ending}" for ending in ("csv", "png", "svg")]

@@ -1,5 +1,6 @@
 """``velotyre uncertainty``: bands on frequency, damping and critical speeds, and which measurement causes them."""
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,9 +11,10 @@ from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
     from studies.uncertainty.propagation import Quantity, Uncertainty
+    from studies.uncertainty.uncertain_model import UncertainModel
 
 SMALL = 0.005  # a group whose share is below this everywhere has no column
-LEADING = 3  # numbers that are named of many known together
+LEADING = 3  # numbers named of those that were measured together
 HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
 
 
@@ -58,121 +60,159 @@ def command(
     from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
     from tyre.ground.errors import InputError
 
+    # Read the options.
     output.check_targets(json=json_file)
-    further = [scalar_output(name) for name in outputs]
+    further_outputs = [scalar_output(name) for name in outputs]
     uncertainty = Uncertainty(
         chosen.content,
         sd=numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"),
         defaults=not stated_only,
         relative_cornering_stiffness_sd=relative_cornering_stiffness_sd,
     )
-    asked = np.array(output.parse_speeds(speeds) if speeds else [], float)
-    found = uncertainty.quantities(asked, max_speed=max_speed, samples=samples, seed=seed, outputs=further)
-    unlisted = uncertainty.unlisted(found, max_speed=max_speed, samples=samples, seed=seed)
-    refused = uncertainty.left_out(samples=samples, seed=seed)
-    kept = samples - sum(refused.values())
-    notes: list[str] = [left_out(refused, samples)] if refused else []
-    notes += [*stands_alone(uncertainty), *remarks(found, unlisted, kept, max_speed)]
-    effects, failure = dict[str, tuple[float, float, float]](), None
+    grid = np.array(output.parse_speeds(speeds) if speeds else [], float)
+
+    # Compute.
+    quantities = uncertainty.quantities(grid, max_speed=max_speed, samples=samples, seed=seed, outputs=further_outputs)
+    unlisted = uncertainty.unlisted(quantities, max_speed=max_speed, samples=samples, seed=seed)
+    impossible = uncertainty.left_out(samples=samples, seed=seed)
+    possible = samples - sum(impossible.values())
+    notes: list[str] = [left_out(impossible, samples)] if impossible else []
+    notes += [*stands_alone(uncertainty), *remarks(quantities, unlisted, possible, max_speed)]
+    effects = dict[str, tuple[float, float, float]]()
+    failure = None
     try:
         effects = total_effects(uncertainty, narrow, max_speed=max_speed, seed=seed) if narrow else {}
     except InputError as error:
-        failure = error  # said when the table is there
+        failure = error  # raised once the table is printed
+
+    # Show.
     if json_file and not failure:  # before anything is printed, which a pipe may cut off
         indices = {k: dict(zip(("first", "total", "total_95"), v, strict=True)) for k, v in effects.items()}
         content = {
             "samples": samples,
             "seed": seed,
             "max_speed_m_s": max_speed,
-            "quantities": [_record(uncertainty, q) for q in found],
+            "quantities": [_record(uncertainty, q) for q in quantities],
             "standard_deviations": {
                 key: {"sd": d.sd, "origin": d.origin, "why": d.why} for key, d in uncertainty.deviations.items()
             },
             "counted_as_exact": counted_as_exact(uncertainty),
             "assumed": assumed(uncertainty),
-            "draws_left_out": {"count": sum(refused.values()), "reasons": refused},
+            "draws_left_out": {"count": sum(impossible.values()), "reasons": impossible},
             "samples_with_further_critical_speeds": unlisted,
             "notes": notes,
             "narrow": {"critical_speed": narrow, "indices": indices},
         }
         output.write_json(content, json_file)
     if json_file != "-":
-        _print(uncertainty, found, notes)
-        fastest = max((*asked.tolist(), *(c.speed for c in uncertainty.crossings(max_speed).values())), default=0.0)
+        _print(uncertainty, quantities, notes)
+        crossing_speeds = [crossing.speed for crossing in uncertainty.crossings(max_speed).values()]
+        fastest = max((*grid.tolist(), *crossing_speeds), default=0.0)
         output.print_exchanges({"": uncertainty.nominal.linear_model()}, fastest)
         if effects:
-            what = f"what would narrow '{narrow}' most"
-            click.echo(f"\n{what} (share of its variance that goes if it is measured exactly)")
-            ranked = sorted(effects.items(), key=lambda item: -item[1][0])
-            heads = ["measurement", "first order", "total", "total ± 95 %"]
-            output.print_table([[name, *row] for name, row in ranked], heads)
+            _print_effects(effects, narrow)
     if failure:
         raise failure
     output.print_warnings(uncertainty.warnings)
 
 
-def _print(uncertainty: "Uncertainty", found: "list[Quantity]", notes: list[str]) -> None:
+def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: list[str]) -> None:
     """Print the quantities, notes, shares of the linear variance, and what is counted as exact or assumed."""
-    from bicycle.model.default_sd import ASSUMED
     from studies.reporting.output import print_table
-    from studies.sweep.specification import together
-    from studies.uncertainty import by_group, known_exactly, stated
+    from studies.uncertainty import stated
 
-    table = []
-    for q in found:
+    rows = []
+    for q in quantities:
         cause = max(q.shares, key=lambda name: q.shares[name])
-        shown = map(_plain, (q.value, q.linear_sd, q.sampled_sd, *q.band()))
-        table.append([q.name, q.unit, *shown, q.lost, f"{cause} {q.shares[cause]:.0%}"])
-    print_table(table, HEADERS)
+        numbers = [_none_if_nan(number) for number in (q.value, q.linear_sd, q.sampled_sd, *q.band())]
+        rows.append([q.name, q.unit, *numbers, q.lost, f"{cause} {q.shares[cause]:.0%}"])
+    print_table(rows, HEADERS)
     for note in notes:
         click.echo(f"note: {note}")
-    rows = [by_group(q.shares) for q in found]
-    groups = [g for g in dict.fromkeys(g for row in rows for g in row) if any(row[g] >= SMALL for row in rows)]
-    if groups:
-        click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
-        assumed = [by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0) for q in found]
-        parts = [[*(row[g] for g in groups), last] for row, last in zip(rows, assumed, strict=True)]
-        shares = [[q.name, *(f"{x:.0%}" for x in row)] for q, row in zip(found, parts, strict=True)]
-        print_table(shares, ["quantity", *groups, ASSUMED])
-    for name, numbers in uncertainty.measurements.items():
-        hanging = [q for q in found if q.shares[name] >= SMALL]
-        if together(numbers) == ", ".join(numbers) or not hanging:
-            continue
-        click.echo(
-            f"\nof {len(numbers)} numbers known together, what one known exactly would take of the linear variance "
-            "(they tell of each other, so these shares overlap)"
-        )
-        single = [list(known_exactly(uncertainty, name, q.gradient).items())[:LEADING] for q in hanging]
-        table = [[q.name, *(f"{key} {part:.0%}" for key, part in row)] for q, row in zip(hanging, single, strict=True)]
-        print_table(table, ["quantity", "most", *[""] * (LEADING - 1)])
-    for words in stated(uncertainty):
-        click.echo(f"\n{words}")
+    _print_shares(uncertainty, quantities)
+    for measurement, names in uncertainty.measurements.items():
+        _print_joint_measurement(uncertainty, measurement, names, quantities)
+    for paragraph in stated(uncertainty):
+        click.echo(f"\n{paragraph}")
 
 
-def _record(uncertainty: "Uncertainty", q: "Quantity") -> dict[str, Any]:
+def _print_shares(uncertainty: "UncertainModel", quantities: "Sequence[Quantity]") -> None:
+    """Print each quantity's shares of the linear variance by group of parameters, and the share that is assumed."""
+    from bicycle.model.default_sd import ASSUMED
+    from studies.reporting.output import print_table
+    from studies.uncertainty import by_group
+
+    shares_of_quantities = [by_group(q.shares) for q in quantities]
+    groups: list[str] = []
+    for shares in shares_of_quantities:
+        groups += [group for group in shares if group not in groups]
+    groups = [group for group in groups if any(shares[group] >= SMALL for shares in shares_of_quantities)]
+    if not groups:
+        return
+    click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
+    rows = []
+    for q, shares in zip(quantities, shares_of_quantities, strict=True):
+        assumed_share = by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0)
+        rows.append([q.name, *(f"{shares[group]:.0%}" for group in groups), f"{assumed_share:.0%}"])
+    print_table(rows, ["quantity", *groups, ASSUMED])
+
+
+def _print_joint_measurement(
+    uncertainty: "UncertainModel", measurement: str, names: tuple[str, ...], quantities: "Sequence[Quantity]"
+) -> None:
+    """Print which of the numbers that were measured together would narrow a quantity most if it were exact."""
+    from studies.reporting.output import print_table
+    from studies.sweep.specification import together
+    from studies.uncertainty import known_exactly
+
+    affected = [q for q in quantities if q.shares[measurement] >= SMALL]
+    if together(names) == ", ".join(names) or not affected:  # few enough that the tables above name each
+        return
+    click.echo(
+        f"\nof {len(names)} numbers known together, what one known exactly would take of the linear variance "
+        "(they tell of each other, so these shares overlap)"
+    )
+    rows = []
+    for q in affected:
+        leading = list(known_exactly(uncertainty, measurement, q.gradient).items())[:LEADING]
+        rows.append([q.name, *(f"{key} {share:.0%}" for key, share in leading)])
+    print_table(rows, ["quantity", "most", *[""] * (LEADING - 1)])
+
+
+def _print_effects(effects: Mapping[str, tuple[float, float, float]], crossing: str | None) -> None:
+    """Print the first-order and total index of each measurement for a critical speed, largest first."""
+    from studies.reporting.output import print_table
+
+    click.echo(f"\nwhat would narrow '{crossing}' most (share of its variance that goes if it is measured exactly)")
+    ranked = sorted(effects.items(), key=lambda item: -item[1][0])
+    print_table([[name, *indices] for name, indices in ranked], ["measurement", "first order", "total", "total ± 95 %"])
+
+
+def _record(uncertainty: "UncertainModel", q: "Quantity") -> dict[str, Any]:
+    """One quantity for JSON: value, uncertainties in its unit, and shares of its variance."""
     from studies.uncertainty import by_group, differs, known_exactly
 
-    alone = {
-        name: known_exactly(uncertainty, name, q.gradient)
-        for name, of in uncertainty.measurements.items()
-        if len(of) > 1
+    reductions = {
+        measurement: known_exactly(uncertainty, measurement, q.gradient)
+        for measurement, names in uncertainty.measurements.items()
+        if len(names) > 1
     }
     return {
         "quantity": q.name,
         "unit": q.unit,
-        "value": _plain(q.value),
-        "linear_sd": _plain(q.linear_sd),
-        "monte_carlo_sd": _plain(q.sampled_sd),
-        "band_95": [_plain(end) for end in q.band()],
+        "value": _none_if_nan(q.value),
+        "linear_sd": _none_if_nan(q.linear_sd),
+        "monte_carlo_sd": _none_if_nan(q.sampled_sd),
+        "band_95": [_none_if_nan(end) for end in q.band()],
         "samples": len(q.samples),
         "lost": q.lost,
         "linear_holds": not (q.lost or differs(q)),
         "linear_variance_shares": dict(q.shares),
         "variance_shares_by_group": by_group(q.shares),
         "variance_shares_by_origin": by_group(q.shares, uncertainty.origin),
-        "known_exactly": {name: shares for name, shares in alone.items() if shares},
+        "known_exactly": {name: shares for name, shares in reductions.items() if shares},
     }
 
 
-def _plain(value: float) -> float | None:
+def _none_if_nan(value: float) -> float | None:
     return None if value != value else value
