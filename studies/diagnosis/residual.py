@@ -160,6 +160,8 @@ class Selector:
 
     def _moves(self, chosen: dict[Pair, int]) -> Iterator[dict[Pair, int]]:
         for pair in PAIRS:
+            if len(chosen) > 1:  # several pairs may have come in for one that explains the data alone
+                yield {pair: 1}
             have = chosen.get(pair, 0)
             for count in {have - 1, have + 1, have + 2, 0} - {have, -1}:
                 if count <= self.scale.most:

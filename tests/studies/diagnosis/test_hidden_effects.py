@@ -116,7 +116,9 @@ def test_what_cannot_be_told_apart_is_a_class_and_the_advice_separates(tmp_path)
     assert found.verdict == "class"
     assert set(found.equivalent) == {"steer_spring", "pneumatic_trail"}
     channels = [s for s in found.separating_measurements if s.what.endswith("ratio at the measured speeds")]
-    assert channels[0].what.startswith(("steer over lean", "yaw over lean"))  # what the whole table holds beside
+    # which of the two is first hangs on the noise: in six seeds each favours the spring more in three
+    assert {s.what.split(" ratio")[0] for s in channels} == {"steer over lean", "yaw over lean"}
     assert channels[0].gain > 2
+    assert min(s.gain for s in channels) > 1.5
     better = among_few(full)
     assert (better.verdict, better.equivalent) == ("named", ("steer_spring",))

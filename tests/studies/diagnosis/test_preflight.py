@@ -99,7 +99,8 @@ def test_hidden_physics_is_no_other_reading(histories):
 
 
 @pytest.mark.parametrize(("case", "reading"), [
-    ("modal_speed_in_kmh_trail", "speeds in km/h"),
+    # the trail leaves most of the gap open, 80 for 102 a number: so much does not decide between two factors of speed
+    ("modal_speed_in_kmh_trail", "speeds in km/h, or speeds in mph"),
     ("histories_speed_in_kmh_steer_damper", "speeds in km/h"),
     ("roll_rate_sign_wrong_steer_damper_2.05", "roll_rate_rad_s of the opposite sign"),
 ])  # fmt: skip
@@ -107,8 +108,7 @@ def test_the_search_cases_are_told(case, reading, refused):
     """Synthetic, of an independent chain model, with an effect hidden beside the wrong reading."""
     file = CASES / case / "measurement.toml"
     left_out = all_but(read_measurement(file), TRIED) if case.startswith("modal") else ()
-    said = refused("diagnose", str(file), *(f"--without={name}" for name in left_out))
-    assert f": {reading}" in said  # first; a reading that explains as much may be named beside it
+    assert f": {reading}? " in refused("diagnose", str(file), *(f"--without={name}" for name in left_out))
 
 
 @pytest.mark.parametrize("kind", ["bench", "frequency_response"])

@@ -147,13 +147,15 @@ def test_noise_alone_is_not_kept(tmp_path):
         fit_residual(left_open(read_measurement(tmp_path / "MEASUREMENT.toml")))
 
 
-def test_a_spring_on_lean_that_no_library_has_is_a_lean_torque(tmp_path):
+@pytest.mark.parametrize("seed", [8, 9, 21])  # 8 and 21: two pairs came in for the one that explains the data alone
+def test_a_spring_on_lean_that_no_library_has_is_a_lean_torque(tmp_path, seed):
     cause = Cause({"lean_spring": {}}, Extras(lean_spring=150.0))
-    rng = np.random.default_rng(9)
+    rng = np.random.default_rng(seed)
     modal_case(tmp_path, hidden=(), rng=rng, bicycle="pista", kind="rolling", cause=cause, noise=0.5)
     found = fit_residual(left_open(read_measurement(tmp_path / "MEASUREMENT.toml")))
     mean, sd = found.gains_at(np.array([found.scale.middle]))
     k = PAIRS.index(("lean", "lean"))
+    assert sd.reshape(-1)[k] < 25.0
     assert abs(mean.reshape(-1)[k] + 150.0) < 3 * sd.reshape(-1)[k]
     assert found.after.gap < found.before.gap
 
