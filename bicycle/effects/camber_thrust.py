@@ -17,6 +17,7 @@ class CamberThrust(Effect):
         "N/rad",
         "side force per camber angle",
         typical=(150.0, 700.0),
+        evidence="0.43 to 0.94 of loads of 350 to 745 N; from Dressel (2013) to a Schwalbe tyre",
         neutral=0.0,
         least=20.0,
         per_wheel=True,

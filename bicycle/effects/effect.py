@@ -36,7 +36,10 @@ class Parameter:
     bounds : (float, float)
         Physically possible values, ends included, by default not negative; anything else is refused.
     typical : (float, float)
-        Range that occurs on bicycles: sliders, sweeps and prior widths use it, and what lies outside is warned about.
+        Range that occurs on bicycles, declared here alone: sliders, sweeps, priors of a diagnosis, default standard
+        deviations and the plausible bicycles of the main study use it, and what lies outside is warned about.
+    evidence : str
+        Where the typical range comes from, if it was measured.
     default : float or str, optional
         Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
     neutral : float, optional
@@ -57,6 +60,8 @@ class Parameter:
         Effect without which the tyre's value would not mean this parameter.
     without_cause : bool
         It stands for what is not known: ``typical`` scales its sliders and priors, and no size is doubted.
+    chosen : bool
+        It was chosen, not measured, as the speed at which a fitted gain holds: it is exact.
     """
 
     unit: str
@@ -64,6 +69,7 @@ class Parameter:
     _: KW_ONLY
     bounds: tuple[float, float] = (0.0, math.inf)
     typical: tuple[float, float]
+    evidence: str = ""
     default: float | str | None = None
     neutral: float | None = None
     least: float = 0.0
@@ -72,6 +78,7 @@ class Parameter:
     tyre: str = ""
     tyre_beside: str = ""
     without_cause: bool = False
+    chosen: bool = False
     name: str = field(default="", init=False)
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -97,6 +104,41 @@ class Parameter:
         low, high = self.typical
         near = math.sqrt(reach)
         return min(reach * low, low / near), max(reach * high, high / near)
+
+    @property
+    def by_factors(self) -> bool:
+        """True if the values that occur differ by more than a factor of three: their logarithm is normal then."""
+        low, high = self.typical
+        return self.bounds[0] >= 0 < low and high > 3 * low
+
+    @property
+    def spread(self) -> float:
+        """One standard deviation of what occurs, of its logarithm if ``by_factors``: ``typical`` spans four."""
+        low, high = self.typical
+        return math.log(high / low) / 4 if self.by_factors else (high - low) / 4
+
+    def assumed_sd(self, value: float) -> float | None:
+        """One standard deviation (SI) of a ``value`` that was not measured; None where ``typical`` says none.
+
+        It is relative to the value where all that occurs has one sign, and ``spread`` of a place, an angle or a share.
+        A gain of either sign has none.
+        """
+        low, high = self.typical
+        either_sign, between = low < 0 < high, math.isfinite(self.bounds[1] - self.bounds[0])
+        size = self.neutral is not None
+        if self.without_cause or math.isinf(high - low) or (size and either_sign):
+            return None
+        if self.by_factors:
+            return self._possible(self.spread * abs(value), value)
+        if either_sign or (between and not size):
+            return self._possible(self.spread, value)
+        return self._possible(self.spread * abs(2 * value / (low + high)), value)
+
+    def _possible(self, sd: float, value: float) -> float:
+        """Give ``sd``, at most half of what numbers between two ``bounds`` can have about a mean ``value``."""
+        low, high = self.bounds
+        inside = math.isfinite(high - low) and low < value < high
+        return min(sd, math.sqrt((value - low) * (high - value)) / 2) if inside else sd
 
     def numbers(self, value: Any, where: str) -> dict[str, float]:
         """Checked numbers of a ``value`` by ``name[.wheel]``, rear first; ``where`` begins an error."""
@@ -182,7 +224,8 @@ def sentence(p: Parameter) -> str:
     """Meaning, ranges, the value at which the effect vanishes and the size below which it does not matter."""
     parts = [f"{p.description[:1].upper()}{p.description[1:]}"]
     ranges = [f"{low:g} .. {high:g}" if (low, high) != ANY else "any" for low, high in (p.typical, p.bounds)]
-    parts.append("typical {}, allowed {}".format(*ranges))
+    evidence = f" ({p.evidence})" if p.evidence else ""
+    parts.append(f"typical {ranges[0]}{evidence}, allowed {ranges[1]}")
     if p.neutral is not None:
         parts.append(f"the effect vanishes at {p.neutral:g}")
         parts += [f"negligible {'above' if p.neutral == math.inf else 'below'} {p.least:g}"] if p.least else []

@@ -47,7 +47,10 @@ class Longitudinal(Effect):
     source = "Limebeer, Sharp & Evangelou (2001), Proc. IMechE C 215, 1095-1109 (acceleration, braking, inclines)"
     on_request = "known to its owner"
     moves_load = True
-    signature = "braking and riding downhill take damping from wobble, drive and riding uphill give it"
+    signature = (
+        "braking and riding downhill take damping from wobble, unless the front is well damped; "
+        "drive and riding uphill give it"
+    )
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         """Refuse forces that lift a wheel, as far as the bicycle alone tells; its linear model looks again."""

@@ -24,9 +24,14 @@ class ResidualTorque(Effect):
     2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.
     """
 
-    middle_speed = Parameter("m/s", "of the measurement behind it", typical=(2.0, 20.0), default=5.0)
+    middle_speed = Parameter("m/s", "of the measurement behind it", typical=(2.0, 20.0), default=5.0, chosen=True)
     speed_span = Parameter(
-        "m/s", "half the range of measured speeds", bounds=(1e-3, float("inf")), typical=(0.5, 10.0), default=1.0
+        "m/s",
+        "half the range of measured speeds",
+        bounds=(1e-3, float("inf")),
+        typical=(0.5, 10.0),
+        default=1.0,
+        chosen=True,
     )
     steer_from_lean, steer_from_lean_slope, steer_from_lean_curve = _gains("steer torque over lean", 20.0)
     steer_from_steer, steer_from_steer_slope, steer_from_steer_curve = _gains("steer torque over steer", 10.0)

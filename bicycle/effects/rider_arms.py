@@ -11,7 +11,7 @@ class RiderArms(Effect):
     """
 
     inertia = Parameter(
-        "kg m^2", "of the arms about the steer axis", typical=(0.05, 0.4), default=0.1, neutral=0.0, least=0.005
+        "kg m^2", "of the arms about the steer axis", typical=(0.05, 0.2), default=0.1, neutral=0.0, least=0.005
     )
     stiffness = Parameter(
         "N m/rad", "of the arms against steering", typical=(0.0, 30.0), default=5.0, neutral=0.0, least=0.1

@@ -37,7 +37,7 @@ DEFAULTS = {
 known."""
 
 EFFECT = 0.1
-"""Of the value: parameters of effects, which are seldom measured on the bicycle at hand."""
+"""Of the value: parameters of effects whose typical range says no spread, as gains of either sign."""
 
 CORNERING_STIFFNESS = 0.03
 """sd(C_Fy) / C_Fy of a tyre whose source states none, and as much of K_y: of a table four fifths of the variance common
@@ -58,10 +58,16 @@ class Deviation:
     why: str = ""  # how a workshop measures it, or why it is 0; empty: as given or stated
 
 
+UNSTATED = Deviation(0.0, EXACT, "not stated")
+
+
 def standard_deviations(
-    model: Model, given: Mapping[str, float] | None = None, *, assume: bool = True
+    model: Model, given: Mapping[str, float] | None = None, *, assume: bool = True, typical: bool = True
 ) -> dict[str, Deviation]:
-    """One standard deviation of every parameter: as given, else stated by its source, else from the table here."""
+    """One standard deviation of every parameter: as given, else stated by its source, else from the table here.
+
+    Without ``typical`` a parameter of an effect is known to a tenth, however wide its typical range.
+    """
     values = model.parameters
     known = set(values) - set(UNUSED)
     stated: dict[str, float] = {}
@@ -79,9 +85,7 @@ def standard_deviations(
             deviations[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
         elif key in known and key not in model.tied:
             source = _stated_deviation(model, key)
-            deviations[key] = source or (
-                _default(model, values, key) if assume else Deviation(0.0, EXACT, "not stated")
-            )
+            deviations[key] = source or (_default(model, values, key, typical=typical) if assume else UNSTATED)
     return deviations
 
 
@@ -97,6 +101,8 @@ def _stated_deviation(model: Model, key: str) -> Deviation | None:
     if key == "g":
         return Deviation(0.0, EXACT, "known")
     declared = _find_parameter(model, key)
+    if declared is not None and declared.chosen:
+        return Deviation(0.0, EXACT, "chosen")
     off = declared is not None and declared.neutral is not None and model.parameters[key] == declared.neutral
     return Deviation(0.0, EXACT, "switched off") if off else None
 
@@ -107,7 +113,7 @@ def _find_parameter(model: Model, key: str) -> Parameter | None:
     return next((p for p in of_effect if p.name == parameter.name), None)
 
 
-def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
+def _default(model: Model, values: Mapping[str, float], key: str, *, typical: bool) -> Deviation:
     if key in UNITS:
         size, of, why = DEFAULTS[key]
         if of == "xx and zz":
@@ -117,8 +123,17 @@ def _default(model: Model, values: Mapping[str, float], key: str) -> Deviation:
         of = " of either stiffness" if ParameterKey.parse(key).name == "relaxation_length" else ""
         sd, why = model.sd[key], f"{CORNERING_STIFFNESS:.0%}{of}, the tyre's source states none"
     else:
-        sd, why = EFFECT * abs(values[key]), f"{EFFECT:.0%} of the value"
+        sd, why = _of_typical_range(_find_parameter(model, key) if typical else None, values[key])
     return Deviation(sd, ASSUMED, why) if sd else Deviation(0.0, EXACT, "its value is 0")
+
+
+def _of_typical_range(declared: Parameter | None, value: float) -> tuple[float, str]:
+    """One sd (SI) of a ``value`` that nobody measured, and the reason; a written value is no better than a default."""
+    sd = None if declared is None else declared.assumed_sd(value)
+    if sd is None or declared is None:
+        return EFFECT * abs(value), f"{EFFECT:.0%} of the value"
+    low, high = declared.typical
+    return sd, f"{low:g} .. {high:g}{'' if declared.unit == '1' else ' ' + declared.unit} is typical"
 
 
 def _refuse_another_unit(model: Model, key: str, sd: float) -> None:

@@ -4,7 +4,7 @@ from tyre.ground.door import room
 
 PLACES = {
     "settings": (
-        "LIMITS", "Arms", "Front", "Ranges", "Settings", "Setup", "assumed_front", "plain_name",
+        "ASSUMED", "LIMITS", "Arms", "Front", "Ranges", "Settings", "Setup", "assumed_front", "plain_name",
         "read_pressures", "settings_of",
     ),
     "cases": ("CONTACT", "Cases", "TyreCase", "given_case", "tyre_cases"),

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import WHEELS
+from bicycle.effects.effect import WHEELS, Parameter
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_files import available_bicycles, load_bicycle
-from bicycle.model.default_sd import EFFECT
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import read_model
 from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
@@ -53,10 +52,7 @@ class Limits:
 
     camber_share: float = 0.65  # 1/rad of the load, the middle of what Dressel (2013) measured
     camber_range: tuple[float, float] = (0.43, 0.94)  # 1/rad, from Dressel's 0.0075 per degree to the Schwalbe tyre
-    trail: float = 0.017  # m, of the Schwalbe tyre at 400 N and 4 bar
-    trail_range: tuple[float, float] = (0.012, 0.026)  # m, of the packaged Schwalbe tyre at 300 to 600 N, 3 to 5 bar
-    twisting: float = 5.0  # N m/rad, of it at 400 N
-    twisting_range: tuple[float, float] = (2.4, 12.0)  # N m/rad, as the trail
+    written: float = 0.2  # of a number of a model file: who writes a front asks about that front, not about any
     ridden: tuple[float, float] = (3.0, 20.0)  # m/s, where the least damping of wobble is looked for
     wobble_hz: float = 4.0  # weave is at 1 to 4 Hz, wobble at 4 to 10 Hz; decides where tracking gives both names
     tyres_hz: float = 15.0  # near rest the wheels vibrate on their tyres at 16 to 20 Hz
@@ -75,16 +71,67 @@ LIMITS = Limits()
 
 
 @dataclass(frozen=True)
+class Assumed:
+    """A number that nobody measured: the effect's parameter that declares it, and what the study takes instead."""
+
+    effect: str
+    name: str
+    value: float | None = None  # SI, in place of the declared default
+    range: tuple[float, float] | None = None  # SI, in place of the typical range
+    reason: str = ""  # of either
+
+    @property
+    def declared(self) -> Parameter:
+        """The declaration of the effect."""
+        return next(p for p in effect_class(self.effect).parameters if p.name == self.name)
+
+    @property
+    def usual(self) -> float:
+        """What is assumed, SI."""
+        return float(self.declared.default or 0.0) if self.value is None else self.value
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest plausible value, SI."""
+        return self.range or self.declared.typical
+
+
+ASSUMED: Mapping[str, Assumed] = {
+    "stiffness": Assumed(
+        "front_compliance",
+        "stiffness",
+        5000.0,
+        (2500.0, 10000.0),
+        "a racing frame, not any bicycle; 3000 N m/rad, the middle of any, makes the prior of a diagnosis",
+    ),
+    "damping": Assumed("front_compliance", "damping"),
+    "joint_z": Assumed("front_compliance", "joint_z", -0.65, (-0.75, -0.55), "on the steer axis of a racing frame"),
+    "friction": Assumed("steer_damper", "damping", 0.0, (0.0, 1.0), "bearings and cables, not a mounted damper"),
+    "trail": Assumed(
+        "pneumatic_trail",
+        "trail",
+        range=(0.012, 0.026),
+        reason="of the packaged Schwalbe tyre at 300 to 600 N, 3 to 5 bar; a diagnosis looks from no trail on",
+    ),
+    "twisting": Assumed("twisting_torque", "twisting_stiffness"),
+    "arm_inertia": Assumed("rider_arms", "inertia"),
+    "arm_stiffness": Assumed("rider_arms", "stiffness"),
+    "arm_damping": Assumed("rider_arms", "damping"),
+}
+"""Number of the study -> where it is declared; all that differs from the declaration stands here, with its reason."""
+
+
+@dataclass(frozen=True)
 class Front:
     """Flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units."""
 
-    stiffness: float = 5000.0  # N m/rad, of the hinge
-    damping: float = 20.0  # N m s/rad, of the hinge
-    joint_height: float = 0.65  # m above the ground
+    stiffness: float = ASSUMED["stiffness"].usual  # N m/rad, of the hinge
+    damping: float = ASSUMED["damping"].usual  # N m s/rad, of the hinge
+    joint_height: float = -ASSUMED["joint_z"].usual  # m above the ground
     joint_x: float | None = None  # m before the rear contact; None: where the steer axis has the height of the hinge
     # rad, hinge axis above the horizontal, forward end up; None: perpendicular to the steer axis
     axis_tilt: float | None = None
-    friction: float = 0.0  # N m s/rad, damping of the steering, added to that of a steer damper
+    friction: float = ASSUMED["friction"].usual  # N m s/rad, damping of the steering, added to that of a steer damper
     given: bool = False  # True: of a model file; False: assumed
 
     def hinge_x(self, p: Table) -> Any:
@@ -96,26 +143,32 @@ class Front:
 class Arms:
     """Both hands on the bar: what the arms add to the steering, SI units (effect ``rider_arms``)."""
 
-    inertia: float = 0.1  # kg m^2, about the steer axis
-    stiffness: float = 5.0  # N m/rad, against steering
-    damping: float = 1.0  # N m s/rad, against steering
+    inertia: float = ASSUMED["arm_inertia"].usual  # kg m^2, about the steer axis
+    stiffness: float = ASSUMED["arm_stiffness"].usual  # N m/rad, against steering
+    damping: float = ASSUMED["arm_damping"].usual  # N m s/rad, against steering
     given: bool = False  # True: of a model file; False: assumed
+
+
+def shifts(assumed: Assumed) -> tuple[float, float]:
+    """Plausible values of a number less the assumed one, SI, rounded as the table states them."""
+    low, high = (round(end - assumed.usual, 9) for end in assumed.ends)
+    return low, high
 
 
 @dataclass(frozen=True)
 class Ranges:
     """Plausible values of what nobody measured: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
 
-    stiffness: tuple[float, float] = (2500.0, 10000.0)  # N m/rad, of the front
-    damping: tuple[float, float] = (5.0, 40.0)  # N m s/rad, of the front
-    hinge: tuple[float, float] = (-0.1, 0.1)  # m, added to the height of the hinge
-    friction: tuple[float, float] = (0.0, 1.0)  # N m s/rad, added to that of the front
+    stiffness: tuple[float, float] = ASSUMED["stiffness"].ends  # N m/rad, of the front
+    damping: tuple[float, float] = ASSUMED["damping"].ends  # N m s/rad, of the front
+    hinge: tuple[float, float] = shifts(ASSUMED["joint_z"])  # m, added to the height of the hinge
+    friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, added to that of the front
     camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber thrust a factor
-    trail: tuple[float, float] = LIMITS.trail_range  # m, of either tyre
-    twisting: tuple[float, float] = LIMITS.twisting_range  # N m/rad, of either tyre
-    arm_inertia: tuple[float, float] = (0.05, 0.2)  # kg m^2
-    arm_stiffness: tuple[float, float] = (0.0, 30.0)  # N m/rad
-    arm_damping: tuple[float, float] = (0.2, 3.0)  # N m s/rad
+    trail: tuple[float, float] = ASSUMED["trail"].ends  # m, of either tyre
+    twisting: tuple[float, float] = ASSUMED["twisting"].ends  # N m/rad, of either tyre
+    arm_inertia: tuple[float, float] = ASSUMED["arm_inertia"].ends  # kg m^2
+    arm_stiffness: tuple[float, float] = ASSUMED["arm_stiffness"].ends  # N m/rad
+    arm_damping: tuple[float, float] = ASSUMED["arm_damping"].ends  # N m s/rad
 
 
 PerWheel = float | tuple[float, float]
@@ -132,8 +185,8 @@ class Setup:
     front: Front | None
     arms: Arms | None = None
     camber_share: PerWheel = LIMITS.camber_share
-    trail: PerWheel = LIMITS.trail
-    twisting: PerWheel = LIMITS.twisting
+    trail: PerWheel = ASSUMED["trail"].usual
+    twisting: PerWheel = ASSUMED["twisting"].usual
     contact_half_length: tuple[float, float] | None = None
 
     @property
@@ -162,9 +215,8 @@ class Settings:
     front: Front | None = field(default_factory=Front)  # None: nobody knows it, and none is assumed
     arms: Arms = field(default_factory=Arms)
     camber_share: float = LIMITS.camber_share  # 1/rad of the load, assumed camber stiffness of a tyre that states none
-    trail: float = LIMITS.trail  # m, likewise
-    twisting: float = LIMITS.twisting  # N m/rad, likewise
-    # effects of the model file besides contact law, front and arms: identifier -> table
+    trail: float = ASSUMED["trail"].usual  # m, likewise
+    twisting: float = ASSUMED["twisting"].usual  # N m/rad, likewise
     further: Mapping[str, Table] = field(default_factory=dict)
     tyre: str = ""  # packaged, or a file; empty: every packaged one
     surface: str | None = None  # of the tyre, as its file names it; None: not chosen
@@ -204,7 +256,7 @@ class Settings:
         arms = ("inertia", "stiffness", "damping") if self.arms.given else ()
         known |= {f"arm_{name}": getattr(self.arms, name) for name in arms}
         known |= {"camber_share": 1.0} if "camber_thrust" in self.further else {}
-        within = 1 - 2 * EFFECT
+        within = 1 - LIMITS.written
         found = {name: (within * value, value / within) for name, value in known.items()}
         found |= {"hinge": (-0.02, 0.02)} if given else {}
         found |= {"friction": (0.0, 0.0)} if "steer_damper" in self.further else {}

@@ -1,11 +1,75 @@
-"""One range for a number, wherever it is used."""
+"""One range for a number: what occurs, the default sd, the prior of a diagnosis and the samples of the main study."""
+
+import math
+from collections import defaultdict
 
 import pytest
 
-from bicycle import load_bicycle
-from bicycle.model import EFFECT
+from bicycle import Model, effect_class, load_bicycle, registry
+from bicycle.model import EFFECT, standard_deviations
+from bicycle.parameters import ParameterKey
 from studies import main_study
 from studies.bicycles import own_bicycle
+from studies.diagnosis import find_candidates
+from studies.main_study import ASSUMED
+from tyre.measured import BANDS
+
+SHIFTS = {"hinge": "joint_z"}  # range of the main study, as a shift -> the number that it shifts
+OF_THE_LOAD = {"camber_share"}  # 1/rad, camber stiffness over the load of the wheel: no parameter of an effect
+LOADS = (350.0, 745.0)  # N, of the wheels of ridden bicycles
+
+
+def declared(effect, name):
+    return next(p for p in effect_class(effect).parameters if p.name == name)
+
+
+def described_sd(p, value):
+    """One sd by the words of docs/measurement_files.md: None where a tenth of the value is taken."""
+    (low, high), either_sign = p.typical, p.typical[0] < 0 < p.typical[1]
+    if p.without_cause or (either_sign and p.neutral is not None):
+        return None
+    if p.bounds[0] >= 0 and low > 0 and high / low > 3:
+        return value * math.log(high / low) / 4
+    if either_sign or (p.neutral is None and all(map(math.isfinite, p.bounds))):
+        return (high - low) / 4
+    return abs(value) * (high - low) / 4 / abs((low + high) / 2)
+
+
+def test_every_range_of_the_main_study_is_the_declared_one_or_stands_in_the_table_with_its_reason():
+    ranges = vars(main_study.Ranges())
+    assert set(ranges) == (set(ASSUMED) - set(SHIFTS.values())) | set(SHIFTS) | OF_THE_LOAD
+    for name, ends in ranges.items():
+        if name in OF_THE_LOAD:
+            continue
+        number = ASSUMED[SHIFTS.get(name, name)]
+        expected = number.range or declared(number.effect, number.name).typical
+        middle = number.usual if name in SHIFTS else 0.0
+        assert ends == pytest.approx([end - middle for end in expected]), name
+
+
+@pytest.mark.parametrize("name", ASSUMED)
+def test_what_the_main_study_assumes_is_the_declared_default_or_has_a_reason(name):
+    number = ASSUMED[name]
+    parameter = declared(number.effect, number.name)
+    if number.value is None and number.range is None:
+        assert (number.usual, number.ends) == (parameter.default, parameter.typical)
+        assert not number.reason
+    else:
+        assert number.reason
+        assert (number.value, number.range) != (parameter.default, parameter.typical)
+    # what the study draws is never told to be unusual
+    assert parameter.typical[0] <= number.ends[0] <= number.usual <= number.ends[1] <= parameter.typical[1]
+
+
+def test_the_main_study_takes_its_numbers_from_the_table():
+    setup = main_study.Settings(load_bicycle("pista_charlie_drops")).setups[1]
+    front, arms = setup.front, setup.arms
+    taken = {
+        "stiffness": front.stiffness, "damping": front.damping, "joint_z": -front.joint_height,
+        "friction": front.friction, "trail": setup.trail, "twisting": setup.twisting, "arm_inertia": arms.inertia,
+        "arm_stiffness": arms.stiffness, "arm_damping": arms.damping,
+    }  # fmt: skip
+    assert taken == {name: number.usual for name, number in ASSUMED.items()}
 
 
 def test_a_bicycle_of_everyday_numbers_flexes_as_in_the_main_study():
@@ -15,8 +79,83 @@ def test_a_bicycle_of_everyday_numbers_flexes_as_in_the_main_study():
     assert limits.height == pytest.approx((height + ranges.hinge[0], height + ranges.hinge[1]))
 
 
-def test_a_given_number_is_drawn_within_two_of_its_standard_deviations():
+def test_ranges_of_a_flexible_front_and_of_a_leaning_tyre():
+    """Assumed, and measured on a Schwalbe tyre."""
+    assert (declared("front_compliance", "damping").typical, ASSUMED["damping"].usual) == ((5.0, 40.0), 20.0)
+    assert (declared("twisting_torque", "twisting_stiffness").typical, ASSUMED["twisting"].usual) == ((2.4, 12.0), 5.0)
+
+
+def test_the_camber_stiffness_that_occurs_is_the_share_of_the_main_study_times_the_load():
+    shares = main_study.Ranges().camber_share
+    expected = [share * load for share, load in zip(shares, LOADS, strict=True)]
+    assert declared("camber_thrust", "camber_stiffness").typical == pytest.approx(expected, rel=0.01)
+
+
+DEFAULTS = [(effect, p) for effect, kind in registry().items() for p in kind.parameters]
+
+
+@pytest.mark.parametrize(("effect", "p"), DEFAULTS, ids=[f"{effect}-{p.name}" for effect, p in DEFAULTS])
+def test_an_unmeasured_number_is_as_uncertain_as_its_range_says(effect, p):
+    low, high = p.typical
+    for value in (low + 0.4 * (high - low), low + 0.6 * (high - low)):
+        if not p.bounds[0] < value < p.bounds[1]:
+            continue
+        expected, sd = described_sd(p, value), p.assumed_sd(value)
+        if expected is None:
+            assert sd is None
+            continue
+        bounded = math.sqrt((value - p.bounds[0]) * (p.bounds[1] - value)) if math.isfinite(sum(p.bounds)) else math.inf
+        assert sd == pytest.approx(min(expected, bounded / 2))
+        assert 0 < sd < high - low
+
+
+@pytest.mark.parametrize("effect", ["front_compliance", "twisting_torque", "rider_arms", "steer_damper", "luggage"])
+def test_default_or_written_a_number_without_an_sd_has_that_of_its_range(effect):
+    kind, bare = effect_class(effect), Model(load_bicycle("pista_charlie_drops"))
+    needed = {p.name: sum(p.typical) / 2 for p in kind.parameters if p.default is None}
+    for factor in (1.0, 1.1):
+        numbers = {p.name: factor * p.default for p in kind.parameters if isinstance(p.default, int | float)}
+        model = bare.with_effect(kind(**needed, **numbers))
+        deviations = standard_deviations(model)
+        for key in deviations:
+            place = ParameterKey.parse(key)
+            if place.effect == effect:
+                p, value = declared(effect, place.name), model.parameters[key]
+                assert deviations[key].sd == pytest.approx(described_sd(p, value) or EFFECT * abs(value)), key
+
+
+def test_priors_of_a_diagnosis_are_those_of_the_range():
+    """A size: the upper end is two sigma, a compliance has the softest; another number spans four."""
+    model = Model(load_bicycle("pista_charlie_drops"), (effect_class("side_slip")(cornering_stiffness=6000.0),))
+    seen = 0
+    for candidate in find_candidates(model, {})[0]:
+        parameters = {p.name: p for p in registry()[candidate.identifier].parameters}
+        for u in candidate.unknowns:
+            low, high = parameters[u.name].typical
+            if not u.size:
+                assert u.scale == pytest.approx(math.log(high / low) / 4 if u.power == 0 else (high - low) / 4), u.name
+            elif u.power == -1:
+                assert u.scale == pytest.approx(0.5 / low)
+            else:
+                assert u.scale == pytest.approx(0.5 * max(abs(low), abs(high)))
+            seen += 1
+    assert seen > 20
+
+
+def test_effects_that_take_one_number_of_the_tyre_declare_one_range():
+    ranges = defaultdict(set)
+    for kind in registry().values():
+        for p in kind.parameters:
+            if p.tyre:
+                ranges[p.tyre].add(p.typical)
+    assert {name: len(found) for name, found in ranges.items()} == dict.fromkeys(ranges, 1)
+    for name in ranges.keys() & BANDS.keys():
+        (low, high), band = ranges[name].pop(), BANDS[name]
+        assert band.typical[0] <= low <= band.published[0] < band.published[1] <= high <= band.typical[1], name
+
+
+def test_a_number_of_a_model_file_is_drawn_within_a_fifth():
     front = main_study.Front(4000.0, 10.0, 0.65, given=True)
     ranges = main_study.Settings(load_bicycle("pista_charlie_drops"), front=front).ranges
-    assert ranges.damping == pytest.approx((10 * (1 - 2 * EFFECT), 10 / (1 - 2 * EFFECT)))
-    assert ranges.stiffness == pytest.approx((4000 * (1 - 2 * EFFECT), 4000 / (1 - 2 * EFFECT)))
+    assert ranges.damping == pytest.approx((8.0, 12.5))
+    assert ranges.stiffness == pytest.approx((3200.0, 5000.0))

@@ -70,7 +70,7 @@ def test_absurd_values_of_a_file_are_refused_with_the_remedy_and_pass_where_they
     ("w", 40.0, "0.6 .. 2.2 m (inches?)"),
     ("c", -0.08, "-0.05 .. 0.2 m (wrong sign?)"),
     ("steer_assist.fade_speed", 18.0, "3 .. 8 m/s (km/h?)"),
-    ("front_compliance.joint_z", 0.85, "-1 .. -0.6 m (wrong sign?)"),
+    ("front_compliance.joint_z", 0.85, "-1 .. -0.55 m (wrong sign?)"),
 ])  # fmt: skip
 def test_doubtful_values_are_one_warning_that_travels_with_the_model(key, value, usual):
     doubtful = content(key, value)

@@ -5,6 +5,7 @@ import pytest
 from built import built
 
 from bicycle import Model, effect_class, registry
+from bicycle.model import Deviation, standard_deviations
 from studies.diagnosis import find_candidates
 from tyre.ground import InputError
 
@@ -56,3 +57,12 @@ def test_no_size_of_a_fitted_torque_is_doubted_and_the_speeds_behind_it_are():
     fitted = Residual(lean_from_lean=-4000.0, steer_from_steer_rate=200.0, middle_speed=500.0)
     (only,) = fitted.doubts().values()
     assert only.text.startswith("residual_torque.middle_speed = 500 m/s is outside the usual 2 .. 20")
+
+
+def test_the_speeds_that_a_fitted_torque_refers_to_are_exact():
+    """They say what its gains mean; as in a fit of it, they have no standard deviation."""
+    model = Model("benchmark", [Residual(lean_from_lean=-4.0, middle_speed=6.0, speed_span=2.0)])
+    deviations = standard_deviations(model)
+    for name in ("middle_speed", "speed_span"):
+        assert deviations[f"residual_torque.{name}"] == Deviation(0.0, "exact", "chosen")
+    assert deviations["residual_torque.lean_from_lean"].sd == pytest.approx(0.4)

@@ -21,7 +21,10 @@ RIGID = """bicycle = "benchmark"
 cornering_stiffness = 6302.535746439056  # 110 N/deg
 relaxation_length = {rear = 0.141, front = 0.141}
 """
-SOFT = RIGID + "[effects.front_compliance]\njoint_x = 0.8\njoint_z = -0.85\n"
+SOFT = (
+    RIGID
+    + "[effects.front_compliance]\njoint_x = 0.8\njoint_z = -0.85\ndamping = 15.0  # N m s/rad: a band of wobble\n"
+)
 MEASURED = """bicycle = "pista_charlie_drops"
 [effects.relaxation_length]
 tyre = "Tyre1"
@@ -120,7 +123,7 @@ def test_tied_defaults_follow_the_bicycle(file):
     path = parameter_path(file(SOFT), "lam", speed=5.0)
     effects = (
         effect_class("relaxation_length")(cornering_stiffness=6302.535746439056, relaxation_length=0.141),
-        effect_class("front_compliance")(joint_x=0.8, joint_z=-0.85, axis_tilt=0.4),
+        effect_class("front_compliance")(joint_x=0.8, joint_z=-0.85, damping=15.0, axis_tilt=0.4),
     )
     expected = Model(load_bicycle("benchmark").replace(lam=0.4), effects).linear_model().eigenvalues(5.0)
     found = np.linalg.eigvals(path.matrices(np.array([0.4]))[0])
