@@ -274,13 +274,13 @@ class Bench(BicycleKind, kind="bench"):
         readings, notes = _read_readings(read(cls.keys, content, section="bench"), folder)
         return cls(**common, readings=readings, notes=notes)
 
-    def ready(self, **how: Any) -> Self:
+    def prepare(self, **how: Any) -> Self:
         """Prepare the library without candidates that these readings cannot show."""
 
         def order(r: Reading) -> tuple[Any, ...]:
             return r.test, r.condition, -r.direction * (not r.rate), r.rate, r.steer
 
-        found = super(Bench, replace(self, readings=tuple(sorted(self.readings, key=order)))).ready(**how)
+        found = super(Bench, replace(self, readings=tuple(sorted(self.readings, key=order)))).prepare(**how)
         acting = tuple(c for c in found.candidates if c.effect is None or not unseen(c.effect))
         seen = tuple(c for c in acting if c.effect is None or found._shows(c))
         hidden = {c.identifier: "does not change the torque at the bar in these tests" for c in acting if c not in seen}
@@ -315,7 +315,7 @@ class Bench(BicycleKind, kind="bench"):
             found.append(Candidate("contact_scrub", (moment,), signature="the standing tyre rubs in its contact patch"))
         return tuple(found)
 
-    def impossible(self) -> dict[str, str]:
+    def refusals(self) -> dict[str, str]:
         readings = self.readings
         refused = {name: why for name, effect in registry().items() if (why := unseen(effect))}
         if len(_distinct_arms(readings)) == 1:
@@ -391,13 +391,13 @@ class Bench(BicycleKind, kind="bench"):
     def enabled_by(self, candidates: Candidates) -> Candidates:
         return ()  # at rest a tyre force makes no further effect possible
 
-    def phenomenological(self) -> Candidates:
+    def empirical_terms(self) -> Candidates:
         return self.directions()
 
     def directions(self) -> Candidates:
         return tuple(c for c in feedback_terms() if c.identifier.startswith("steer torque from steer"))
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Tests that were not made: a slow sweep and steady rates with the wheel lifted, a sweep on a free plate."""
         made, sd = {(r.test, r.condition) for r in self.readings}, float(np.median(self.setup.sd))
         sweep = [(x, 0.0, d) for x in (-0.2, -0.1, 0.0, 0.1, 0.2) for d in (1.0, -1.0)]

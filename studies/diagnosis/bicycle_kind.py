@@ -46,17 +46,17 @@ class BicycleKind(Kind):
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     description: str = ""  # words of the file
     source: str = ""  # words of the file: who measured, and where it was published
-    notes: tuple[str, ...] = ()  # assumptions in reading; of a kind that is ready, all of them
-    nuisances: tuple[UncertainParameter, ...] = ()  # filled by :meth:`ready`
-    candidates: Candidates = ()  # filled by :meth:`ready`
-    refused: Mapping[str, str] = field(default_factory=dict)  # filled by :meth:`ready`
+    notes: tuple[str, ...] = ()  # assumptions in reading; once prepared, all of them
+    nuisances: tuple[UncertainParameter, ...] = ()  # filled by :meth:`prepare`
+    candidates: Candidates = ()  # filled by :meth:`prepare`
+    refused: Mapping[str, str] = field(default_factory=dict)  # filled by :meth:`prepare`
 
     def __init_subclass__(cls, *, part: bool = True, **how: Any) -> None:
         super().__init_subclass__(part=part, **how)
 
     # ---- what a kind adds ----
 
-    def impossible(self) -> dict[str, str]:
+    def refusals(self) -> dict[str, str]:
         """Candidates that cannot be tried with this measurement though others may show them, and why."""
         return DRY | one_speed(self.speeds.tolist())
 
@@ -70,13 +70,13 @@ class BicycleKind(Kind):
         """Mistakes, names that cannot be tried, nuisances and their notes."""
         floating, said = nuisances(self.model, self.uncertainty)
         geometry, narrow = geometry_errors(self.model, floating)
-        return (*self.mistakes(), *geometry), {**self.impossible(), **narrow}, floating, said
+        return (*self.mistakes(), *geometry), {**self.refusals(), **narrow}, floating, said
 
     def names(self) -> set[str]:
         mistakes, refused, _, _ = self._own()
         return {*registry(), *(c.identifier for c in mistakes), *refused}
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare nuisances and candidates."""
         mistakes, refused, floating, said = self._own()
         for option, names in (("--without", without), ("--with", also)):
@@ -139,7 +139,7 @@ class BicycleKind(Kind):
         wanted = {name for name, why in self.refused.items() if why != LEFT_OUT}
         return tuple(c for c in find_candidates(model, {})[0] if c.identifier in wanted and c.replaces is None)
 
-    def phenomenological(self) -> Candidates:
+    def empirical_terms(self) -> Candidates:
         """Steer torque proportional to lean, steer and their rates, and effects with the unphysical sign."""
         return (*self.directions(), *reversed_signs(self.candidates))
 
@@ -186,15 +186,15 @@ class BicycleKind(Kind):
     def figures(self) -> dict[str, Figure]:
         return {"before_after": BEFORE_AFTER}
 
-    def on(self, model: Model) -> Self:
+    def with_model(self, model: Model) -> Self:
         return replace(self, model=model)
 
-    def with_named(self, final: Fit) -> Model:
+    def corrected_model(self, final: Fit) -> Model:
         """The base model with the effects of ``final`` and a geometry that the file states wrongly."""
-        return with_named(self.model, final)
+        return build_corrected_model(self.model, final)
 
 
-def with_named(model: Model, final: Fit) -> Model:
+def build_corrected_model(model: Model, final: Fit) -> Model:
     """A ``model`` with what ``final`` adds; InputError if its values make no effect, bicycle or combination."""
     bicycle, wrong = model.bicycle, wrong_geometry(final)
     if wrong:  # what follows the geometry still does

@@ -72,7 +72,7 @@ def corrected_models(
         made = correction(diagnosis, residual, name)
         fit = made.fit
         try:
-            model = own.with_named(fit)
+            model = own.corrected_model(fit)
         except InputError as error:
             raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
         model = with_values(model, own.model, fit)

@@ -61,14 +61,14 @@ def diagnose(
         or are in another unit or of another sign.
     """
     if model is not None:
-        measurement = measurement.on(model)
+        measurement = measurement.with_model(model)
     with progress_bar(desc="diagnose", unit=" fits", show=progress, leave=False) as bar:
 
         def advance(what: str) -> None:
             bar.set_postfix_str(what, refresh=False)
             bar.update()
 
-        kind = measurement.ready(without=without, also=with_)
+        kind = measurement.prepare(without=without, also=with_)
         advance("units and signs")
         if not as_read and (wrong := preflight(kind)):
             raise InputError(
@@ -78,14 +78,14 @@ def diagnose(
             )
         judgement = (judge_quickly if quick else judge)(kind, progress=advance)
         alone = fit_effect_alone(judgement)
-    return Diagnosis(model=_with_named(judgement), **{**vars(judgement), "alone": alone})
+    return Diagnosis(model=_build_corrected_model(judgement), **{**vars(judgement), "alone": alone})
 
 
-def _with_named(judgement: Judgement) -> Model | None:
+def _build_corrected_model(judgement: Judgement) -> Model | None:
     """The base model of the first bicycle with what was named; None if there is none, or it makes no model."""
     kind, own = judgement.kind.bicycles(judgement.final).get("", (judgement.kind, judgement.final))
     try:
-        found: Model | None = kind.with_named(own)
+        found: Model | None = kind.corrected_model(own)
     except InputError:
         return None
     return found

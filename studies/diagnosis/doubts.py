@@ -43,7 +43,7 @@ def readings_of(column: str) -> Mapping[str, float]:
 
 def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
     """Statements of the data of a ``judgement``, or of its bicycle, that are surely wrong, or badly paired."""
-    return (*judgement.kind.mispaired(judgement), *_surely_wrong(judgement, torque))
+    return (*judgement.kind.find_mispairings(judgement), *_surely_wrong(judgement, torque))
 
 
 def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:

@@ -235,7 +235,7 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "")
 
     Also with a residual ``torque``, and by a ``single`` effect, if there are such.
     """
-    unseen = diagnosis.kind.held_back()
+    unseen = diagnosis.kind.held_out_data()
     if unseen is None:
         return ()
     known = diagnosis.hypotheses
@@ -258,7 +258,7 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
         return None
     usable = [f for f in known.rank(1) if f.converged and not f.candidates[0].absorbs]
     if (
-        diagnosis.kind.held_back() is not None
+        diagnosis.kind.held_out_data() is not None
     ):  # a bias is integrated out of each run, of these too: it predicts nothing
         usable = [f for f in usable if f.candidates[0].unknowns]
     nearest = None if verdict.look_alike is None else known.find(frozenset(verdict.look_alike.name.split("+")))
@@ -284,7 +284,7 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
 
 def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float], bool]:
     """Share of the base model's gap that each fit leaves (empty without a gap), and whether on runs never fitted."""
-    unseen = diagnosis.kind.held_back()
+    unseen = diagnosis.kind.held_out_data()
     if unseen is None:
         count, base = len(diagnosis.nominal), float(diagnosis.nominal @ diagnosis.nominal)
         chi2 = {f: f.chi2 for f in fits_}
@@ -301,7 +301,7 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
 def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:
     """Predict by fits, by the name of their model, data that they have not seen, part by part."""
     told = []
-    for part, own, whole in unseen.alone():
+    for part, own, whole in unseen.split_parts():
         models: dict[str, Found] = {"nominal": ((), {u.name: np.array([u.centre]) for u in whole.nuisances}), **found}
         chi2: dict[str, float] = {}
         rms: dict[str, dict[str, float]] = {}
@@ -309,16 +309,16 @@ def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:
         for model, (candidates, coordinates) in models.items():
             kept, theta = here(whole, candidates, coordinates)
             if whole is not own:
-                kept, places = whole.of_part(0, kept)
+                kept, places = whole.restrict_to_part(0, kept)
                 theta = theta[places]
             residual, _ = own.residual(kept, theta, slopes=False)
             squared = float(residual @ residual)
             chi2[model] = squared if math.isfinite(squared) else math.inf
-            left = own.unexplained(kept, theta)
+            left = own.residuals_by_channel(kept, theta)
             for name, rest in left.items():
                 rms.setdefault(name, {})[model] = float(np.sqrt(np.mean(rest**2)))
         count = len(own.rows.where)
-        told.append(Predicted(part, own.recordings, count, chi2, rms, own.taken_noise(left)))
+        told.append(Predicted(part, own.recordings, count, chi2, rms, own.channel_noise_sd(left)))
     return tuple(told)
 
 

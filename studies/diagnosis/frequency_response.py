@@ -407,9 +407,9 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         sensor = None if place is None else Accelerometer(place["x_m"], place["z_m"])
         return cls(**common, points=tuple(points), accelerometer=sensor, notes=tuple(notes))
 
-    def ready(self, **how: Any) -> Self:
+    def prepare(self, **how: Any) -> Self:
         points = tuple(sorted(self.points, key=lambda p: (p.input, p.output, p.speed, p.frequency)))
-        return super(FrequencyResponses, replace(self, points=points)).ready(**how)
+        return super(FrequencyResponses, replace(self, points=points)).prepare(**how)
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed; gain, delay and low-pass of each output; gain and delay of each input that has several outputs."""
@@ -423,8 +423,8 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
                 found += [gain_error(name, name), delay_error(name, name)]
         return tuple(found)
 
-    def impossible(self) -> dict[str, str]:
-        refused = super().impossible()
+    def refusals(self) -> dict[str, str]:
+        refused = super().refusals()
         for name, output in self._alone.items():
             for what in ("scale", "delay"):
                 refused[f"{name}_{what}"] = (
@@ -511,7 +511,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
                 gains[here], slope[here] = some, turned
         return flat_parts(gains, slope)
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Outputs that were not measured, another input, and higher speeds."""
         source, found = self.points[0].input, []
         for output in FORCED_OUTPUTS:

@@ -115,8 +115,8 @@ class Histories(BicycleKind, kind="histories"):
             notes += motor_notes
         return cls(**common, runs=runs, noise_sd=noise, notes=notes)
 
-    def ready(self, **how: Any) -> Self:
-        ready = super().ready(**how)
+    def prepare(self, **how: Any) -> Self:
+        ready = super().prepare(**how)
         runs, noise_sd, notes = self._average_blocks()
         fitted = tuple(run for run in runs if not run.held_out)
         unseen = tuple(run for run in runs if run.held_out)
@@ -179,7 +179,7 @@ class Histories(BicycleKind, kind="histories"):
         if gyros and len(channels) + len(run.inputs) > len(gyros):
             errors.append(clock_error())
         errors += [coasting(), *riding_candidates(), friction_candidate()]
-        refused = self.impossible()
+        refused = self.refusals()
         return tuple(c for c in errors if c.identifier not in refused)
 
     @property
@@ -187,7 +187,7 @@ class Histories(BicycleKind, kind="histories"):
         """True if the steer angle is an input."""
         return STEER in self.runs[0].inputs
 
-    def impossible(self) -> dict[str, str]:
+    def refusals(self) -> dict[str, str]:
         why = "the steer angle is prescribed"
         riding = dict.fromkeys(("imu_rotation", "imu_clock", "coast_down", *WORDS), why) if self.prescribed else {}
         no_rider = nobody_rides(self.model)
@@ -261,7 +261,7 @@ class Histories(BicycleKind, kind="histories"):
         marginal = self._marginal(free[..., :count], white, candidates, start_sd(self.family(candidates)))
         return marginal, marginal.without(self._white(free[..., count:]))
 
-    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
+    def marginalised_sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
         """Root mean square and frequency of the torque of the ride called ``name``."""
         for torque in (one for one in riding_candidates() if one.identifier == name):
             marginal, columns = self._pushed(torque, tuple(c for c in candidates if c.identifier != name), theta)
@@ -330,7 +330,7 @@ class Histories(BicycleKind, kind="histories"):
         )
         return float(log_cadences - 2 * np.log1p(self._fitted(self.family(candidates), candidates, theta).gain).sum())
 
-    def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
+    def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         runs = self._fitted(self.family(candidates), candidates, theta)
         padded = np.zeros((self._recorded.size, white.shape[1]))
         padded[self._recorded.ravel()] = white
@@ -408,7 +408,7 @@ class Histories(BicycleKind, kind="histories"):
         pushed = {name for run in self.runs for name, u in run.inputs.items() if np.ptp(u) > 0}
         return len(about_one_speed(self.speeds.tolist())) > 1 or len(pushed) > 1
 
-    def easier(self) -> tuple["Histories", ...]:
+    def easier_problems(self) -> tuple["Histories", ...]:
         """The runs in pieces, each with a start of its own, as in multiple shooting; empty if runs are short.
 
         Bock (1983), Recent advances in parameter identification techniques for O.D.E.
@@ -416,7 +416,7 @@ class Histories(BicycleKind, kind="histories"):
         short = tuple(piece for run in self.runs for piece in pieces(run))
         return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
 
-    def refined(self, best: Any) -> "Histories":
+    def estimate_noise(self, best: Any) -> "Histories":
         """Noise estimated from the residuals of the ``best`` fit unless it was given; its colour in any case."""
         series = np.array(self.rows.series)
         noise = {
@@ -433,7 +433,7 @@ class Histories(BicycleKind, kind="histories"):
 
     # ---- what to measure next ----
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Channels that were not recorded, at the same runs, and a forced response."""
         total = sum(len(run.time) for run in self.runs)
         recorded = {*self.noise, *self.runs[0].inputs}
@@ -477,14 +477,14 @@ class Histories(BicycleKind, kind="histories"):
     def figures(self) -> dict[str, Figure]:
         return {"before_after": TRACES}
 
-    def held_back(self) -> "Histories | None":
+    def held_out_data(self) -> "Histories | None":
         return replace(self, runs=self.unseen, unseen=()) if self.unseen else None
 
-    def unexplained(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
+    def residuals_by_channel(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
         residuals = np.concatenate(self.left(candidates, theta))
         return dict(zip(self.noise, residuals.T, strict=True))
 
-    def taken_noise(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+    def channel_noise_sd(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
         """Channels whose sd is estimated: it, and the noise from sample to sample by third differences."""
         ends = np.cumsum([len(run.time) for run in self.runs])[:-1]
         noise_sds = {}
@@ -551,7 +551,7 @@ class Histories(BicycleKind, kind="histories"):
         runs = tuple(replace(run, channels=read(run.channels), inputs=read(run.inputs)) for run in self.runs)
         return replace(self, runs=runs, noise={**self.noise, **noise})
 
-    def thinned(self, most: int) -> Self:
+    def thin(self, most: int) -> Self:
         """Runs of all speeds, eight at least, of long ones the loudest part; whole ones if an angle is prescribed."""
         if len(self.rows.where) <= 2 * most:
             return self
@@ -563,12 +563,12 @@ class Histories(BicycleKind, kind="histories"):
         runs = chosen if whole else [loudest(run, self.noise, samples // count) for run in chosen]
         return replace(self, runs=tuple(runs))
 
-    def quick(self) -> "Histories":
+    def simplify(self) -> "Histories":
         """Eight runs at most, in pieces; three whole ones if a prescribed angle has to be smoothed."""
         whole = self.prescribed
-        thinned = self.thinned(RULES.thinned)
+        thinned = self.thin(RULES.thinned)
         thinned = replace(thinned, runs=thinned.runs[:: -(-len(thinned.runs) // (3 if whole else 8))])
-        return thinned if whole else (thinned.easier() or (thinned,))[-1]
+        return thinned if whole else (thinned.easier_problems() or (thinned,))[-1]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 from bicycle.effects.effect_registry import registry
 from bicycle.model.model import Model
 from bicycle.model.model_file import build_model
-from studies.diagnosis.bicycle_kind import with_named
+from studies.diagnosis.bicycle_kind import build_corrected_model
 from studies.diagnosis.candidates import nuisances
 from studies.diagnosis.measurement_file import PARTS, flat_uncertainty, read_kind
 from studies.diagnosis.rig_numbers import ALIGNING, CONTACT
@@ -87,7 +87,7 @@ class JointData(Joint, kind="joint"):
         """Effects that all bicycles share."""
         return self.common or tyre_effects()
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """All parts with candidates; names of one part, or one bicycle, are ``PART/NAME`` or ``BICYCLE/NAME``."""
         names_by_part = {part.name: part.kind.names() for part in self.parts}
         every = {name for names in names_by_part.values() for name in names}
@@ -101,7 +101,7 @@ class JointData(Joint, kind="joint"):
 
         def made_ready(part: Part, owners: Iterable[str]) -> Any:
             left, tried = (_concerning(owners, names_by_part[part.name], given) for given in (without, also))
-            return part.kind.ready(without=left, also=tried)
+            return part.kind.prepare(without=left, also=tried)
 
         first = next(part for part in self.parts if not part.thing)
         parts: list[Part] = []
@@ -124,13 +124,13 @@ class JointData(Joint, kind="joint"):
         except ValueError as error:
             raise InputError(f"[[part]]: {error}") from error
 
-    def on(self, model: Model) -> Self:
+    def with_model(self, model: Model) -> Self:
         """All parts of the first bicycle with another base ``model``."""
-        parts = tuple(part if part.thing else replace(part, kind=part.kind.on(model)) for part in self.parts)
+        parts = tuple(part if part.thing else replace(part, kind=part.kind.with_model(model)) for part in self.parts)
         return replace(self, model=model, parts=parts)
 
-    def with_named(self, final: Fit) -> Model:
-        return with_named(self.model, final)
+    def corrected_model(self, final: Fit) -> Model:
+        return build_corrected_model(self.model, final)
 
     def bicycles(self, final: Fit) -> dict[str, tuple[Kind, Fit]]:
         fits: dict[str, tuple[Kind, Fit]] = {"": (self, _of_first(final))}
@@ -142,7 +142,7 @@ class JointData(Joint, kind="joint"):
                 if part.thing != called:
                     continue
                 first = first or part.kind
-                candidates, places = self.of_part(number, final.candidates)
+                candidates, places = self.restrict_to_part(number, final.candidates)
                 position = iter(places.tolist())
                 floating |= {u.name: (u, next(position)) for u in part.kind.nuisances}
                 acting |= {c.identifier: (c, [next(position) for _ in c.unknowns]) for c in candidates}

@@ -378,9 +378,9 @@ class Modal(BicycleKind, kind="modal"):
         notes += misnamed(points, common["model"])
         return cls(**{**common, "uncertainty": uncertainty}, points=points, notes=tuple(notes))
 
-    def ready(self, **how: Any) -> Self:
+    def prepare(self, **how: Any) -> Self:
         points = tuple(sorted(self.points, key=lambda p: (p.mode, p.settings, p.speed)))
-        return super(Modal, replace(self, points=points)).ready(**how)
+        return super(Modal, replace(self, points=points)).prepare(**how)
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed, identification, the clock; gain, delay and low-pass of the sensors of the ratios, a turned box."""
@@ -495,7 +495,7 @@ class Modal(BicycleKind, kind="modal"):
     def assumptions(self) -> tuple[str, ...]:
         return (PAIRING,)
 
-    def mispaired(self, judgement: Judgement) -> tuple[str, ...]:
+    def find_mispairings(self, judgement: Judgement) -> tuple[str, ...]:
         """Rows that the base model, or the final one, is compared with at a root of another name."""
         base_roots = self._modes((), self.nominal, slopes=False)[0][:, 0]
         chi2 = float(judgement.nominal @ judgement.nominal)
@@ -522,7 +522,7 @@ class Modal(BicycleKind, kind="modal"):
                 (p.mode for p in self.points), "it is not known, for an error of the measurement is in it"
             )
         try:
-            model = with_values(self.with_named(final), self.model, final)
+            model = with_values(self.corrected_model(final), self.model, final)
         except InputError:
             return dict.fromkeys((p.mode for p in self.points), "it is not known, for its values make no bicycle")
         roots = self._modes(final.candidates, final.theta, slopes=False)[0][:, 0]
@@ -530,7 +530,7 @@ class Modal(BicycleKind, kind="modal"):
 
     # ---- what to measure next ----
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Missing ratios, the mode at other speeds (six runs each), a forced response."""
         sd = float(np.median([s for p in self.points for s in p.sd if s]))
         slowest, fastest, last = float(self.speeds.min()), float(self.speeds.max()), self.points[-1]

@@ -97,7 +97,7 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
             pressures=tuple(p.pressure for p in tyres.properties),
         )
 
-    def impossible(self) -> dict[str, str]:
+    def refusals(self) -> dict[str, str]:
         return DRY | {"speed_offset": "needs motion at several speeds"}
 
     def assumptions(self) -> tuple[str, ...]:

@@ -133,7 +133,7 @@ class RigRecordings(TyreKind, kind="rig"):
             **common,
         )
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Reduce the recordings, find their reference and choose candidates."""
         blocks, notes = [], list(self.notes)
         for name, run in self.sweeps:
@@ -353,12 +353,12 @@ class RigRecordings(TyreKind, kind="rig"):
             return force, np.empty((len(force), 0))
         return force, by_term @ central_differences(terms, steps)
 
-    def phenomenological(self) -> Candidates:
+    def empirical_terms(self) -> Candidates:
         return self.without_cause
 
     # ---- what to measure next ----
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Further sweeps: other branch, rate, speed, track, load, the tyre turned round; a gauge at the rim."""
         gauge = Proposal("dial gauge at rim and fixture in the pull test", np.full(1, 1e-5), self._rim_gauge)
         return (*(self._further_sweeps() if self.blocks else ()), *([gauge] if self.readings else ()))

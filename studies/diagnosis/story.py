@@ -139,7 +139,7 @@ def farthest_off(diagnosis: Judgement) -> Where | None:
     """The series whose gap of the base model is largest; None if none is beyond noise."""
     kind = diagnosis.kind
     if kind.parts:  # the series of each part have their own units
-        views = [(part.name, kind.view(diagnosis, k)) for k, part in enumerate(kind.parts)]
+        views = [(part.name, kind.view_part(diagnosis, k)) for k, part in enumerate(kind.parts)]
         name, most = max(views, key=lambda one: float(one[1].nominal @ one[1].nominal) - len(one[1].nominal))
         found = farthest_off(most)
         return found and replace(found, series=f"{name}: {found.series}")
@@ -152,7 +152,7 @@ def farthest_off(diagnosis: Judgement) -> Where | None:
         return None
     here = np.flatnonzero(labels == worst)
     one = shown[here[0]]
-    away = kind.unexplained((), np.array([u.centre for u in kind.nuisances]))[one.channel]
+    away = kind.residuals_by_channel((), np.array([u.centre for u in kind.nuisances]))[one.channel]
     away = away[(labels == worst)[rows.channels == one.channel]]
     loud = np.abs(gap[here]) > LOUD if (np.abs(gap[here]) > LOUD).any() else np.ones(len(here), bool)
     away, places, size = away[loud], rows.abscissa[here][loud], float(np.sqrt(np.mean(away[loud] ** 2)))

@@ -39,7 +39,7 @@ class TyreKind(Kind):
     candidates: Candidates = ()
     refused: Mapping[str, str] = field(default_factory=dict)
 
-    def on(self, model: Any) -> NoReturn:
+    def with_model(self, model: Any) -> NoReturn:
         """Refuse a bicycle ``model``."""
         raise InputError("a measurement of a tyre has a reference tyre, no bicycle model; leave the model out")
 
@@ -77,7 +77,7 @@ class TyreTables(TyreKind, kind="tyre_tables"):
                     f"{tyre.tyre} on {tyre.surface}: {len(tyre.load)} conditions are too few; 6 are needed"
                 )
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         for option, names in (("--without", without), ("--with", also)):
             refuse_unknown("effect", names, (*SCALES, DRUM), where=option)
         found = []

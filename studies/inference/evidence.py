@@ -139,7 +139,7 @@ def whiteness(kind: Kind, hypothesis: Fit) -> float:
     if not rows:
         return 1.0
     noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), 200))
-    noise = kind.marginalised(hypothesis.candidates, hypothesis.theta, noise)
+    noise = kind.marginalise_noise(hypothesis.candidates, hypothesis.theta, noise)
     noise -= hypothesis.jacobian @ (hypothesis.covariance @ (hypothesis.jacobian.T @ noise))
     every = np.column_stack([hypothesis.residual, noise])
     statistics = [_ljung_box(rows, every)]

@@ -407,7 +407,7 @@ class _Problem:
         """Solve the easier problems in turn from ``x`` (p,); coordinates of the last end, empty if there is none."""
         centre, sd = self.prior
         led = []
-        for easier in kind.easier():
+        for easier in kind.easier_problems():
             end = self.end(easier, x, np.ones(len(easier.rows.where), bool), GUIDE)
             if math.isfinite(end.objective):
                 x = centre + sd * end.z

@@ -168,7 +168,7 @@ class Joint(Kind):
     def concerns(self, candidate: Candidate) -> bool:
         return any(part.here(candidate.identifier) is not None for part in self.parts)
 
-    def of_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
+    def restrict_to_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
         part = self.parts[number]
         columns = {u.name: k for k, u in enumerate(self.nuisances)}
         places, kept, start = [columns[part.called(u.name)] for u in part.kind.nuisances], [], len(columns)
@@ -199,7 +199,7 @@ class Joint(Kind):
     def _each(self, candidates: Candidates, theta: Array) -> Iterator[tuple[Kind, Candidates, Array, NDArray[np.intp]]]:
         """Each part with the candidates and coordinates that act on it, and their places."""
         for number, part in enumerate(self.parts):
-            kept, places = self.of_part(number, candidates)
+            kept, places = self.restrict_to_part(number, candidates)
             yield part.kind, kept, theta[places], places
 
     def slices(self) -> list[slice]:
@@ -241,18 +241,20 @@ class Joint(Kind):
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
         return sum(kind.log_determinant(kept, own) for kind, kept, own, _ in self._each(candidates, theta))
 
-    def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
+    def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         each = zip(self._each(candidates, theta), self.slices(), strict=True)
-        return np.concatenate([kind.marginalised(kept, own, white[rows]) for (kind, kept, own, _), rows in each])
+        return np.concatenate([kind.marginalise_noise(kept, own, white[rows]) for (kind, kept, own, _), rows in each])
 
-    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Mapping[str, tuple[float, float, str]]:
+    def marginalised_sizes(
+        self, candidates: Candidates, theta: Array, name: str
+    ) -> Mapping[str, tuple[float, float, str]]:
         each = zip(self.parts, self._each(candidates, theta), strict=True)
-        found = [kind.sizes(kept, own, part.here(name) or "") for part, (kind, kept, own, _) in each]
+        found = [kind.marginalised_sizes(kept, own, part.here(name) or "") for part, (kind, kept, own, _) in each]
         return next(filter(None, found), {})
 
-    def easier(self) -> tuple["Joint", ...]:
+    def easier_problems(self) -> tuple["Joint", ...]:
         """Each part's easiest problem at once; empty if none has one."""
-        led = [part.kind.easier() for part in self.parts]
+        led = [part.kind.easier_problems() for part in self.parts]
         if not any(led):
             return ()
         return (self._of(e[-1] if e else part.kind for part, e in zip(self.parts, led, strict=True)),)
@@ -263,13 +265,13 @@ class Joint(Kind):
         if all(new is old for new, old in zip(parts, self.parts, strict=True)):
             return self
         found, tried = replace(self, parts=tuple(parts)), {c.identifier for c in self.candidates}
-        return found.trying(tuple(c for c in found.candidates if c.identifier in tried))
+        return found.with_candidates(tuple(c for c in found.candidates if c.identifier in tried))
 
-    def thinned(self, most: int) -> "Joint":
-        return self._of(part.kind.thinned(most // len(self.parts)) for part in self.parts)
+    def thin(self, most: int) -> "Joint":
+        return self._of(part.kind.thin(most // len(self.parts)) for part in self.parts)
 
-    def quick(self) -> "Joint":
-        return self._of(part.kind.quick() for part in self.parts)
+    def simplify(self) -> "Joint":
+        return self._of(part.kind.simplify() for part in self.parts)
 
     def misreadings(self) -> Iterator[tuple[str, Kind]]:
         """Readings of one part, the others as they stand."""
@@ -278,28 +280,28 @@ class Joint(Kind):
                 kinds = [kind if number == k else other.kind for number, other in enumerate(self.parts)]
                 yield f"{part.name}: {what}", self._of(kinds)
 
-    def refined(self, best: Any) -> "Joint":
+    def estimate_noise(self, best: Any) -> "Joint":
         """Each part refined by its rows of the ``best`` fit."""
         each = zip(self.parts, self.slices(), strict=True)
-        return self._of(part.kind.refined(SimpleNamespace(residual=best.residual[rows])) for part, rows in each)
+        return self._of(part.kind.estimate_noise(SimpleNamespace(residual=best.residual[rows])) for part, rows in each)
 
     def compatible(self, candidates: Candidates) -> bool:
-        return all(part.kind.compatible(self.of_part(k, candidates)[0]) for k, part in enumerate(self.parts))
+        return all(part.kind.compatible(self.restrict_to_part(k, candidates)[0]) for k, part in enumerate(self.parts))
 
     def enabled_by(self, candidates: Candidates) -> Candidates:
-        return self._once(p.kind.enabled_by(self.of_part(k, candidates)[0]) for k, p in enumerate(self.parts))
+        return self._once(p.kind.enabled_by(self.restrict_to_part(k, candidates)[0]) for k, p in enumerate(self.parts))
 
-    def phenomenological(self) -> Candidates:
-        return self._once(part.kind.phenomenological() for part in self.parts)
+    def empirical_terms(self) -> Candidates:
+        return self._once(part.kind.empirical_terms() for part in self.parts)
 
     def directions(self) -> Candidates:
         return self._once(part.kind.directions() for part in self.parts)
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Proposals of the parts, each once."""
         found: dict[str, Proposal] = {}
         for number, part in enumerate(self.parts):
-            for proposal in part.kind.proposed():
+            for proposal in part.kind.propose_measurements():
                 ask = partial(self._of_part, number)
                 loose = proposal.loose and partial(ask, proposal.loose, slope=0)
                 whole = replace(proposal, predict=partial(ask, proposal.predict, slope=1), loose=loose)
@@ -316,7 +318,7 @@ class Joint(Kind):
         slope: int,
     ) -> Prediction:
         """The two arrays that a part answers, that with the number ``slope`` widened to all coordinates."""
-        kept, places = self.of_part(number, candidates)
+        kept, places = self.restrict_to_part(number, candidates)
         found = list(ask(kept, theta[places]))
         found[slope] = _widened(found[slope], places, len(theta))
         return found[0], found[1]
@@ -329,30 +331,30 @@ class Joint(Kind):
         every = [part.kind.speeds for part in self.parts]
         return np.concatenate(every) if all(len(one) for one in every) else np.zeros(0)
 
-    def alone(self) -> Iterator[tuple[str, Kind, Kind]]:
+    def split_parts(self) -> Iterator[tuple[str, Kind, Kind]]:
         for part in self.parts:
             yield part.name, part.kind, Joint((part,))
 
-    def only(self, names: Sequence[str]) -> "Joint":
+    def select_parts(self, names: Sequence[str]) -> "Joint":
         return Joint(tuple(part for part in self.parts if part.name in names))
 
-    def held_back(self) -> "Joint | None":
-        unseen = [(part, part.kind.held_back()) for part in self.parts]
+    def held_out_data(self) -> "Joint | None":
+        unseen = [(part, part.kind.held_out_data()) for part in self.parts]
         parts = tuple(replace(part, kind=kind) for part, kind in unseen if kind is not None)
         return Joint(parts) if parts else None
 
-    def mispaired(self, judgement: "Judgement") -> tuple[str, ...]:
+    def find_mispairings(self, judgement: "Judgement") -> tuple[str, ...]:
         """Of each part, after its name."""
         found = []
         for number, part in enumerate(self.parts):
-            found += [f"{part.name}: {text}" for text in part.kind.mispaired(self.view(judgement, number))]
+            found += [f"{part.name}: {text}" for text in part.kind.find_mispairings(self.view_part(judgement, number))]
         return tuple(found)
 
     def figures(self) -> dict[str, Figure]:
         """Figures of each part, such as ``gap_1``."""
 
         def of_part(figure: Figure, number: int, judgement: "Judgement", target: Path) -> bool:
-            return figure[0](self.view(judgement, number), target)
+            return figure[0](self.view_part(judgement, number), target)
 
         return {
             f"{name}_{number + 1}": (partial(of_part, figure, number), f"{part.name}: {figure[1]}")
@@ -360,12 +362,12 @@ class Joint(Kind):
             for name, figure in part.kind.figures().items()
         }
 
-    def view(self, judgement: "Judgement", number: int) -> "Judgement":
+    def view_part(self, judgement: "Judgement", number: int) -> "Judgement":
         """Restrict a judgement of all parts to the part with this ``number``."""
         whole, rows = judgement.kind, self.slices()[number]
 
         def restricted(f: Fit) -> Fit:
-            kept, places = whole.of_part(number, f.candidates)
+            kept, places = whole.restrict_to_part(number, f.candidates)
             return _FitOfPart(
                 kept,
                 tuple(f.unknowns[k] for k in places),

@@ -91,7 +91,7 @@ def _name_nothing(hypotheses: Hypotheses, score: HeldOut, checks: Checks, leader
 def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
     """The five terms without a cause that lower the objective of ``hypothesis`` most, by a tenth at least."""
     terms = []
-    for term in kind.phenomenological():
+    for term in kind.empirical_terms():
         if not kind.compatible((*hypothesis.candidates, term)):
             continue
         start = np.concatenate([hypothesis.theta, term.starts[0]])
@@ -110,7 +110,7 @@ def _class_of(hypotheses: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], H
         members[f] = Reason("one more", odds=odds)
         if odds > RULES.clear_odds:
             members[f] = Reason("ahead", odds=odds, why=reason_against(hypotheses, f, leader))
-    rivals = hypotheses.rank(len(leader.candidates))[: 2 if hypotheses.kind.dear else 6]
+    rivals = hypotheses.rank(len(leader.candidates))[: 2 if hypotheses.kind.costly else 6]
     peers = list(dict.fromkeys([*members, *rivals]))
     wide = hypotheses.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
     best = wide.rank()[0]
@@ -190,7 +190,7 @@ def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
     All such terms together are as probable beforehand as one effect of the library: the best of eight fits noise
     better than one does (modal_timid: a spring of 1.06 N m/rad lost to one of them). Much data are asked in a part.
     """
-    kind = hypotheses.kind.thinned(RULES.thinned)
+    kind = hypotheses.kind.thin(RULES.thinned)
     terms = kind.directions()
     fits = [leader if kind is hypotheses.kind else fit(kind, leader.candidates, starts=[leader.theta])]
     for kept in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
@@ -270,11 +270,11 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
     advance = progress or (lambda what: None)
-    few = kind.thinned(RULES.thinned)
+    few = kind.thin(RULES.thinned)
     hypotheses, leader, acceptance = _search_plain_first(few, advance)
     if few is not kind:  # much data are searched in a part, and the leaders refined on all
         tried = {c.identifier for c in hypotheses.kind.candidates}
-        whole = kind.trying(tuple(c for c in kind.candidates if c.identifier in tried))
+        whole = kind.with_candidates(tuple(c for c in kind.candidates if c.identifier in tried))
         hypotheses, leader = refine_on_all_data(whole, hypotheses, leader, advance)
         acceptance = accept(hypotheses, leader)
     return hypotheses, acceptance
@@ -283,12 +283,14 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
 def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit | None, Acceptance]:
     """Search and accept, with candidates that absorb much only if nothing else explains the data."""
     absorbing = tuple(c for c in kind.candidates if c.absorbs)
-    plain = kind.trying(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
+    plain = kind.with_candidates(tuple(c for c in kind.candidates if not c.absorbs)) if absorbing else kind
     hypotheses, leader = _settle_noise_and_search(fit_singles(plain, advance), advance)
     acceptance = accept(hypotheses, leader)
     if absorbing and acceptance.verdict in OPEN:
-        more = fit_singles(hypotheses.kind.trying(absorbing), advance)
-        every = Hypotheses(hypotheses.null, (*hypotheses.fits, *more.fits), hypotheses.kind.trying(kind.candidates))
+        more = fit_singles(hypotheses.kind.with_candidates(absorbing), advance)
+        every = Hypotheses(
+            hypotheses.null, (*hypotheses.fits, *more.fits), hypotheses.kind.with_candidates(kind.candidates)
+        )
         other, ahead = _settle_noise_and_search(every, advance)
         better = accept(other, ahead)
         rival = other.find(leader.identifiers) if leader else None
@@ -302,7 +304,7 @@ def _settle_noise_and_search(hypotheses: Hypotheses, advance: Progress) -> tuple
     """Estimate the noise and refit until no other hypothesis takes the lead, then search; hypotheses and leader."""
     for _ in range(REFINED):
         best = hypotheses.rank()[0] if hypotheses.fits else hypotheses.null
-        better = hypotheses.kind.refined(best)
+        better = hypotheses.kind.estimate_noise(best)
         if better is hypotheses.kind:
             break
         hypotheses = refit_all(better, hypotheses, advance)
@@ -476,7 +478,9 @@ def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> N
 def _add_marginalised_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named:
     """Copy of ``effect`` with sizes that were marginalised, no coordinates of the fit, such as a bias of each run."""
     parameters, units = dict(effect.parameters), dict(effect.units)
-    for name, (value, sd, unit) in kind.sizes(hypothesis.candidates, hypothesis.theta, effect.identifier).items():
+    for name, (value, sd, unit) in kind.marginalised_sizes(
+        hypothesis.candidates, hypothesis.theta, effect.identifier
+    ).items():
         parameters[name] = (value, hypothesis.noise_factor * sd)
         units[name] = unit
     return replace(effect, parameters=parameters, units=units)
@@ -540,7 +544,7 @@ def _has_unneeded_size(f: Fit) -> bool:
 def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
     """Measurements that ``kind`` proposes and that separate the first of ``members`` from the others, best first."""
     found = []
-    for proposal in kind.proposed():
+    for proposal in kind.propose_measurements():
         predicted = [_predict(proposal, f) for f in members]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
@@ -552,7 +556,7 @@ def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
 
 def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     """Prediction of ``f`` for a ``proposal`` (m,), and what 1 sd of all that its data leave open does to it (m, k)."""
-    mean, slope = proposal.whitened(f.candidates, f.theta)
+    mean, slope = proposal.predict_white(f.candidates, f.theta)
     if not (np.isfinite(mean).all() and np.isfinite(slope).all()):
         return mean, slope
     loose = proposal.loose and proposal.loose(f.candidates, f.theta)

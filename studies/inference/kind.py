@@ -73,7 +73,7 @@ class Proposal:
     predict: Callable[[Candidates, Array], Prediction]
     loose: Callable[[Candidates, Array], Prediction] | None = None
 
-    def whitened(self, candidates: Candidates, theta: Array) -> Prediction:
+    def predict_white(self, candidates: Candidates, theta: Array) -> Prediction:
         """Predicted values and derivatives in units of the sd."""
         value, slope = self.predict(candidates, theta)
         return value / self.sd, slope / self.sd[:, None]
@@ -119,11 +119,11 @@ class Kind:
         """Read its table, whose files lie in ``folder``; ``common`` are the fields that all kinds share."""
         raise NotImplementedError(f"{cls.__name__} cannot be read from a file")
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> "Kind":
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> "Kind":
         """Prepare nuisances and candidates, ``without`` some effects and ``also`` with some motors."""
         return self
 
-    def on(self, model: Any) -> "Kind":
+    def with_model(self, model: Any) -> "Kind":
         """Take another base ``model``; InputError for a tyre."""
         raise NotImplementedError(f"{self.name} has no bicycle model")
 
@@ -176,11 +176,13 @@ class Kind:
         """ln det of the covariance of whatever was marginalised inside (initial states)."""
         return 0.0
 
-    def marginalised(self, candidates: Candidates, theta: Array, white: Array) -> Array:
+    def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         """White noise (n, draws) after the marginalisation inside."""
         return white
 
-    def sizes(self, candidates: Candidates, theta: Array, name: str) -> Mapping[str, tuple[float, float, str]]:
+    def marginalised_sizes(
+        self, candidates: Candidates, theta: Array, name: str
+    ) -> Mapping[str, tuple[float, float, str]]:
         """Value, sd and unit, by name, of what is marginalised inside for the candidate called ``name``."""
         return {}
 
@@ -196,7 +198,7 @@ class Kind:
         """True if the conditions differ enough for a name: two speeds, two loads, two inputs."""
         return True
 
-    def trying(self: Self, candidates: Candidates) -> Self:
+    def with_candidates(self: Self, candidates: Candidates) -> Self:
         """Try these ``candidates`` only."""
         found = copy(self)
         object.__setattr__(found, "candidates", candidates)
@@ -214,7 +216,7 @@ class Kind:
         """Further candidates that only these make possible (camber thrust once there is a tyre)."""
         return ()
 
-    def phenomenological(self) -> Candidates:
+    def empirical_terms(self) -> Candidates:
         """Terms without a physical cause that can mimic an unknown one."""
         return ()
 
@@ -222,32 +224,32 @@ class Kind:
         """Terms of one size and either sign, by which the remainder of a hypothesis is judged."""
         return ()
 
-    def easier(self) -> tuple["Kind", ...]:
+    def easier_problems(self) -> tuple["Kind", ...]:
         """Problems of the same unknowns with fewer local optima, from the easiest."""
         return ()
 
     @property
-    def dear(self) -> bool:
+    def costly(self) -> bool:
         """True if a fit is dear: the data are so many that the search begins in a part of them."""
         return len(self.rows.where) > 2 * RULES.thinned
 
-    def thinned(self, most: int) -> "Kind":
+    def thin(self, most: int) -> "Kind":
         """About ``most`` numbers of data that are more than twice as many; or itself."""
         return self
 
-    def quick(self) -> "Kind":
+    def simplify(self) -> "Kind":
         """Data for a first look, with few local optima: few of many, if they are dear to compute."""
-        return (self.easier() or (self,))[-1]
+        return (self.easier_problems() or (self,))[-1]
 
     def misreadings(self) -> Iterator[tuple[str, "Kind"]]:
         """Each unit and sign in which the data may have been meant, in words, and the data read so."""
         yield from ()
 
-    def refined(self, best: Any) -> "Kind":
+    def estimate_noise(self, best: Any) -> "Kind":
         """Estimate the noise from ``best.residual``; itself if the noise is known."""
         return self
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Feasible further measurements."""
         return ()
 
@@ -271,7 +273,7 @@ class Kind:
         """Statements of the data that are surely wrong, in words."""
         return ()
 
-    def mispaired(self, judgement: "Judgement") -> tuple[str, ...]:
+    def find_mispairings(self, judgement: "Judgement") -> tuple[str, ...]:
         """Data that a model is compared with at another place than their name says, in words."""
         return ()
 
@@ -279,30 +281,30 @@ class Kind:
         """Each bicycle ("" the first) with the kind that has its base model, and the fit in its own names."""
         return {"": (self, final)} if self.model is not None else {}
 
-    def with_named(self, final: "Fit") -> Any:
+    def corrected_model(self, final: "Fit") -> Any:
         """The base model with the effects of the ``final`` fit; InputError if they make none."""
         return None
 
-    def held_back(self) -> "Kind | None":
+    def held_out_data(self) -> "Kind | None":
         """Data that are predicted and never fitted, as the same kind with the same noise."""
         return None
 
-    def unexplained(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
+    def residuals_by_channel(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
         """Measured minus computed values by channel, in its unit."""
         gap = self.residual(candidates, theta, slopes=False)[0] * self.data[1]
         return {str(name): gap[self.rows.channels == name] for name in dict.fromkeys(self.rows.channels.tolist())}
 
-    def taken_noise(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+    def channel_noise_sd(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
         """Channels whose noise is estimated: the sd that is taken, and that from sample to sample."""
         return {}
 
     # ---- parts ----
 
-    def alone(self) -> Iterator[tuple[str, "Kind", "Kind"]]:
+    def split_parts(self) -> Iterator[tuple[str, "Kind", "Kind"]]:
         """Each part: its name, its kind, and the same as a whole."""
         yield "", self, self
 
-    def only(self, names: Sequence[str]) -> "Kind":
+    def select_parts(self, names: Sequence[str]) -> "Kind":
         """The parts with these names."""
         return self
 
@@ -310,10 +312,10 @@ class Kind:
         """Rows of each part."""
         return [slice(0, len(self.rows.where))]
 
-    def of_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
+    def restrict_to_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
         """Candidates that act on a part, and the places of its coordinates among those of the whole."""
         return candidates, np.arange(len(self.unknowns(candidates)))
 
-    def view(self: Self, judgement: "Judgement", number: int) -> "Judgement":
+    def view_part(self: Self, judgement: "Judgement", number: int) -> "Judgement":
         """Restrict a judgement to one part."""
         return judgement

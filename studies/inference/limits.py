@@ -64,7 +64,7 @@ def _beside(kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float)
     lowest, highest = (np.array([getattr(u, name) for u in unknowns]) for name in ("lowest", "highest"))
     theta = np.concatenate([final.theta, joined[-1].first_starts[0]])
     mean, covariance = theta, np.full((len(theta),) * 2, np.nan)
-    for _ in range(1 if kind.dear else 2):
+    for _ in range(1 if kind.costly else 2):
         residual, jacobian = kind.residual(joined, theta)
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             break

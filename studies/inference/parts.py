@@ -51,7 +51,9 @@ def parts_against_rest(kind: Kind, joint: Fit) -> tuple[PartAgainstRest, ...]:
     """Each part of ``kind`` against all others, about the hypothesis ``joint`` that was fitted to all."""
     found, names = [], [part.name for part in kind.parts]
     for name, rows in zip(names, kind.slices(), strict=True) if names else ():
-        own, rest = (_alone(kind.only(some), joint) for some in ([name], [other for other in names if other != name]))
+        own, rest = (
+            _alone(kind.select_parts(some), joint) for some in ([name], [other for other in names if other != name])
+        )
         both = [effect for effect in own if effect in rest]
         seen = [effect for effect in both if own[effect][-1] and rest[effect][-1]]
         compared = (Compared(effect, *own[effect][:3], *rest[effect][1:3]) for effect in seen)
@@ -131,7 +133,7 @@ def without_each(kind: Kind, names: Sequence[str], *, single_out: bool) -> dict[
     every, found = [part.name for part in kind.parts], []
     for name in every if len(every) > 1 else ():
         if name in names:
-            judged = judge(kind.only([other for other in every if other != name]))
+            judged = judge(kind.select_parts([other for other in every if other != name]))
             found.append(WithoutOne(name, judged.verdict, final=judged.final))
     ranked = {one.part: one for one in sorted(found, key=_order)}
     if single_out:
@@ -152,4 +154,4 @@ def _by_itself(kind: Kind, known: Mapping[str, WithoutOne], name: str) -> Verdic
     others = [part.name for part in kind.parts if part.name != name]
     if len(others) == 1 and others[0] in known:
         return known[others[0]].rest
-    return judge(kind.only([name])).verdict
+    return judge(kind.select_parts([name])).verdict

@@ -22,7 +22,7 @@ class Misread:
 
 def preflight(kind: Kind) -> Misread | None:
     """Reading of the data of a ``kind`` by which chi^2 collapses though only parameters move; None if there is none."""
-    kind = kind.quick()
+    kind = kind.simplify()
     count = len(kind.rows.where)
     before = _left(kind)
     if before < RULES.misread * count:

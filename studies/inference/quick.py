@@ -45,9 +45,11 @@ class Singles(Hypotheses):
 def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     """Judge single effects of a ``kind``, of much data in a part of them."""
     advance = progress or (lambda what: None)
-    kind = kind.trying(tuple(c for c in kind.candidates if not c.absorbs))  # these are for what nothing else explains
-    known = _fit_singles(kind.thinned(RULES.quick), None, advance)
-    better = known.kind.refined(known.rank()[0] if known.fits else known.null)
+    kind = kind.with_candidates(
+        tuple(c for c in kind.candidates if not c.absorbs)
+    )  # these are for what nothing else explains
+    known = _fit_singles(kind.thin(RULES.quick), None, advance)
+    better = known.kind.estimate_noise(known.rank()[0] if known.fits else known.null)
     if better is not known.kind:
         known = _fit_singles(better, known, advance)
     acceptance, kind = _accept(known), known.kind

@@ -126,7 +126,7 @@ class Hypotheses:
 
         Where a fit is dear, it is the decrease that clear odds ask for.
         """
-        if not self.kind.dear:
+        if not self.kind.costly:
             return RULES.worth_a_fit
         rivals = max(1, len(self.kind.library))  # an empty library may still meet terms that others make possible
         return 2 * math.log(RULES.clear_odds * 2 * rivals)
@@ -229,7 +229,7 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
     if not hypotheses.fits or hypotheses.any_fits_data:
         return hypotheses
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
-    easier = hypotheses.kind.easier()
+    easier = hypotheses.kind.easier_problems()
     if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.where):
         ways = _fit_easier_problem(easier[0], hypotheses)
     else:
@@ -280,7 +280,7 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 
     Needed by test_on_a_spring::test_the_softness_is_found_though_a_slight_and_a_typical_one_lead_elsewhere.
     """
-    if hypotheses.kind.dear:  # much data: the search on a part of them has found the softness
+    if hypotheses.kind.costly:  # much data: the search on a part of them has found the softness
         return hypotheses
     enough = hypotheses.null.objective - RULES.improved
     refits = []
@@ -356,7 +356,7 @@ def refine_on_all_data(
     best = leader or next(iter(few.rank()), few.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
     for _ in range(2):  # the noise is what the best leaves: where it ended in few data, then where it ends in all
-        kind = kind.refined(replace(best, residual=residual))
+        kind = kind.estimate_noise(replace(best, residual=residual))
         progress(f"{best.name}, on all data")
         best = fit(kind, best.candidates, starts=[best.theta])
         residual = best.residual
@@ -374,7 +374,7 @@ def refine_on_all_data(
     )  # all data may show what few do not
     first = next(iter(hypotheses.rank()), best)
     if first.identifiers != best.identifiers:
-        hypotheses = refit_all(kind.refined(first), hypotheses, progress)
+        hypotheses = refit_all(kind.estimate_noise(first), hypotheses, progress)
     return search(hypotheses, progress)
 
 
@@ -415,7 +415,7 @@ def _adopt_noise(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> Hyp
     best = hypotheses.rank()[0]
     if len(best.candidates) <= len(leader.candidates) or hypotheses.odds(best, leader) < RULES.clear_odds:
         return hypotheses
-    kind = hypotheses.kind.refined(best)
+    kind = hypotheses.kind.estimate_noise(best)
     return hypotheses if kind is hypotheses.kind else refit_all(kind, hypotheses, progress)
 
 
@@ -452,7 +452,7 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
                 continue
             if hypotheses.kind.compatible((*parent.candidates, candidate)):
                 first_steps.append((preview_objective(hypotheses.kind, parent, candidate), len(first_steps), candidate))
-        for promised, _, candidate in sorted(first_steps)[: 2 if hypotheses.kind.dear else RULES.most_tried]:
+        for promised, _, candidate in sorted(first_steps)[: 2 if hypotheses.kind.costly else RULES.most_tried]:
             if not promised < enough and candidate.unknowns:
                 continue
             tried.add(parent.identifiers | {candidate.identifier})
@@ -471,7 +471,7 @@ def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidat
         starts.append(np.concatenate([parent.theta, sizes]))
         nuisances = single.theta[: single.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], sizes]))
-    return select_starts(hypotheses.kind, (*parent.candidates, candidate), starts, 1 if hypotheses.kind.dear else 2)
+    return select_starts(hypotheses.kind, (*parent.candidates, candidate), starts, 1 if hypotheses.kind.costly else 2)
 
 
 def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
@@ -498,7 +498,7 @@ def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
         for dropped in f.candidates:
             remaining = tuple(c for c in f.candidates if c is not dropped)
             earlier = hypotheses.find(frozenset(c.identifier for c in remaining))
-            if not hypotheses.kind.dear if earlier is None else not earlier.fits_data:
+            if not hypotheses.kind.costly if earlier is None else not earlier.fits_data:
                 parts.append(fit_hypothesis(hypotheses.kind, remaining, [transfer_coordinates(f, remaining)]))
     return hypotheses.adopt_better(parts)
 

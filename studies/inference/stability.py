@@ -71,11 +71,11 @@ class Variant(Kind):
         """Share of the rows that are kept."""
         return float(self.kept.mean()) * self.inner.log_determinant(candidates, theta)
 
-    def marginalised(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
+    def marginalise_noise(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
         """Noise (n, draws) of the rows that are kept."""
         every = np.zeros((len(self.kept), white.shape[1]))
         every[self.kept] = white
-        return self.inner.marginalised(candidates, theta, every)[self.kept]
+        return self.inner.marginalise_noise(candidates, theta, every)[self.kept]
 
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Candidates that these make possible, among those that are tried."""
@@ -115,7 +115,7 @@ class Stability:
 
 def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str], None] | None = None) -> Stability:
     """Judge every variant; of much data in a part of them."""
-    tried, kind = leading(judgement), judgement.kind.thinned(RULES.thinned)
+    tried, kind = leading(judgement), judgement.kind.thin(RULES.thinned)
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
     for one in run(outcome, variants(kind, tried)):

@@ -18,7 +18,7 @@ def test_thirty_modal_points(tmp_path, benchmark):
     assert len(measurement.points) == 30
     floating = dict.fromkeys(UNITS, 0.0) | dict(list(measurement.uncertainty.items())[:10])
     measurement = dataclasses.replace(measurement, uncertainty=floating)
-    every = [c.identifier for c in measurement.ready().candidates if c.identifier != "steer_damper"]
+    every = [c.identifier for c in measurement.prepare().candidates if c.identifier != "steer_damper"]
     start = time.process_time()
     found = benchmark.pedantic(diagnose, [measurement], {"without": tuple(every[11:])}, rounds=1)
     assert time.process_time() - start < 10

@@ -86,7 +86,7 @@ def test_the_bicycle_is_the_one_of_the_thesis(folder, example):
 
 def test_the_identification_gives_what_is_known_by_hand(folder, example):
     """Whipple's coefficients without an effect; a steer spring adds its stiffness over g to K0 of delta, delta."""
-    prepared = read_measurement(MEASUREMENT).ready()
+    prepared = read_measurement(MEASUREMENT).prepare()
     whipple = example["WhippleMatrices"].of_bicycle(prepared.model)
     np.testing.assert_allclose(prepared.identified((), prepared.nominal[None])[0], whipple.free, rtol=1e-8)
     spring = tuple(c for c in prepared.candidates if c.identifier == "steer_spring")
@@ -95,7 +95,7 @@ def test_the_identification_gives_what_is_known_by_hand(folder, example):
 
 
 def test_the_slopes_are_those_of_the_prediction(folder, example):
-    prepared = read_measurement(MEASUREMENT).ready()
+    prepared = read_measurement(MEASUREMENT).prepare()
     damper = tuple(c for c in prepared.candidates if c.identifier == "steer_damper")
     theta = np.array([*prepared.nominal, 0.8])
     value, slope = prepared.value_and_jacobian(damper, theta)
@@ -105,7 +105,7 @@ def test_the_slopes_are_those_of_the_prediction(folder, example):
 
 
 def test_what_the_measurement_contains_is_not_tried(folder, example):
-    prepared = read_measurement(MEASUREMENT).ready(without=("steer_damper", "speed_scale"))
+    prepared = read_measurement(MEASUREMENT).prepare(without=("steer_damper", "speed_scale"))
     tried = {c.identifier for c in prepared.candidates}
     assert not tried & {"rider_arms", "steer_damper", "speed_scale"}
     assert "rider_arms" in {c.identifier for c in find_candidates(prepared.model, {})[0]}  # it would be

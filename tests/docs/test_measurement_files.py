@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
 def test_every_kind_has_an_example_that_is_read(folder):
     assert {path.name for path in folder.iterdir()} == set(Kind.top)
     for name in Kind.top:
-        kind = read_measurement(folder / name / "MEASUREMENT.toml").ready()
+        kind = read_measurement(folder / name / "MEASUREMENT.toml").prepare()
         residual, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
         assert 0 < residual @ residual < math.inf
 

@@ -40,7 +40,7 @@ def kind_of(measurement, camber):
         thrust = {wheel: camber / 15 * c for wheel, c in by_load.items()}
         model = model.with_effect(effect_class("camber_thrust")(camber_stiffness=thrust))
         fixed |= {"camber_thrust.camber_stiffness": 0.0, "camber_thrust.lag_share": 0.0}
-    return dataclasses.replace(measurement, model=model, uncertainty=fixed).ready()
+    return dataclasses.replace(measurement, model=model, uncertainty=fixed).prepare()
 
 
 @pytest.mark.parametrize("camber", TABLE)
@@ -61,7 +61,7 @@ def test_a_twisting_torque_of_the_wrong_sign_is_refused_but_reported(measurement
     kind = kind_of(measurement, 0.0)
     right = next(c for c in kind.candidates if c.identifier == "twisting_torque")
     assert fit(kind, (right,)).sizes_at_bound() == ["twisting_torque.twisting_stiffness"]
-    wrong = next(c for c in kind.phenomenological() if c.identifier == "twisting_torque with the wrong sign")
+    wrong = next(c for c in kind.empirical_terms() if c.identifier == "twisting_torque with the wrong sign")
     assert fit(kind, (wrong,)).chi2 == pytest.approx(72, rel=0.01)
     front = dataclasses.replace(wrong.unknowns[0], sets={"twisting_torque.twisting_stiffness.front": 1.0})
     fixed = {"twisting_torque.twisting_stiffness.rear": 0.0}

@@ -8,7 +8,7 @@ from studies.inference import Kind
 
 def all_but(measurement: Kind, tried: Collection[str]) -> tuple[str, ...]:
     """Names to leave out, so that those in ``tried`` are the whole library; each of them must be known."""
-    known = {candidate.identifier for candidate in measurement.ready().candidates}
+    known = {candidate.identifier for candidate in measurement.prepare().candidates}
     assert set(tried) <= known, sorted(set(tried) - known)
     return tuple(sorted(known - set(tried)))
 

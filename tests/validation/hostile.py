@@ -189,7 +189,7 @@ def _ended(seed: int, folder: Path, row: Row) -> None:
     row["made"] = f"{make.__name__[5:]}: {make(folder, rng)}"
     try:
         measurement = read_measurement(folder / "MEASUREMENT.toml")
-        names = [c.identifier for c in measurement.ready().candidates]
+        names = [c.identifier for c in measurement.prepare().candidates]
         kept = rng.permutation(names)[:TRIED].tolist()
         as_read = bool(rng.random() < 0.8)
         found = diagnose(measurement, without=tuple(n for n in names if n not in kept), as_read=as_read)

@@ -58,7 +58,7 @@ def _asked(seed: int, folder: Path, row: Row) -> None:
     for what in ("as it is", *WRONG):
         runs = measurement.runs if what == "as it is" else tuple(wrong(run, what) for run in measurement.runs)
         started = time.process_time()
-        found = preflight(replace(measurement, runs=runs).ready())
+        found = preflight(replace(measurement, runs=runs).prepare())
         row["seconds"][what] = round(time.process_time() - started, 2)
         row["told"][what] = [] if found is None else list(found.readings)
 

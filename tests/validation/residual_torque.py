@@ -74,7 +74,7 @@ def corrected(found: Diagnosis, folder: Path) -> dict[str, Any]:
 
 def prediction_gap(measured: Any, model: Model) -> float:
     """Return sqrt(max(0, chi^2/n - 1)) of a ``model`` as it stands on what was ``measured``, no unit."""
-    kind = measured.on(model).ready()
+    kind = measured.with_model(model).prepare()
     residual, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]), slopes=False)
     return HeldOut(0.0, residual).gap
 

@@ -47,7 +47,7 @@ def _compared(seed: int, starts: int, folder: Path, row: Row) -> None:
 
     with one_blas_thread():
         truth, without = make(CELL, seed, folder)
-        judgement = judge(read_measurement(folder / "MEASUREMENT.toml").ready(without=without))
+        judgement = judge(read_measurement(folder / "MEASUREMENT.toml").prepare(without=without))
         known = judgement.hypotheses
         hidden = known.find(frozenset(truth.effects))
         leader = max((known.null, *known.fits), key=known.log_posterior)

@@ -311,22 +311,22 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         errors = [error(sensor, sensor) for sensor in SENSORS for error in (gain_error, delay_error)]
         return (*speed_errors(self.excited_speeds), *errors)
 
-    def impossible(self) -> dict[str, str]:
+    def refusals(self) -> dict[str, str]:
         """Effects that act through what was measured: the rider's arms are part of the recorded steer torque."""
         within = {
             name: f"it acts through the {effect.acts_through.replace('_', ' ')}, which was measured"
             for name, effect in registry().items()
             if effect.acts_through in SENSORS
         }
-        return super().impossible() | within
+        return super().refusals() | within
 
-    def ready(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare the candidates, without those that cannot be tried."""
-        return super().ready(without=tuple({*without, *self.impossible()}), also=also)
+        return super().prepare(without=tuple({*without, *self.refusals()}), also=also)
 
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Further candidates that ``candidates`` make possible, again without those."""
-        return tuple(c for c in super().enabled_by(candidates) if c.identifier not in self.impossible())
+        return tuple(c for c in super().enabled_by(candidates) if c.identifier not in self.refusals())
 
     # -- for the report --
 
@@ -344,7 +344,7 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
             "noise is the scatter between subsets; held-out subsets and the posterior decide, not the goodness of fit",
         )
 
-    def proposed(self) -> tuple[Proposal, ...]:
+    def propose_measurements(self) -> tuple[Proposal, ...]:
         """Further measurements: frequency responses at the highest speed and above."""
         return self.forced(max(self.excited_speeds))
 

@@ -41,7 +41,7 @@ def test_runs_become_a_table_that_a_diagnosis_reads(folder, capsys, monkeypatch)
     (folder / "m.toml").write_text(toml)
     measurement = read_measurement(folder / "m.toml")
     assert any("coherence, averages: read, but not used" in note for note in measurement.notes)
-    forward = measurement.ready()
+    forward = measurement.prepare()
     z = []
     for p in forward.points:
         true = gains(p.speed, p.frequency, spring=3.0)[{"lean_rate": "roll_rate"}.get(p.output, p.output)][0]

@@ -14,7 +14,7 @@ EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "measurements"
 
 def begun_of(measurement, identifier="", *, verdict="none"):
     """Nothing but parameters, or one effect, fitted."""
-    forward = measurement.ready()
+    forward = measurement.prepare()
     null = fit(forward)
     candidates = tuple(c for c in forward.candidates if c.identifier == identifier)
     final = fit(forward, candidates) if candidates else null

@@ -51,7 +51,7 @@ def test_the_stiffness_by_hand_is_that_of_the_published_matrix():
 
 @pytest.mark.parametrize("condition", ["lifted", "free_plate", "floor"])
 def test_torques_of_the_weight_are_those_by_hand(tmp_path, condition):
-    forward = read_measurement(write(tmp_path, sweep(condition, noise=0.0))).ready()
+    forward = read_measurement(write(tmp_path, sweep(condition, noise=0.0))).prepare()
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 1e-6
 
 
@@ -60,7 +60,7 @@ def test_springs_dampers_and_friction_add_up(tmp_path):
         *sweep("floor", spring=3.0, friction=0.3, scrub=2.0, noise=0.0),
         *damped(damper=0.7, friction=0.3, sd=1e-9),
     ]
-    forward = read_measurement(write(tmp_path, lines)).ready()
+    forward = read_measurement(write(tmp_path, lines)).prepare()
     candidates = chosen(forward, "steer_spring", "steer_damper", "steer_friction", "contact_scrub")
     size = {"steer_spring": 3.0, "steer_damper": 0.7, "steer_friction": 0.3, "contact_scrub": 2.0}
     theta = np.array([*forward.nominal, *(size[c.identifier] for c in candidates)])
@@ -76,7 +76,7 @@ def test_a_measured_load_takes_the_place_of_the_bicycle_s(tmp_path):
     load = -ground / (0.08 * np.cos(TILT) * np.sin(TILT))
     half = bar_stiffness(lifted=True) + ground / 2
     lines = [f"hold,free_plate,{x:g},,,{half * x:.12g},0.01,{load / 2:.12g}" for x in ANGLES]
-    forward = read_measurement(write(tmp_path, lines, head=HEAD + ",front_load_N")).ready()
+    forward = read_measurement(write(tmp_path, lines, head=HEAD + ",front_load_N")).prepare()
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 1e-6
     assert not any("front_load" in note for note in forward.notes)
 
@@ -88,7 +88,7 @@ def test_a_crown_radius_lifts_the_wheel_that_stands(tmp_path):
     stands = bar_stiffness(lifted=False) + load * 0.02 * np.sin(TILT) ** 2
     lines = [f"hold,free_plate,{x:g},,,{stands * x:.12g},0.01,{n}" for x in ANGLES for n in ("", f"{load:.12g}")]
     lines += [f"hold,lifted,{x:g},,,{bar_stiffness(lifted=True) * x:.12g},0.01," for x in ANGLES]
-    forward = read_measurement(write(tmp_path, lines, head=HEAD + ",front_load_N")).ready()
+    forward = read_measurement(write(tmp_path, lines, head=HEAD + ",front_load_N")).prepare()
     residual, _ = forward.residual(chosen(forward, "crown_radius"), np.array([*forward.nominal, 0.02]))
     assert np.abs(residual).max() < 1e-6
 
@@ -98,7 +98,7 @@ def test_slopes_are_the_differences_of_the_residual(tmp_path):
     head = HEAD + ",force_N,lever_arm_mm,force_sd_N"
     lines = [line + tail for line in [*sweep("floor"), *damped()]]
     lines += [f"hold,lifted,{x:g},,up,,,{x + 1:g},{arm},0.1" for x in ANGLES for arm in (200, 300)]
-    forward = read_measurement(write(tmp_path, lines, head=head)).ready()
+    forward = read_measurement(write(tmp_path, lines, head=head)).prepare()
     names = ("steer_spring", "steer_damper", "steer_friction", "contact_scrub", "steer_torque_scale",
              "steer_torque_zero", "force_scale", "force_zero", "lever_arm_error", "steer_zero", "bar_bag",
              "crown_radius")  # fmt: skip
@@ -125,7 +125,7 @@ def test_mistakes_do_what_they_are_called_after(tmp_path, name, size, prior, rea
     head = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
     lines = [f"hold,free_plate,{x:g},{read(lambda a: bar_stiffness(lifted=False) * a, x, arm):.12g},0.1,{arm}"
              for x in ANGLES for arm in (0.2, 0.3)]  # fmt: skip
-    forward = read_measurement(write(tmp_path, lines, head=head)).ready()
+    forward = read_measurement(write(tmp_path, lines, head=head)).prepare()
     (candidate,) = chosen(forward, name)
     assert [u.scale for u in candidate.unknowns] == [prior]
     residual, _ = forward.residual((candidate,), np.array([*forward.nominal, size]))
@@ -187,7 +187,7 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
     tyre = "[effects.relaxation_length]\ncornering_stiffness = 9000\nrelaxation_length = 0.1\n"
     tyre += "[effects.twisting_torque]\n[bench]"
     measurement = read_measurement(write(tmp_path, sweep(), toml=TOML.replace("[bench]", tyre)))
-    forward = measurement.ready()
+    forward = measurement.prepare()
     refused = forward.refused
     for words, names in (
         ("acts through a rolling tyre", ("pneumatic_trail", "camber_thrust", "aligning_moment")),
@@ -201,7 +201,7 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
         "relaxation_length, twisting_torque of the base model: without effect at rest" in n for n in forward.notes
     )
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 4  # the twisting torque has no part in it
-    held = read_measurement(write(tmp_path, [f"hold,floor,{x:g},,,{x:g},0.1" for x in ANGLES])).ready()
+    held = read_measurement(write(tmp_path, [f"hold,floor,{x:g},,,{x:g},0.1" for x in ANGLES])).prepare()
     assert "needs readings with a direction" in held.refused["steer_friction"]
     assert "needs readings with a direction" in held.refused["contact_scrub"]
     assert {"relaxation_length", "twisting_torque"}.isdisjoint(refused)  # what the base model has is not to be tried
@@ -212,26 +212,26 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
 def test_one_lever_arm_cannot_tell_its_own_error(tmp_path):
     head = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
     lines = [f"hold,lifted,{x:g},{x:g},0.1,0.2" for x in ANGLES]
-    forward = read_measurement(write(tmp_path, lines, head=head)).ready()
+    forward = read_measurement(write(tmp_path, lines, head=head)).prepare()
     assert "looks like a scale of the balance, see force_scale" in forward.refused["lever_arm_error"]
 
 
 def test_further_tests_are_predicted(tmp_path):
-    forward = read_measurement(write(tmp_path, [f"hold,lifted,{x:g},,,{x:g},0.1" for x in ANGLES])).ready()
-    proposed = forward.proposed()
+    forward = read_measurement(write(tmp_path, [f"hold,lifted,{x:g},,,{x:g},0.1" for x in ANGLES])).prepare()
+    proposed = forward.propose_measurements()
     assert len(proposed) == 3
     spring = chosen(forward, "steer_spring")
-    value, slope = proposed[0].whitened(spring, np.array([*forward.nominal, 2.0]))
+    value, slope = proposed[0].predict_white(spring, np.array([*forward.nominal, 2.0]))
     np.testing.assert_allclose(slope[:, -1] * 0.1, np.repeat([-0.2, -0.1, 0.0, 0.1, 0.2], 2), atol=1e-9)
     assert len(value) == 10
-    swept = read_measurement(write(tmp_path, [*sweep(), *damped()])).ready().proposed()
+    swept = read_measurement(write(tmp_path, [*sweep(), *damped()])).prepare().propose_measurements()
     assert [("free" in p.what) for p in swept] == [True]
 
 
 def test_wrong_geometry_acts_at_rest_beside_effects_that_do_not(tmp_path):
     """A front hinge of the base model follows the tilt; it has no part in the test, and the tilt still may be wrong."""
     hinge = "[effects.front_compliance]\nstiffness = 3000\ndamping = 15\njoint_x = 0.8\njoint_z = -0.85\n[bench]"
-    forward = read_measurement(write(tmp_path, sweep("free_plate"), toml=TOML.replace("[bench]", hinge))).ready()
+    forward = read_measurement(write(tmp_path, sweep("free_plate"), toml=TOML.replace("[bench]", hinge))).prepare()
     tilted, _ = forward.residual(chosen(forward, "wrong_tilt"), np.array([*forward.nominal, 0.05]))
     assert np.abs(tilted).max() > 1
 
@@ -290,5 +290,5 @@ def test_forces_in_kgf_are_told(tmp_path):
         hidden = {"spring": -spring * bar_stiffness(lifted=True)}
         lines = [",".join([*line.split(",")[:-2], *(f"{float(x) / unit:.12g}" for x in line.split(",")[-2:])])
                  for line in [*sweep(**hidden), *sweep("floor", **hidden)]]  # fmt: skip
-        found = preflight(read_measurement(write(tmp_path, lines)).ready())
+        found = preflight(read_measurement(write(tmp_path, lines)).prepare())
         assert (found is not None and found.readings[0] == "steer_torque in kgf") == asked

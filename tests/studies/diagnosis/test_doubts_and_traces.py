@@ -73,7 +73,7 @@ def test_a_channel_far_below_its_noise_is_asked_about(histories):
 
 
 def _of(measurement):
-    forward = measurement.ready()
+    forward = measurement.prepare()
     p = len(forward.nuisances)
     null = SimpleNamespace(
         chi2=0.0, theta=np.array([u.centre for u in forward.nuisances]), unknowns=forward.nuisances,
@@ -87,9 +87,9 @@ def _of(measurement):
 
 def test_traces_leave_what_the_noise_is(histories, tmp_path):
     """Nothing is hidden: measured minus computed is noise alone, far below the motion."""
-    forward = histories.ready()
+    forward = histories.prepare()
     null = fit(forward)
-    rest = forward.unexplained((), null.theta)
+    rest = forward.residuals_by_channel((), null.theta)
     assert set(rest) == set(forward.noise)
     for name, left in rest.items():
         measured = np.concatenate([run.channels[name] for run in histories.runs])

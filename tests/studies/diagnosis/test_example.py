@@ -39,7 +39,7 @@ def test_every_key_that_it_explains_is_one(capsys):
     measurement = read_measurement(Path("m.toml"))
     assert measurement.uncertainty["IBxx"] == 0.5
     assert "steer_damper" in [effect.identifier for effect in measurement.model.effects]
-    assert "steer_assist" in {candidate.identifier for candidate in measurement.ready().candidates}
+    assert "steer_assist" in {candidate.identifier for candidate in measurement.prepare().candidates}
     Path("m.toml").write_text(keys.replace("\nx = 0.0", "\ny = 0.0"))
     with pytest.raises(InputError, match="'y'"):
         read_measurement(Path("m.toml"))

@@ -55,15 +55,16 @@ def chosen(forward, *names):
 def test_responses_are_those_of_the_published_matrices(tmp_path, source):
     outputs = ("lean", "roll_rate", "steer", "steer_rate", "yaw_rate")
     lines = rows(outputs, source=source, noise=1e-5)
-    forward = read_measurement(write(tmp_path, lines)).ready()
+    forward = read_measurement(write(tmp_path, lines)).prepare()
     residual, none = forward.residual((), forward.nominal, slopes=False)
     assert none.shape == (len(residual), 0)
     assert len(residual) == 2 * len(lines)
     assert np.sqrt(np.mean(residual**2)) == pytest.approx(1, abs=0.15)  # at a noise of 1e-5
     spring = chosen(
-        read_measurement(write(tmp_path, rows(outputs, source=source, noise=1e-5, spring=3.0))).ready(), "steer_spring"
+        read_measurement(write(tmp_path, rows(outputs, source=source, noise=1e-5, spring=3.0))).prepare(),
+        "steer_spring",
     )
-    hidden = read_measurement(tmp_path / "m.toml").ready()
+    hidden = read_measurement(tmp_path / "m.toml").prepare()
     there, _ = hidden.residual(spring, np.array([*hidden.nominal, 3.0]))
     assert np.sqrt(np.mean(there**2)) == pytest.approx(1, abs=0.15)
 
@@ -82,7 +83,7 @@ def test_a_lateral_force_and_tyres_are_those_of_the_responses_of_the_linear_mode
             f"lateral_force,yaw_rate,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{1e-5 * abs(h):.6g}"
             for f, h in zip(HERTZ, found, strict=True)
         ]
-    forward = read_measurement(write(tmp_path, lines, toml=toml + TABLE)).ready()
+    forward = read_measurement(write(tmp_path, lines, toml=toml + TABLE)).prepare()
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 1e-3
 
 
@@ -90,7 +91,7 @@ def test_slopes_are_the_differences_of_the_residual(tmp_path):
     toml = TOML + TABLE + "[frequency_response.accelerometer]\nx_m = 0.4\nz_m = -0.8\n"
     lines = [*rows(), *rows(("yaw_rate",), source="lean_torque"),
              *(f"steer_torque,lateral_acceleration,{f},{v},0.1,0.2,0.1" for f in (0.7, 2) for v in SPEEDS)]  # fmt: skip
-    forward = read_measurement(write(tmp_path, lines, toml=toml)).ready()
+    forward = read_measurement(write(tmp_path, lines, toml=toml)).prepare()
     names = ("steer_damper", "steer_torque_scale", "roll_rate_delay", "steer_lowpass", "steer_scale", "speed_scale",
              "speed_offset")  # fmt: skip
     candidates = chosen(forward, *names)
@@ -119,7 +120,7 @@ def test_an_accelerometer_reads_the_motion_of_its_place_and_a_share_of_gravity(t
         ]
     toml = TOML + TABLE + f"[frequency_response.accelerometer]\nx_m = {x}\nz_m = {z}\n"
     measurement = read_measurement(write(tmp_path, lines, toml=toml))
-    forward = measurement.ready()
+    forward = measurement.prepare()
     assert np.abs(forward.residual((), forward.nominal)[0]).max() < 1e-2
     assert any("- g lean" in note for note in forward.notes)
     g = 9.80665
@@ -139,7 +140,7 @@ def test_an_accelerometer_reads_the_motion_of_its_place_and_a_share_of_gravity(t
     ],
 )
 def test_errors_of_sensors_do_what_they_are_called_after(tmp_path, name, size, sensed):
-    forward = read_measurement(write(tmp_path, rows(noise=1e-5, sensed=sensed))).ready()
+    forward = read_measurement(write(tmp_path, rows(noise=1e-5, sensed=sensed))).prepare()
     residual, _ = forward.residual(chosen(forward, name), np.array([*forward.nominal, size]))
     assert np.sqrt(np.mean(residual**2)) == pytest.approx(1, abs=0.2)
 
@@ -219,29 +220,31 @@ def test_nothing_hidden_names_nothing(tmp_path):
 
 
 def test_what_is_held_out_and_what_cannot_be_told(tmp_path):
-    forward = read_measurement(write(tmp_path, rows())).ready()
+    forward = read_measurement(write(tmp_path, rows())).prepare()
     speeds = np.repeat([p.speed for p in forward.points], 2)
     assert [set(speeds[forward.rows.fold == k]) for k in (0, 1)] == [{4.0}, {7.0}]
     assert forward.varied
     assert "steer_friction" in forward.refused
-    one = read_measurement(write(tmp_path, rows(("steer",), speeds=(5.0,)))).ready()
+    one = read_measurement(write(tmp_path, rows(("steer",), speeds=(5.0,)))).prepare()
     assert not one.varied
     assert len(set(one.rows.fold)) == 6  # bands of frequency
     assert "looks the same: see steer_scale" in one.refused["steer_torque_scale"]
     assert "speed_offset" in one.refused
-    two = read_measurement(write(tmp_path, [*rows(speeds=(5.0,)), *rows(speeds=(5.0,), source="lean_torque")])).ready()
+    two = read_measurement(
+        write(tmp_path, [*rows(speeds=(5.0,)), *rows(speeds=(5.0,), source="lean_torque")])
+    ).prepare()
     assert two.varied
     assert len(set(two.rows.fold)) == 2  # inputs
 
 
 def test_further_measurements_are_predicted(tmp_path):
-    forward = read_measurement(write(tmp_path, rows())).ready()
-    proposed = {p.what: p for p in forward.proposed()}
+    forward = read_measurement(write(tmp_path, rows())).prepare()
+    proposed = {p.what: p for p in forward.propose_measurements()}
     assert "the response of the yaw rate to the steer torque at the measured speeds" in proposed
     assert "the response to a lateral force at the measured speeds" in proposed
     damper = chosen(forward, "steer_damper")
     for proposal in proposed.values():
-        value, slope = proposal.whitened(damper, np.array([*forward.nominal, 0.5]))
+        value, slope = proposal.predict_white(damper, np.array([*forward.nominal, 0.5]))
         assert value.shape == proposal.sd.shape
         assert slope.shape == (len(value), len(forward.nuisances) + 1)
         assert np.abs(slope[:, -1]).max() > 0

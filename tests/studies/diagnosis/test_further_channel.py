@@ -28,8 +28,8 @@ def recorded(folder, hidden, seed, louder, **settings):
     )
     fewer = tuple(replace(r, channels={n: x for n, x in r.channels.items() if n != YAW}) for r in runs)
     return (
-        replace(exact, runs=runs, noise_sd=sd).ready(),
-        replace(exact, runs=fewer, noise_sd={n: s for n, s in sd.items() if n != YAW}).ready(),
+        replace(exact, runs=runs, noise_sd=sd).prepare(),
+        replace(exact, runs=fewer, noise_sd={n: s for n, s in sd.items() if n != YAW}).prepare(),
     )
 
 

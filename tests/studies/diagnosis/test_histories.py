@@ -36,7 +36,7 @@ def test_the_model_replays_its_own_response(tmp_path):
     measurement = Histories(
         name="own", model=model, runs=(run,), noise_sd={"roll_rate_rad_s": 0.02, "steer_rad": 0.005}
     )
-    forward = measurement.ready()
+    forward = measurement.prepare()
     residual, jacobian = forward.residual((), forward.nominal)
     assert residual @ residual < 2 * (0.3 / 3.0) ** 2  # the prior of the initial lean rate has sd 3 rad/s
     assert jacobian.shape == (600, len(forward.nuisances))
@@ -54,7 +54,7 @@ def test_a_channel_that_is_late_is_replayed_as_late_as_it_is(step):
     seen = np.concatenate([np.zeros(late), rate[:-late]])
     run = Run("a", 5.0, time, {"roll_rate_rad_s": seen}, {"steer_torque_N_m": torque})
     noise = {"roll_rate_rad_s": 0.01 * np.std(rate)}
-    forward = Histories(name="own", model=model, runs=(run,), noise_sd=noise).ready()
+    forward = Histories(name="own", model=model, runs=(run,), noise_sd=noise).prepare()
     (delay,) = (c for c in forward.candidates if c.identifier == "roll_rate_delay")
     nominal = forward.nominal
     off, explained = (
@@ -75,7 +75,7 @@ def test_runs_of_any_length_and_step_are_those_of_each_alone():
         runs.append(Run(name, speed, time, channels, {"steer_torque_N_m": torque.at(time)}))
     noise = {"roll_rate_rad_s": 0.02, "steer_rad": 0.02}
     both, *alone = (
-        Histories(name="own", model=model, runs=of, noise_sd=noise).ready()
+        Histories(name="own", model=model, runs=of, noise_sd=noise).prepare()
         for of in (tuple(runs), *((run,) for run in runs))
     )
     for identifier in ("steer_damper", "bias", "drift", "roll_rate_lowpass", "steer_friction"):
@@ -92,7 +92,7 @@ def test_runs_of_any_length_and_step_are_those_of_each_alone():
 
 def test_derivatives_agree_with_differences_of_the_residual(tmp_path):
     _, measurement = case(tmp_path, (), 3, bicycle="pista", **FEW)
-    forward = measurement.ready()
+    forward = measurement.prepare()
     identifiers = ("steer_damper", "steer_torque_delay", "roll_rate_delay", "steer_scale", "speed_scale")
     for identifier in (*identifiers, "roll_rate_lowpass", "steer_friction", "speed_offset", "wrong_tilt", "luggage"):
         candidate = next(c for c in forward.candidates if c.identifier == identifier)
@@ -121,7 +121,7 @@ def test_the_gradient_of_a_run_whose_wobble_grows_is_that_of_the_objective():
     channels = {"roll_rate_rad_s": r.outputs["lean_rate"], "steer_rad": r.outputs["steer"]}
     noise = {"roll_rate_rad_s": 0.02, "steer_rad": 0.004}
     run = Run("a", speed, time, channels, {})
-    forward = Histories(name="own", model=model, runs=(run,), noise_sd=noise).ready()
+    forward = Histories(name="own", model=model, runs=(run,), noise_sd=noise).prepare()
     theta = forward.nominal
     residual, jacobian = forward.residual((), theta)
     assert 0.1 < max(np.abs(seen).max() for seen in channels.values()) < 10
@@ -151,8 +151,8 @@ def test_coloured_noise_is_estimated_and_keeps_chi_squared_honest(tmp_path):
         for run in measurement.runs
     )
     measurement = dataclasses.replace(measurement, runs=runs, noise_sd={})
-    forward = measurement.ready()
-    forward = forward.refined(fit(forward))
+    forward = measurement.prepare()
+    forward = forward.estimate_noise(fit(forward))
     assert 0.8 < forward.noise["steer_rad"].colour < 0.95
     found = fit(forward)
     assert found.chi2 / len(found.residual) == pytest.approx(1, abs=0.1)
@@ -197,7 +197,7 @@ def test_a_sensor_that_reads_too_much_is_told_from_a_physical_effect(tmp_path):
 def test_one_speed_names_nothing_neither_do_its_repeats_nor_one_run(tmp_path):
     _, three = case(tmp_path, ("steer_damper",), 5, bicycle="browser", speeds=(6.0, 6.0), noise=0.5, **FEW)
     assert {run.speed for run in three.runs} == {6.0}
-    assert set(three.ready().rows.fold) == {0, 1, 2}
+    assert set(three.prepare().rows.fold) == {0, 1, 2}
     one_speed = among(three, FEWER).verdict  # repeats are no evidence: any flexible mix passes them
     assert (one_speed.verdict, one_speed.effects) == ("unknown", ())
     assert [check.passed for check in one_speed.checks if "two speeds" in check.what] == [False]
@@ -222,8 +222,8 @@ def test_pieces_of_a_run_hold_every_sample_once(seconds, count):
     time = np.arange(0.0, seconds, 0.01)
     run = Run("r.csv", 4.8, time, {"steer_rad": np.sin(time)}, {"steer_torque_N_m": np.cos(time)})
     kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=(run,))
-    parts = kind.easier()[0].runs if count > 1 else (run,)
-    assert (kind.easier() == ()) == (count == 1)
+    parts = kind.easier_problems()[0].runs if count > 1 else (run,)
+    assert (kind.easier_problems() == ()) == (count == 1)
     assert len({part.name for part in parts}) == len(parts) == count
     for of, whole in (
         (lambda part: part.time, time), (lambda part: part.channels["steer_rad"], np.sin(time)),

@@ -98,7 +98,7 @@ def test_each_part_has_its_own_figures(off, tmp_path, no_pictures):
         figure = f"before_after_{number}"
         assert captions[figure].startswith(f"{name}: ")
         assert (tmp_path / f"{figure}.png").exists()
-    views = [off.kind.view(off, number) for number in range(2)]
+    views = [off.kind.view_part(off, number) for number in range(2)]
     for residual, whole in (("nominal", off.nominal), ("final", off.final.residual)):
         parts = [v.nominal if residual == "nominal" else v.final.residual for v in views]
         np.testing.assert_array_equal(np.concatenate(parts), whole)
@@ -123,9 +123,9 @@ def test_a_recorded_torque_takes_the_motor_out_of_the_part_that_holds_it(tmp_pat
     assert [e.identifier for e in kicks.model.effects] == ["no_slip"]
     assert any(
         "kicks: steer_assist, steer_motor: left out of the base model, for the recorded" in n
-        for n in measurement.ready().notes
+        for n in measurement.prepare().notes
     )
-    assert "steer_assist.gain" in {u.name for u in measurement.ready().nuisances}
+    assert "steer_assist.gain" in {u.name for u in measurement.prepare().nuisances}
 
 
 def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_path):
@@ -142,7 +142,7 @@ def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_p
     for key in ("", "motor_in_torque = false\n"):
         file = tmp_path / "MEASUREMENT.toml"
         file.write_text(f'kind = "histories"\n{model}[histories]\nchannels = ["roll_rate_rad_s"]\n{key}{runs}{noise}')
-        forward = read_measurement(file).ready()
+        forward = read_measurement(file).prepare()
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]), slopes=False)
         gaps.append(float(residual @ residual) / len(residual))
     assert gaps[0] > 100 > 1e-3 > gaps[1]
@@ -172,8 +172,8 @@ def test_files_that_cannot_be_read(tmp_path, change, words):
 
 def test_a_name_that_no_part_knows_is_refused(tmp_path):
     measurement = read_measurement(written(tmp_path))
-    refuses("--without.*kicks/steer_skale", measurement.ready, without=("kicks/steer_skale",))
-    tried = {c.identifier for c in measurement.ready(without=("kicks/steer_scale", "steer_damper")).candidates}
+    refuses("--without.*kicks/steer_skale", measurement.prepare, without=("kicks/steer_skale",))
+    tried = {c.identifier for c in measurement.prepare(without=("kicks/steer_scale", "steer_damper")).candidates}
     assert {"kicks/steer_scale", "steer_damper"}.isdisjoint(tried)
     assert "modes/steer_sensor_scale" in tried
 

@@ -22,7 +22,7 @@ def forward_at(model, speeds, mode="weave"):
         )
         for v, z, s in zip(speeds, found.branch(mode)[:, 0], shape, strict=True)
     )
-    return Modal(name="own", model=model, points=points).ready()
+    return Modal(name="own", model=model, points=points).prepare()
 
 
 @pytest.fixture(scope="module", params=["rolling", "tyre"])
@@ -85,7 +85,7 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
     nominal = forward.nominal
     extra = forward.forced(7.0)[0]
     assert "swept steer torque, 0.5-4 Hz, at 7 m/s" in extra.what
-    predicted, slope = extra.whitened((), nominal)
+    predicted, slope = extra.predict_white((), nominal)
     plant = forward.model.linear_model().to_control(
         7.0, inputs=["steer_torque"], outputs=["lean_rate", "steer", "yaw_rate"]
     )
@@ -94,7 +94,7 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
     assert np.allclose(seen[:, 0] + 1j * seen[:, 1], expected, rtol=1e-8)
     k = [u.name for u in forward.nuisances].index("zB")
     h = 1e-4 * np.eye(len(nominal))[k]
-    numeric = (extra.whitened((), nominal + h)[0] - extra.whitened((), nominal - h)[0]) / 2e-4
+    numeric = (extra.predict_white((), nominal + h)[0] - extra.predict_white((), nominal - h)[0]) / 2e-4
     assert np.allclose(slope[:, k], numeric, rtol=1e-3, atol=1e-3 * np.abs(numeric).max())
 
 

@@ -41,9 +41,9 @@ def test_rows_on_their_own_mode_are_not(tmp_path):
 def paired(folder, mode, table):
     """What is told of the pairing of a table of these eigenvalues with the base model and its adjusted parameters."""
     told(folder, mode, table)
-    kind = read_measurement(folder / "m.toml").ready()
+    kind = read_measurement(folder / "m.toml").prepare()
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
-    return kind.mispaired(SimpleNamespace(nominal=nominal, final=fit(kind)))
+    return kind.find_mispairings(SimpleNamespace(nominal=nominal, final=fit(kind)))
 
 
 def test_a_row_that_is_compared_with_a_root_of_another_name_is_told_with_chi2_by_name(tmp_path):
@@ -72,5 +72,5 @@ def test_rows_that_are_compared_with_roots_of_their_name_are_not_told(tmp_path):
 
 def test_how_roots_are_paired_is_said_in_the_report(tmp_path):
     told(tmp_path, "weave", WEAVE)
-    (text,) = (note for note in read_measurement(tmp_path / "m.toml").ready().notes if "nearest root" in note)
+    (text,) = (note for note in read_measurement(tmp_path / "m.toml").prepare().notes if "nearest root" in note)
     assert "a real root counts as three times as far from one that oscillates" in text

@@ -52,7 +52,7 @@ def histories(recorded, bicycle=None, **rest):
 
 def fitted(measurement, identifier, **how):
     """Value and sd of the first unknown of a candidate, chi^2 a number with it, and the objective without it."""
-    forward = measurement.ready(**how)
+    forward = measurement.prepare(**how)
     candidate = next(c for c in forward.candidates if c.identifier == identifier)
     found = fit(forward, (candidate,))
     where = found.columns(candidate)
@@ -90,7 +90,7 @@ def test_a_drift_is_found_where_a_bias_is_not_enough():
         return channels
 
     measurement = histories(runs(spoil=walk))
-    forward = measurement.ready()
+    forward = measurement.prepare()
     ends = {c.identifier: fit(forward, (c,)) for c in forward.candidates if c.identifier in ("bias", "drift")}
     assert ends["drift"].chi2 / len(ends["drift"].residual) == pytest.approx(1.0, abs=0.1)
     assert ends["drift"].log_evidence > ends["bias"].log_evidence + 20
@@ -105,7 +105,7 @@ def test_an_offset_of_the_speed_is_told_from_a_scale():
     assert offset == pytest.approx(0.2, abs=4 * sd)
     assert chi2 == pytest.approx(1.0, abs=0.1)
     assert gain > 50
-    one = Histories(name="one", model=measurement.model, runs=measurement.runs[:1], noise_sd=NOISE).ready()
+    one = Histories(name="one", model=measurement.model, runs=measurement.runs[:1], noise_sd=NOISE).prepare()
     assert "one speed: an offset is a scale there" in one.refused["speed_offset"]
     assert "speed_offset" not in {c.identifier for c in one.candidates}
 
@@ -131,13 +131,13 @@ def test_which_of_two_sensors_is_wrong_cannot_be_told_from_a_free_motion(factor)
 
 
 def test_a_factor_and_its_reciprocal_are_errors_of_one_size():
-    (steer,) = (c for c in histories(runs()).ready().candidates if c.identifier == "steer_scale")
+    (steer,) = (c for c in histories(runs()).prepare().candidates if c.identifier == "steer_scale")
     size = steer.unknowns[0]
     over, under = np.log(1.4), np.log(1 / 1.4)
     assert over - size.centre == pytest.approx(size.centre - under)
     np.testing.assert_allclose(size.value(np.array([over, under])), [0.4, 1 / 1.4 - 1])
     assert size.slope(over) == pytest.approx(1.4)
-    (alone,) = (c for c in modal().ready().candidates if c.identifier == "steer_sensor_scale")
+    (alone,) = (c for c in modal().prepare().candidates if c.identifier == "steer_sensor_scale")
     assert "reads too much or too little beside the lean sensor by a constant factor" in alone.signature
     with pytest.raises(ValueError, match="steer: power = 1 must be 0"):
         UncertainParameter("steer", "1", {}, 0.0, 0.1, relative=True)
@@ -156,9 +156,9 @@ def test_friction_needs_the_steering_and_time():
     without = tuple(
         Run(r.name, r.speed, r.time, {"roll_rate_rad_s": r.channels["roll_rate_rad_s"]}, r.inputs) for r in runs()
     )
-    words = histories(without).ready().refused["steer_friction"]
+    words = histories(without).prepare().refused["steer_friction"]
     assert "which was not recorded (steer_rad or steer_rate_rad_s)" in words
-    assert "dry friction is not linear in the motion" in modal().ready().refused["steer_friction"]
+    assert "dry friction is not linear in the motion" in modal().prepare().refused["steer_friction"]
 
 
 @pytest.mark.parametrize(("identifier", "key", "off"), [("wrong_tilt", "lam", 0.08), ("wrong_trail", "c", 0.03)])
@@ -178,7 +178,7 @@ def test_a_wrong_geometry_is_found_however_the_file_states_it(identifier, key, o
 def test_a_geometry_is_called_wrong_where_its_sd_is_less_than_the_documented_mistake(key, identifier, documented):
     """0.05 rad, 20 mm: to either side of these."""
     for share, tried in ((0.98, True), (1.02, False)):
-        forward = modal(uncertainty={key: share * documented}).ready()
+        forward = modal(uncertainty={key: share * documented}).prepare()
         assert (identifier not in forward.refused) == tried
         assert any(c.identifier == identifier for c in forward.candidates) == tried
 
@@ -186,9 +186,9 @@ def test_a_geometry_is_called_wrong_where_its_sd_is_less_than_the_documented_mis
 def test_the_model_that_follows_has_the_geometry_that_was_found_and_what_is_tied_to_it():
     model = Model(load_bicycle("benchmark"), _fork())
     measurement = Modal(name="own", model=model, points=modal().points, uncertainty={"lam": 0.0})
-    forward = measurement.ready()
+    forward = measurement.prepare()
     tilt = next(c for c in forward.candidates if c.identifier == "wrong_tilt")
-    found = measurement.with_named(
+    found = measurement.corrected_model(
         fit(forward, (tilt,), starts=[np.append([u.centre for u in forward.nuisances], 0.1)], turns=(0, 0))
     )
     assert found.bicycle["lam"] == pytest.approx(load_bicycle("benchmark")["lam"] + 0.1)
@@ -251,14 +251,14 @@ def weave_of(bicycle):
 
 
 def test_signals_lag_and_never_lead():
-    for forward in (histories(runs()).ready(), modal().ready()):
+    for forward in (histories(runs()).prepare(), modal().prepare()):
         late = [c for c in forward.candidates if c.identifier.endswith(("_delay", "_lowpass"))]
         assert len(late) >= 4
         for c in late:
             (u,) = c.unknowns
             assert (u.lowest, u.one_sided, u.least) == (0.0, True, 5e-4), c.identifier
             assert c.mistake, c.identifier
-        assert not [t for t in forward.phenomenological() if "delay" in t.identifier or "lowpass" in t.identifier]
+        assert not [t for t in forward.empirical_terms() if "delay" in t.identifier or "lowpass" in t.identifier]
 
 
 def test_least_sizes_reach_the_coordinates():
@@ -275,13 +275,13 @@ def test_least_sizes_reach_the_coordinates():
 
 def test_a_motor_is_tried_on_request():
     measurement = modal()
-    assert measurement.ready().refused["steer_assist"] == "a motor: tried on request, --with steer_assist"
-    asked = measurement.ready(also=("steer_assist",))
+    assert measurement.prepare().refused["steer_assist"] == "a motor: tried on request, --with steer_assist"
+    asked = measurement.prepare(also=("steer_assist",))
     known = Modal(name="own", model=measurement.model, points=measurement.points, known={"steer_assist": {}})
-    for forward in (asked, known.ready()):
+    for forward in (asked, known.prepare()):
         assert "steer_assist" in {c.identifier for c in forward.candidates}
         assert "steer_assist" not in forward.refused
     with pytest.raises(InputError, match="--with: unknown effect 'steer_asist'; did you mean 'steer_assist'"):
-        measurement.ready(also=("steer_asist",))
+        measurement.prepare(also=("steer_asist",))
     with pytest.raises(InputError, match="--without and --with both name 'steer_assist'; give one of them"):
-        measurement.ready(without=("steer_assist",), also=("steer_assist",))
+        measurement.prepare(without=("steer_assist",), also=("steer_assist",))

@@ -19,8 +19,8 @@ class Thinned(Histories):
 
     dear = True
 
-    def thinned(self, most):
-        return super().thinned(360)
+    def thin(self, most):
+        return super().thin(360)
 
 
 def case(folder, hidden, seed, **settings):
@@ -34,7 +34,7 @@ def measured(tmp_path_factory):
 
 
 def test_nobody_sways_or_pedals_where_nobody_rides(measured):
-    ready = measured.ready()
+    ready = measured.prepare()
     assert {"side_gusts"} == {c.identifier for c in ready.candidates if c.absorbs}
     assert ready.refused["rider_sway"] == ready.refused["pedalling"] == "nobody rides: mB = 9.86 kg is less than 30 kg"
 
@@ -44,8 +44,8 @@ def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
     whole = measured if stated else dataclasses.replace(measured, noise_sd={})
     fields = {f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)}
     part, found = Thinned(**fields), []
-    few = part.ready().thinned(0)
-    assert len(few.rows.where) < 0.25 * len(part.ready().rows.where)
+    few = part.prepare().thin(0)
+    assert len(few.rows.where) < 0.25 * len(part.prepare().rows.where)
     for kind in (whole, part):
         found.append(among(kind, TRIED).verdict)
     full, thin = found
@@ -64,9 +64,9 @@ def test_nothing_hidden_stays_nothing(tmp_path):
 
 
 def test_a_part_has_all_speeds_and_the_loudest_samples(measured):
-    ready = measured.ready()
-    assert ready.thinned(len(ready.rows.where) // 2 + 1) is ready
-    few = ready.thinned(600)
+    ready = measured.prepare()
+    assert ready.thin(len(ready.rows.where) // 2 + 1) is ready
+    few = ready.thin(600)
     assert 400 <= len(few.rows.where) <= 600
     speeds = [run.speed for run in measured.runs]
     assert {min(speeds), max(speeds)} <= {run.speed for run in few.runs}
@@ -89,7 +89,7 @@ def test_dense_samples_stand_as_means_of_blocks_that_are_as_sure(tmp_path, monke
     truth = history_case(tmp_path, rng=np.random.default_rng(3), **settings).effects["steer_damper"]["damping"]
     dense = read_measurement(tmp_path / "MEASUREMENT.toml")
     dense = dense if stated else dataclasses.replace(dense, noise_sd={})
-    ready = dense.ready()
+    ready = dense.prepare()
     assert [run.step for run in ready.runs] == pytest.approx([0.01] * 4)
     assert any(note.startswith("means of 5 samples (0.01 s)") for note in ready.notes)
     for run, own in zip(ready.runs, dense.runs, strict=True):

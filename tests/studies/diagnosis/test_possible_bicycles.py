@@ -67,6 +67,6 @@ def test_the_way_of_a_parameter_is_that_of_its_value(weighed):
 
 def test_a_rod_stays_as_stated_and_a_note_says_so():
     rod = load_bicycle("benchmark").replace(IHxx=0.04, IHzz=0.01, IHxz=0.02)
-    kind = Weighed(name="rod", model=Model(rod)).ready()
+    kind = Weighed(name="rod", model=Model(rod)).prepare()
     assert not {"IHxx", "IHzz", "IHxz"} & {u.name for u in kind.nuisances}
     assert any(note.startswith("IHxx, IHzz, IHxz stay as stated") for note in kind.notes)

@@ -113,7 +113,7 @@ def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():
 def test_what_an_estimated_noise_holds_beyond_the_sensors_is_told_from_it(given):
     """The base model leaves twice and three times what was added (0.01 rad/s, 0.002 rad), with noise of ten times."""
     measurement = read_measurement("synthetic_kicks")
-    unseen = measurement.ready().held_back()
+    unseen = measurement.prepare().held_out_data()
     unseen = replace(unseen, noise={n: ChannelNoise(10 * a.sd, given=given) for n, a in unseen.noise.items()})
     base = (), {u.name: np.array([u.centre]) for u in unseen.nuisances}
     (one,) = predict(unseen, {"nuisance_only": base, "final": base})

@@ -21,7 +21,7 @@ TRIED = ("steer_damper", "steer_spring", "pneumatic_trail", "front_compliance", 
 
 
 def told(measurement, **how):
-    found = preflight(measurement.ready(**how))
+    found = preflight(measurement.prepare(**how))
     return () if found is None else found.readings
 
 
@@ -113,7 +113,7 @@ def test_the_search_cases_are_told(case, reading, refused):
 
 @pytest.mark.parametrize("kind", ["bench", "frequency_response"])
 def test_other_kinds_know_readings_of_their_own(kind):
-    ready = read_measurement(EXAMPLES / kind / "MEASUREMENT.toml").ready()
+    ready = read_measurement(EXAMPLES / kind / "MEASUREMENT.toml").prepare()
     found = dict(ready.misreadings())
     assert any("opposite sign" in reading for reading in found)
     for other in found.values():

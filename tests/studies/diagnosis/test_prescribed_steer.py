@@ -52,7 +52,7 @@ def read(folder, *, friction=0.0, late=0.0, with_torque=True, more="", first=100
 def test_lean_and_torque_follow_from_the_steer_angle_and_its_noise_is_not_taken_for_motion(tmp_path):
     """chi^2 of the true model is that of noise: within five of its standard deviations, sqrt(2 n)."""
     measurement = read(tmp_path)
-    forward = measurement.ready()
+    forward = measurement.prepare()
     assert set(forward.noise) == {"roll_rate_rad_s", "steer_torque_N_m"}
     nominal = forward.nominal
     residual, _ = forward.residual((), nominal, slopes=False)
@@ -71,7 +71,7 @@ def test_what_smoothing_takes_from_the_angle_is_not_left_to_the_torque(tmp_path,
     """
     chi2, n = 0.0, 0
     for seed in (1, 2, 3):
-        forward = read(tmp_path, first=0, seed=seed, noise=SMALL, stated=stated).ready()
+        forward = read(tmp_path, first=0, seed=seed, noise=SMALL, stated=stated).prepare()
         nominal = forward.nominal
         residual, _ = forward.residual((), nominal, slopes=False)
         torques = residual[["torque" in series for series in forward.rows.series]]
@@ -84,7 +84,7 @@ def test_what_smoothing_takes_from_the_angle_is_not_left_to_the_torque(tmp_path,
 def test_a_torque_that_jumps_within_a_run_is_followed(tmp_path, more, monkeypatch):
     """By fine sensors a step of 1.5 N m gave a chi^2 of 12 a number, a push of 3 N m for 0.1 s one of 80."""
     monkeypatch.setitem(globals(), "torque", lambda t, before=torque: before(t) + more(t))
-    forward = read(tmp_path, noise=dict(SMALL)).ready()
+    forward = read(tmp_path, noise=dict(SMALL)).prepare()
     residual, _ = forward.residual((), forward.nominal, slopes=False)
     of_torque = np.array(["torque" in series for series in forward.rows.series])
     for left in (residual[of_torque], residual[~of_torque]):
@@ -93,13 +93,13 @@ def test_a_torque_that_jumps_within_a_run_is_followed(tmp_path, more, monkeypatc
 
 @pytest.mark.parametrize("name", ["rider_lean", "steer_spring"])
 def test_an_effect_that_is_not_there_does_not_make_the_rides_more_probable(tmp_path, name):
-    forward = read(tmp_path, first=0, noise=SMALL, stated=1.5).ready()
+    forward = read(tmp_path, first=0, noise=SMALL, stated=1.5).prepare()
     candidate = next(c for c in forward.candidates if c.identifier == name)
     assert fit(forward, (candidate,)).log_evidence < fit(forward).log_evidence
 
 
 def test_derivatives_agree_with_differences_of_the_residual_also_where_a_run_is_shorter(tmp_path):
-    forward = read(tmp_path, friction=0.2).ready()
+    forward = read(tmp_path, friction=0.2).prepare()
     first, second = forward.runs
     cut = {name: signal[:-37] for name, signal in second.channels.items()}
     angle = {"steer_rad": second.inputs["steer_rad"][:-37]}
@@ -120,17 +120,17 @@ def test_derivatives_agree_with_differences_of_the_residual_also_where_a_run_is_
 
 
 def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
-    forward = read(tmp_path, friction=0.2).ready()
+    forward = read(tmp_path, friction=0.2).prepare()
     candidates = {c.identifier: c for c in forward.candidates}
     found = fit(forward, (candidates["steer_friction"],))
     assert found.theta[-1] == pytest.approx(0.2, abs=4 * np.sqrt(found.covariance[-1, -1]))
     assert np.sqrt(found.covariance[-1, -1]) < 0.02
     assert found.log_evidence > fit(forward).log_evidence + 20
-    yaw = next(p for p in forward.proposed() if "yaw_rate" in p.what)
-    value, slope = yaw.whitened(found.candidates, found.theta)
+    yaw = next(p for p in forward.propose_measurements() if "yaw_rate" in p.what)
+    value, slope = yaw.predict_white(found.candidates, found.theta)
     assert value.shape == (sum(len(run.time) for run in forward.runs),)
     assert not slope[:, -1].any()  # the angle being what it is, friction moves nothing
-    assert not any(p.what.startswith("steer_rad") for p in forward.proposed())
+    assert not any(p.what.startswith("steer_rad") for p in forward.propose_measurements())
 
 
 @pytest.mark.parametrize(("channel", "factor", "reading"), [
@@ -139,15 +139,15 @@ def test_dry_friction_shows_in_the_torque_that_is_needed(tmp_path):
 ])  # fmt: skip
 def test_a_channel_in_another_unit_or_of_the_other_sign_is_told(tmp_path, channel, factor, reading):
     measurement = read(tmp_path)
-    assert preflight(measurement.ready()) is None
+    assert preflight(measurement.prepare()) is None
     runs = (
         replace(run, channels={**run.channels, channel: factor * run.channels[channel]}) for run in measurement.runs
     )
-    assert reading in preflight(replace(measurement, runs=tuple(runs)).ready()).readings
+    assert reading in preflight(replace(measurement, runs=tuple(runs)).prepare()).readings
 
 
 def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path):
-    forward = read(tmp_path, with_torque=False).ready()
+    forward = read(tmp_path, with_torque=False).prepare()
     damper = next(c for c in forward.candidates if c.identifier == "steer_damper")
     theta = np.array([*(u.centre for u in forward.nuisances), 0.5])
     _, jacobian = forward.residual((damper,), theta)
@@ -157,7 +157,7 @@ def test_what_acts_on_the_steering_alone_is_not_seen_without_the_torque(tmp_path
 
 def test_a_steer_angle_that_was_recorded_late_is_found(tmp_path):
     """20 ms: the true angle is ahead of its record."""
-    forward = read(tmp_path, late=0.02).ready()
+    forward = read(tmp_path, late=0.02).prepare()
     delay = next(c for c in forward.candidates if c.identifier == "steer_delay")
     found = fit(forward, (delay,))
     assert found.theta[-1] == pytest.approx(0.02, abs=max(0.002, 4 * np.sqrt(found.covariance[-1, -1])))
@@ -175,7 +175,7 @@ def test_the_spline_is_as_uncertain_as_it_says(tmp_path):
     """Angle and two derivatives against the true ones, in sd, inside the record: chi^2 a number of 1 within a half."""
     measurement = read(tmp_path)
     squares = []
-    for run in measurement.ready().runs:
+    for run in measurement.prepare().runs:
         spline = SteerSpline.of_run(run, NOISE["steer_rad"])
         time, x = ride(run.speed, 2.5, torque)
         angle = np.interp(run.time, time, x[:, 1])

@@ -60,7 +60,7 @@ def test_hypotheses_are_weighed_by_the_criterion():
 
 def test_noise_is_estimated_beside_the_best_hypothesis(monkeypatch):
     seen = []
-    monkeypatch.setattr(Lines, "refined", lambda kind, best: seen.append(best.name) or kind)
+    monkeypatch.setattr(Lines, "estimate_noise", lambda kind, best: seen.append(best.name) or kind)
     judge_quickly(lines({"slope": 0.5}, "bend", "slope"))
     assert seen == ["slope"]
 

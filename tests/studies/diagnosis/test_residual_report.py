@@ -110,12 +110,12 @@ def test_it_cannot_be_asked_for(reported, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["diagnose", str(file), "--with", "residual_torque"])
     assert "residual_torque: no cause that could be named" in capsys.readouterr().err
-    forward = read_measurement(file).ready(without=("residual_torque",))
+    forward = read_measurement(file).prepare(without=("residual_torque",))
     assert "residual_torque" not in {c.identifier for c in forward.candidates}
 
 
 def left_open(measurement):
-    forward = measurement.ready()
+    forward = measurement.prepare()
     verdict = Verdict("unknown", (), (), {}, {}, {}, (), (), 0.0)
     return SimpleNamespace(kind=forward, final=fit(forward), verdict=verdict)
 
@@ -135,7 +135,7 @@ def test_joint_data_have_one_torque(reported):
 def test_a_parameter_that_the_torque_moves_by_more_than_one_sd_is_told(reported, mass, x, told):
     """Luggage of 11.6 +- 1.9 kg was named and has another mass with the torque; xB is 0.352 +- 0.005 m."""
     torque = reported.findings.torque
-    every = reported.diagnosis.kind.ready()
+    every = reported.diagnosis.kind.prepare()
     (luggage,) = (c for c in every.candidates if c.identifier == "luggage")
     names = [u.name for u in torque.beside.unknowns]
     size = [u.name for u in luggage.unknowns].index("mass")
@@ -165,8 +165,8 @@ def test_coefficients_have_plain_names():
 
 def test_a_model_that_cannot_be_names_the_value_and_what_to_do(reported):
     """A swaying rider without mass and with 24.6 kg m^2 about x, of a rear frame with less."""
-    measurement = reported.diagnosis.kind.on(Model(load_bicycle("benchmark")))
-    forward = measurement.ready()
+    measurement = reported.diagnosis.kind.with_model(Model(load_bicycle("benchmark")))
+    forward = measurement.prepare()
     (rider,) = (c for c in forward.candidates if c.identifier == "rider_lean")
     start = dict(zip((u.name for u in rider.unknowns), rider.starts[0], strict=True)) | {"mass": 0.0, "Ixx": 24.6}
     theta = np.array([*(u.centre for u in forward.nuisances), *start.values()])

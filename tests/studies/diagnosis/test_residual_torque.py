@@ -40,7 +40,7 @@ def said(verdict, *failed):
 
 
 def left_open(measurement, without=()):
-    forward = measurement.ready(without=without)
+    forward = measurement.prepare(without=without)
     null = fit(forward)
     return SimpleNamespace(
         kind=forward, final=null, verdict=said("unknown"),
@@ -86,7 +86,7 @@ def test_the_corrected_model_predicts_speeds_that_were_kept_back(damped):
     model, measured = read_model(path), read_measurement(damped.folder / HELD_OUT / "MEASUREMENT.toml")
     gaps = []
     for one in (model, measured.model):
-        forward = measured.on(one).ready()
+        forward = measured.with_model(one).prepare()
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]))
         gaps.append(HeldOut(0.0, residual).gap)
     assert gaps[0] <= 0.25 * gaps[1]
@@ -135,7 +135,7 @@ def test_data_that_cannot_carry_one_are_refused(damped):
     measurement = damped.diagnosis.kind
     model = measurement.model.with_effect(effect_class("residual_torque")())
     with pytest.raises(InputError, match=r"the base model has \[effects.residual_torque\] already; take it out to fit"):
-        fit_residual(left_open(measurement.on(model)))
+        fit_residual(left_open(measurement.with_model(model)))
     one = dataclasses.replace(measurement, points=measurement.points[:1])
     with pytest.raises(InputError, match="all data are of one run: none can be left out to tell a torque from a good"):
         fit_residual(left_open(one))

@@ -31,9 +31,9 @@ def evidence(kind, null, name):
 @pytest.mark.parametrize("cause", ANSWERS)
 def test_a_cause_of_the_ride_explains_it_better_than_physics_does(tmp_path, cause):
     truth, measurement = ride(tmp_path, cause, 4)
-    kind = measurement.ready()
+    kind = measurement.prepare()
     null = fit(kind)
-    kind = kind.refined(null)
+    kind = kind.estimate_noise(null)
     null = fit(kind, starts=[null.theta])
     if cause == "none":
         assert max(evidence(kind, null, name)[1] for name in RIDE.values()) < 3
@@ -85,11 +85,11 @@ def test_a_torque_that_nobody_recorded_has_a_true_size_and_frequency(cause):
         seen = {name: y + NOISE[name] / 5 * rng.standard_normal(len(y)) for name, y in seen.items()}
         runs.append(Run(f"{speed}", speed, time[::20], seen, {}))
         square.append(np.mean(pushed[:6001:2] ** 2))
-    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).ready()
+    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).prepare()
     torque = next(c for c in kind.candidates if c.identifier == cause.replace("steering", "pedalling"))
-    kind = kind.refined(fit(kind, (torque,)))
+    kind = kind.estimate_noise(fit(kind, (torque,)))
     theta = fit(kind, (torque,)).theta
-    told = kind.sizes((torque,), theta, torque.identifier)
+    told = kind.marginalised_sizes((torque,), theta, torque.identifier)
     value, sd, of = told[key]
     true = {"pedalling": 3.0, "steering": 0.2, "side_gusts": 8.0}[cause] * np.sqrt(np.mean(square))
     assert of == unit
@@ -101,8 +101,8 @@ def test_a_torque_that_nobody_recorded_has_a_true_size_and_frequency(cause):
     assert len(told) == 2
     part = Part("a", kind, own=frozenset({torque.identifier}))
     whole = Joint((part,)), (part.candidate(torque),)
-    assert whole[0].sizes(whole[1], theta, f"a/{torque.identifier}") == told
-    assert not whole[0].sizes(whole[1], theta, "steer_damper")
+    assert whole[0].marginalised_sizes(whole[1], theta, f"a/{torque.identifier}") == told
+    assert not whole[0].marginalised_sizes(whole[1], theta, "steer_damper")
 
 
 @pytest.mark.parametrize(("gain", "leans"), [(1.0, True), (0.95, False)])
@@ -115,7 +115,7 @@ def test_a_yaw_gyro_that_leans_with_the_frame_is_no_wrong_gain(gain, leans):
         seen = {"roll_rate_rad_s": x[::20, 2], "steer_rad": x[::20, 1], "yaw_rate_rad_s": yaw[::20]}
         seen = {name: y + 0.2 * NOISE[name] * rng.standard_normal(len(y)) for name, y in seen.items()}
         runs.append(Run(f"{speed}", speed, time[::20], seen, {}))
-    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).ready()
+    kind = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=tuple(runs)).prepare()
     wrong, leaning = (c for c in kind.candidates if c.identifier in ("yaw_rate_scale", "yaw_gyro_leans"))
     alone = [fit(kind, (c,)).log_evidence for c in (wrong, leaning)]
     assert (alone[1] > alone[0] + 10) == leans

@@ -49,7 +49,7 @@ def test_a_scale_acts_by_its_power_and_counts_in_the_scatter_of_two_tables(table
     flat = tables["Tyre1", "flat"]
     one = dataclasses.replace(flat, cornering_stiffness=3.0 * flat.load**0.8 * flat.pressure**-0.3)
     other = dataclasses.replace(one, cornering_stiffness=one.cornering_stiffness * 1.03**power)
-    forward = TyreTables(reference=one, measured=other).ready()
+    forward = TyreTables(reference=one, measured=other).prepare()
     (candidate,) = (c for c in forward.candidates if c.identifier == scale)
     residual, _ = forward.residual((), np.empty(0))
     np.testing.assert_allclose(residual, power * np.log(1.03) / np.hypot(0.02, 0.02), rtol=1e-9)

@@ -32,7 +32,7 @@ def read(folder, text=RIG):
 
 
 def test_a_bad_recording_of_a_folder_is_left_out_and_told(folder):
-    found = read(folder).ready()
+    found = read(folder).prepare()
     assert [name for name, _ in found.sweeps] == ["sweep"]
     assert any(note.startswith("dead: left out: ") and "sidecar is missing" in note for note in found.notes)
     assert "(dead.csv left out: " in found.reference.origin

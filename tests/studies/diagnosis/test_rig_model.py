@@ -28,7 +28,7 @@ def measurement(*effects, condition=FLAT):
 
 @pytest.fixture(scope="module")
 def forward():
-    return measurement().ready()
+    return measurement().prepare()
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_a_slip_sensor_that_reads_a_tenth_too_much_stretches_the_curve_with_all_
 
 
 def test_a_faster_sweep_that_is_proposed_is_as_fast_as_its_words(forward):
-    proposed = {p.what: p.predict.args[0] for p in forward.proposed()}
+    proposed = {p.what: p.predict.args[0] for p in forward.propose_measurements()}
     rolling = proposed["both branches at a rolling speed of 6 m/s"]
     turning = proposed["both branches at 4 deg/s"]
     assert rolling.speed == pytest.approx(2 * SPEED)
@@ -74,7 +74,7 @@ def test_what_the_sweeps_differ_in_already_is_not_proposed(forward, changed, set
     (one,) = forward.blocks
     for factor, asked in ((1.1, {"deg/s", "m/s"}), (1.5, {"deg/s", "m/s"} - {settled})):
         other = dataclasses.replace(one, **{changed: factor * getattr(one, changed)})
-        words = [p.what.split()[-1] for p in dataclasses.replace(forward, blocks=(one, other)).proposed()]
+        words = [p.what.split()[-1] for p in dataclasses.replace(forward, blocks=(one, other)).propose_measurements()]
         assert asked == {"deg/s", "m/s"} & {*words}
 
 

@@ -173,7 +173,7 @@ def test_a_force_cell_with_another_gain_to_the_left():
     """Readings are changed by hand; the simulator's own effect does the same to them."""
     runs = [sweep(34), sweep(35, rate=2.0)]
     by_hand = [dataclasses.replace(r, side_force=r.side_force + 0.02 * np.abs(r.side_force)) for r in runs]
-    forward = measurement(by_hand).ready()
+    forward = measurement(by_hand).prepare()
     candidate = next(c for c in forward.candidates if c.identifier == "force_gain_by_sign")
     found = fit(forward, (candidate,))
     difference, sd = found.theta[-1], np.sqrt(found.covariance[-1, -1])
@@ -190,9 +190,9 @@ def test_a_gain_by_sign_needs_both_signs():
     run = sweep(36, branch="up")
     right = run.slip_angle > np.deg2rad(0.3)
     half = dataclasses.replace(run, **{name: getattr(run, name)[right] for name in CHANNELS})
-    refused = measurement([half]).ready().refused["force_gain_by_sign"]
+    refused = measurement([half]).prepare().refused["force_gain_by_sign"]
     assert refused == "every sweep has slip angles of one sign, where it is another gain of the force cell"
-    assert measurement(pulls=[pull(2)]).ready().refused["force_gain_by_sign"] == "no slip sweep"
+    assert measurement(pulls=[pull(2)]).prepare().refused["force_gain_by_sign"] == "no slip sweep"
 
 
 def test_three_effects_at_once():
@@ -213,7 +213,7 @@ def test_another_load_than_the_reference():
 
 
 def test_derivatives():
-    forward = measurement([sweep(1, tyre=LAGGING, condition=DRUM)], [pull(2)]).ready()
+    forward = measurement([sweep(1, tyre=LAGGING, condition=DRUM)], [pull(2)]).prepare()
     stated, (read,) = np.array([u.centre for u in forward.nuisances]), forward.readings
     computed = forward.forces((), stated)["p 0"]
     assert np.linalg.norm(computed - read.force) < 0.2 * np.linalg.norm(read.force)
@@ -388,7 +388,7 @@ def test_what_is_wrong_in_the_file_is_said(folder, text, words):
 )
 def test_what_the_recordings_cannot_show_is_refused(rest, words):
     with pytest.raises(InputError, match=words):
-        measurement([sweep(1)], **rest).ready()
+        measurement([sweep(1)], **rest).prepare()
 
 
 def test_a_recording_counts_once():

@@ -32,7 +32,7 @@ def test_a_setting_takes_the_place_of_the_models_value(tmp_path):
     gains = (2.0, 9.0, 2.0)
     measurement = read_measurement(written(tmp_path, "steer_assist.gain", gains))
     assert [p.settings for p in measurement.points] == [(("steer_assist.gain", gain),) for gain in gains]
-    forward = measurement.ready()
+    forward = measurement.prepare()
     residual, _ = forward.residual((), forward.nominal)
     for k, point in enumerate(forward.points):
         assist = effect_class("steer_assist")(gain=point.settings[0][1], fade_speed=6.0)
@@ -49,12 +49,12 @@ def test_a_setting_per_wheel_and_of_both_wheels(tmp_path):
     front = read_measurement(written(tmp_path, f"{stiffness}.front", (9e3, 9e3, 9e3), name="f"))
     assert dict(both.points[0].settings) == {f"{stiffness}.rear": 9e3, f"{stiffness}.front": 9e3}
     assert dict(front.points[0].settings) == {f"{stiffness}.front": 9e3}
-    assert {f"{stiffness}.rear", f"{stiffness}.front"}.isdisjoint(u.name for u in both.ready().nuisances)
-    assert f"{stiffness}.rear" in {u.name for u in front.ready().nuisances}
+    assert {f"{stiffness}.rear", f"{stiffness}.front"}.isdisjoint(u.name for u in both.prepare().nuisances)
+    assert f"{stiffness}.rear" in {u.name for u in front.prepare().nuisances}
 
 
 def test_derivatives_of_rows_in_any_order_agree_with_differences(tmp_path):
-    forward = read_measurement(written(tmp_path, "steer_assist.gain", (9.0, 2.0, 9.0))).ready()
+    forward = read_measurement(written(tmp_path, "steer_assist.gain", (9.0, 2.0, 9.0))).prepare()
     damper = next(c for c in forward.candidates if c.identifier == "steer_damper")
     theta = np.concatenate([forward.nominal, [0.8]])
     _, jacobian = forward.residual((damper,), theta)
@@ -70,18 +70,18 @@ def test_rows_of_two_settings_are_no_repeats(tmp_path):
     lines = [HEAD + ",steer_assist.gain", *(f"{ROWS[0]},{gain}" for gain in (2.0, 4.0, 6.0))]
     (tmp_path / "m.csv").write_text("\n".join(lines) + "\n")
     assert len(read_measurement(toml).points) == 3  # one eigenvalue at three gains
-    names = read_measurement(toml).ready().rows.series
+    names = read_measurement(toml).prepare().rows.series
     assert "weave (steer_assist.gain = 2), real" in names
 
 
 def test_a_further_measurement_is_predicted_at_a_setting_that_was_measured(tmp_path):
-    forward = read_measurement(written(tmp_path, "steer_assist.gain", (2.0, 2.0, 9.0))).ready()
+    forward = read_measurement(written(tmp_path, "steer_assist.gain", (2.0, 2.0, 9.0))).prepare()
     theta = forward.nominal
-    (slow,) = (p for p in forward.proposed() if " at 3.2 m/s" in p.what)
+    (slow,) = (p for p in forward.propose_measurements() if " at 3.2 m/s" in p.what)
     assert "steer_assist.gain = 9" in slow.what
     assist = effect_class("steer_assist")(gain=9.0, fade_speed=6.0)
     found = forward.model.with_effect(assist).linear_model().eigenvalues(3.2)
-    predicted = slow.whitened((), theta)[0] * slow.sd
+    predicted = slow.predict_white((), theta)[0] * slow.sd
     assert np.abs(found - complex(*predicted)).min() < 1e-9
 
 
@@ -130,19 +130,19 @@ def test_the_commanded_gains_miss_by_far_as_was_found_independently(file, gain, 
     """
     measurement = read_measurement(f"balance_assist_gain_{file}")
     assist = effect_class("steer_assist")(gain=gain, fade_speed=4.7, lean_gain=0.7)
-    forward = replace(measurement, model=Model(measurement.model.bicycle, (assist,)), uncertainty={}).ready()
+    forward = replace(measurement, model=Model(measurement.model.bicycle, (assist,)), uncertainty={}).prepare()
     residual, _ = forward.residual((), forward.nominal, slopes=False)
     assert len(residual) == 14
     assert residual @ residual == pytest.approx(expected, abs=1)
 
 
 def test_both_gains_in_one_table_are_predicted_as_in_two():
-    together = read_measurement("balance_assist").ready()
+    together = read_measurement("balance_assist").prepare()
     theta = together.nominal
     theta[[u.name for u in together.nuisances].index("steer_motor.share")] = 0.61
     residual, slope = together.residual((), theta)
     for gain, count in ((8.0, 14), (10.0, 12)):
-        alone = read_measurement(f"balance_assist_gain_{gain:g}").ready()
+        alone = read_measurement(f"balance_assist_gain_{gain:g}").prepare()
         rows = [i for i, where in enumerate(together.rows.where) if f"gain = {gain:g})" in where]
         assert len(rows) == count
         expected, expected_slope = alone.residual((), theta)
@@ -151,7 +151,7 @@ def test_both_gains_in_one_table_are_predicted_as_in_two():
 
 
 def test_a_lag_of_the_base_model_does_not_become_a_lead():
-    forward = read_measurement("balance_assist").ready()
+    forward = read_measurement("balance_assist").prepare()
     assert {u.lowest for u in forward.nuisances if u.name == "steer_motor.lag"} == {1e-4}
 
 

@@ -93,7 +93,7 @@ def rig_table(folder, *, share=1.0, trail=""):
 
 def forward_of(folder, text):
     (folder / "MEASUREMENT.toml").write_text(text)
-    return read_measurement(folder / "MEASUREMENT.toml").ready()
+    return read_measurement(folder / "MEASUREMENT.toml").prepare()
 
 
 def stiffness(found, wheel="rear"):
@@ -138,8 +138,8 @@ def test_a_stiffness_that_is_not_stated_goes_with_the_load(folder):
     """Without a tyre in the base model, side slip is one number for both, in proportion to the mean load."""
     forward = forward_of(folder, TOP + ONE + PART.format("two", 'bicycle = "pista_rider"', "pista_rider"))
     slip = next(c for c in forward.candidates if c.identifier == "side_slip")
-    (one,), _ = forward.of_part(0, (slip,))
-    (two,), _ = forward.of_part(1, (slip,))
+    (one,), _ = forward.restrict_to_part(0, (slip,))
+    (two,), _ = forward.restrict_to_part(1, (slip,))
     for wheel, k in (("rear", 0), ("front", 1)):
         shares = [c.unknowns[0].sets[f"side_slip.cornering_stiffness.{wheel}"] for c in (one, two)]
         assert shares[1] / shares[0] == pytest.approx(LOADS["pista_rider"][k] / LOADS["benchmark"][k])
@@ -199,7 +199,7 @@ def test_the_trail_of_a_rig_names_pneumatic_trail(folder):
     rig_table(folder, trail=",12.0,0.5")
     forward = forward_of(folder, BASE + ONE + RIG)
     trail = next(c for c in forward.candidates if c.identifier == "pneumatic_trail")
-    kept, places = forward.of_part(1, (trail,))
+    kept, places = forward.restrict_to_part(1, (trail,))
     nominal = np.array([u.centre for u in forward.nuisances])
     theta = np.array([*nominal, 0.012])
     with_trail, _ = forward.parts[1].kind.residual(kept, theta[places], slopes=False)
@@ -272,7 +272,7 @@ def test_an_effect_of_one_bicycle_is_its_own_and_no_part_of_the_first_model(damp
     names = {c.identifier for c in forward.candidates}
     assert "pneumatic_trail" in names
     assert "pista_rider/pneumatic_trail" not in names
-    left = {c.identifier for c in forward.ready(without=("pista_rider/steer_damper",)).candidates}
+    left = {c.identifier for c in forward.prepare(without=("pista_rider/steer_damper",)).candidates}
     assert "steer_damper" in left
     assert "pista_rider/steer_damper" not in left
 
@@ -282,7 +282,7 @@ def test_a_fit_is_told_of_each_bicycle_in_its_own_names(damped):
     found, bicycles = damped.final, damped.kind.bicycles(damped.final)
     assert list(bicycles) == ["", "pista_rider"]
     assert bicycles[""][1].candidates == ()
-    first, second = (own.with_named(final) for own, final in bicycles.values())
+    first, second = (own.corrected_model(final) for own, final in bicycles.values())
     assert {e.identifier for e in first.effects} == {"relaxation_length"}
     assert {e.identifier for e in second.effects} == {"relaxation_length", "steer_damper"}
     own, final = bicycles["pista_rider"]

@@ -31,9 +31,9 @@ def test_something_that_opposes_the_steer_rate_predicts_kicks_that_were_never_fi
     kicks that were never fitted is to be 0.15 of that of the base model at most; by that replay it was 0.13.
     """
     measurement = read_measurement("steer_by_wire_kicks")
-    forward = measurement.ready()
+    forward = measurement.prepare()
     null = fit(forward)
-    forward = forward.refined(null)
+    forward = forward.estimate_noise(null)
     null = fit(forward, starts=[null.theta])
     candidates = {c.identifier: c for c in forward.candidates}
     bias = candidates["kicks/bias"]
@@ -41,7 +41,7 @@ def test_something_that_opposes_the_steer_rate_predicts_kicks_that_were_never_fi
     assert viscous.theta[-1] == pytest.approx(0.5, abs=0.15)
     assert dry.theta[-1] == pytest.approx(0.25, abs=0.08)
     assert dry.log_evidence > viscous.log_evidence + 50
-    (kicks,) = predict(forward.held_back(), {"nuisance_only": coordinates_of(null), "final": coordinates_of(dry)})
+    (kicks,) = predict(forward.held_out_data(), {"nuisance_only": coordinates_of(null), "final": coordinates_of(dry)})
     assert isinstance(kicks, Predicted)
     assert (kicks.part, len(kicks.runs)) == ("kicks", 14)
     assert not set(kicks.runs) & {run.name for run in forward.parts[1].kind.runs}

@@ -39,8 +39,8 @@ def measured(folder, between, *, stated=""):
 
 
 def judged(measurement):
-    forward = measurement.ready()
-    forward = forward.refined(fit(forward))
+    forward = measurement.prepare()
+    forward = forward.estimate_noise(fit(forward))
     found = fit(forward)
     nominal, _ = forward.residual((), forward.nominal)
     return SimpleNamespace(
@@ -55,18 +55,18 @@ def said(measurement):
 
 def test_a_torque_that_repeats_and_was_linear_is_doubted_and_can_be_stated(tmp_path):
     measurement = measured(tmp_path, "linear")
-    assert measurement.ready().taken_as_held
+    assert measurement.prepare().taken_as_held
     found = judged(measurement)
     (told,) = said(measurement)
     assert told.startswith("steer_torque_N_m: most samples repeat the one before, so it is taken as held from sample")
     assert f"in place of {found.final.chi2:.5g}. If it was so, state torque_between_samples" in told
     stated = measured(tmp_path, "linear", stated="linear")
-    assert not stated.ready().taken_as_held
+    assert not stated.prepare().taken_as_held
     assert said(stated) == []
-    forward = stated.ready()
+    forward = stated.prepare()
     nominal = forward.nominal
     residual = forward.left((), nominal)
-    wrong = measured(tmp_path, "linear", stated="held").ready().left((), nominal)
+    wrong = measured(tmp_path, "linear", stated="held").prepare().left((), nominal)
     for good, poor in zip(residual, wrong, strict=True):
         assert good.std(0) == pytest.approx(list(SD.values()), rel=0.25)  # the noise that was put in
         assert (poor.std(0) > 2 * np.array(list(SD.values()))).all()
@@ -74,7 +74,7 @@ def test_a_torque_that_repeats_and_was_linear_is_doubted_and_can_be_stated(tmp_p
 
 def test_a_torque_that_was_held_is_not_doubted(tmp_path):
     measurement = measured(tmp_path, "held")
-    assert measurement.ready().taken_as_held
+    assert measurement.prepare().taken_as_held
     assert said(measurement) == []
 
 

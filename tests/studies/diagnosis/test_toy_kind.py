@@ -53,7 +53,7 @@ class SaddleBalance(BicycleKind, kind="saddle"):
         scale = family.values(theta[None]).get(SCALE, np.zeros((1, 1)))[0, 0]
         return (1 + scale) * stiffness * (self.lean if lean is None else lean) / HEIGHT
 
-    def proposed(self):
+    def propose_measurements(self):
         def steeper(candidates, theta):
             far = np.array([0.3])
             shift = 1e-6 * np.eye(len(theta))
@@ -73,7 +73,7 @@ def file(tmp_path, monkeypatch):
     for known, kind in zip((Kind.top, Kind.part), REGISTERED, strict=True):
         monkeypatch.setitem(known, "saddle", kind)
     parameters = load_bicycle("benchmark")
-    exact = SaddleBalance(name="exact", model=Model(parameters), lean=LEAN, force=0 * LEAN, sd=1.0).ready()
+    exact = SaddleBalance(name="exact", model=Model(parameters), lean=LEAN, force=0 * LEAN, sd=1.0).prepare()
     noise = np.random.default_rng(1).standard_normal(len(LEAN))
     force = 1.2 * exact.predict((), exact.nominal) + 0.5 * noise
     given = f"lean_rad = {LEAN.tolist()}\nforce_N = {force.tolist()}\nsd_N = 0.5\n"
@@ -87,7 +87,7 @@ def test_it_is_read_diagnosed_and_reported_without_a_line_elsewhere(file, tmp_pa
     measurement = read_measurement(file)
     assert isinstance(measurement, SaddleBalance)
     few = {"balance_scale", "steer_damper", "steer_spring"}
-    others = {c.identifier for c in measurement.ready().candidates} - few
+    others = {c.identifier for c in measurement.prepare().candidates} - few
     found = diagnose(measurement, without=tuple(sorted(others)))
     assert "balance_scale" in found.verdict.equivalent
     scale, sd = next(e for e in found.verdict.effects if e.identifier == "balance_scale").parameters["scale"]
@@ -101,17 +101,17 @@ def test_it_is_read_diagnosed_and_reported_without_a_line_elsewhere(file, tmp_pa
 
 
 def test_a_further_measurement_is_predicted_and_ranked(file):
-    kind = read_measurement(file).ready()
-    (proposal,) = kind.proposed()
+    kind = read_measurement(file).prepare()
+    (proposal,) = kind.propose_measurements()
     scale = tuple(c for c in kind.candidates if c.identifier == "balance_scale")
     theta = np.array([*kind.nominal, 0.1])
-    value, slope = proposal.whitened(scale, theta)
-    assert value == pytest.approx(1.1 * proposal.whitened((), kind.nominal)[0])
+    value, slope = proposal.predict_white(scale, theta)
+    assert value == pytest.approx(1.1 * proposal.predict_white((), kind.nominal)[0])
     assert slope[:, -1] == pytest.approx(value / 1.1, rel=1e-4)
 
 
 def test_slopes_follow_from_the_prediction(file):
-    kind = read_measurement(file).ready()
+    kind = read_measurement(file).prepare()
     residual, jacobian = kind.residual((), kind.nominal)
     assert kind.misfit((), kind.nominal) == pytest.approx(residual @ residual)
     step = 1e-4 * np.eye(len(kind.nominal))[0]
@@ -134,4 +134,4 @@ class Own(Effect):
     measurement = read_measurement(file)
     words = "the effect 'balance_scale' of .*.py has the name of something that may be wrong with a measurement"
     with outside_effects([tmp_path / "balance_scale.py"]), pytest.raises(InputError, match=words):
-        measurement.ready()
+        measurement.prepare()

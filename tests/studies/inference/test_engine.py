@@ -178,7 +178,7 @@ def test_an_unknown_start_is_integrated_out():
     white = free @ [0.05, -0.02, 0.4, 0.1] + rng.standard_normal(2 * n)
     channels = {"roll_rate_rad_s": 0.03 * white[:n], "steer_rad": 0.01 * white[n:]}
     run = Run("a", speed, step * np.arange(n), channels, {})
-    forward = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise).ready()
+    forward = Histories(name="own", model=Model(load_bicycle("benchmark")), runs=(run,), noise_sd=noise).prepare()
     theta = np.array([u.centre for u in forward.nuisances])
     residual, _ = forward.residual((), theta)
     assert residual @ residual == pytest.approx(white @ np.linalg.solve(covariance, white), rel=1e-6)

@@ -110,8 +110,8 @@ def test_an_effect_that_another_one_makes_possible_acts_on_the_part(monkeypatch)
     monkeypatch.setattr(
         Line, "enabled_by", lambda self, kept: (BEND,) if self.refused and SLOPE in kept else (), raising=False
     )
-    assert [c.identifier for c in forward.of_part(1, (SLOPE, BEND))[0]] == ["slope", "bend"]
-    assert [c.identifier for c in forward.of_part(1, (BEND,))[0]] == []
+    assert [c.identifier for c in forward.restrict_to_part(1, (SLOPE, BEND))[0]] == ["slope", "bend"]
+    assert [c.identifier for c in forward.restrict_to_part(1, (BEND,))[0]] == []
     assert [c.identifier for c in forward.enabled_by((SLOPE,))] == ["bend"]
 
 
@@ -139,13 +139,13 @@ def test_parts_of_two_things_share_what_is_common_and_nothing_else():
 def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
     forward = inference.Joint(joint().parts, said=("of two things",))
     assert forward.notes[0] == "of two things"
-    assert forward.refined(inference.fit(forward)) is forward
+    assert forward.estimate_noise(inference.fit(forward)) is forward
 
 
 def test_what_is_not_tried_is_not_tried_in_a_part_of_the_data_either(monkeypatch):
-    monkeypatch.setattr(Line, "quick", lambda self: replace(self, x=self.x[::2], y=self.y[::2]))
+    monkeypatch.setattr(Line, "simplify", lambda self: replace(self, x=self.x[::2], y=self.y[::2]))
     forward = joint()
-    assert [c.identifier for c in forward.trying(forward.candidates[:1]).quick().candidates] == ["slope"]
+    assert [c.identifier for c in forward.with_candidates(forward.candidates[:1]).simplify().candidates] == ["slope"]
 
 
 def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():

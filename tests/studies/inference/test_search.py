@@ -80,7 +80,7 @@ def test_much_data_are_judged_though_the_library_is_empty(level, verdict):
     """All effects may be left out by request; 50 is that many prior sd from the level that is stated."""
     readings = level + np.random.default_rng(4).standard_normal(8_001)
     kind = ManyReadings(readings * (1.0 if verdict == "none" else np.linspace(0.5, 1.5, 8_001)))
-    assert kind.dear
+    assert kind.costly
     found = inference.judge(kind)
     assert found.verdict.verdict == verdict
     assert found.hypotheses.least_promise == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
@@ -90,7 +90,7 @@ def test_much_data_are_judged_though_the_library_is_empty(level, verdict):
 def test_more_than_8_000_numbers_are_much(n):
     """As docs/measurement_files.md says."""
     rows = inference.Rows(("x",) * n, np.zeros(n), ("x",) * n, np.zeros(n, int))
-    assert replace(Waves(data(0.8), ()), rows=rows).dear == (n > 8_000)
+    assert replace(Waves(data(0.8), ()), rows=rows).costly == (n > 8_000)
 
 
 def test_one_condition_is_no_evidence_for_a_name():
@@ -233,7 +233,7 @@ class Unheard(Shapes):
         residual, jacobian = super().residual(candidates, theta, slopes=slopes)
         return 0.1 / self.sd * residual, 0.1 / self.sd * jacobian
 
-    def refined(self, best):
+    def estimate_noise(self, best):
         return replace(self, sd=self.sd * float(np.sqrt(np.mean(best.residual**2))))
 
 

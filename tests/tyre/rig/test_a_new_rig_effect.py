@@ -54,7 +54,7 @@ def test_it_is_found_simulated_and_named(leaning):
         tyre=TYRE, condition=FLAT, protocol=Protocol(), effects=(effect, Noise()), rng=np.random.default_rng(1)
     )
     measurement = RigRecordings(name="toy", reference=Reference((CURVE,), "the truth"), sweeps=(("s", run),))
-    assert "leaning_track" in {c.identifier for c in measurement.ready().candidates}
+    assert "leaning_track" in {c.identifier for c in measurement.prepare().candidates}
     verdict = diagnose(measurement, without=("conicity",)).verdict  # which pushes alike
     assert (verdict.verdict, verdict.equivalent) == ("named", ("leaning_track",))
     (named,) = verdict.effects
