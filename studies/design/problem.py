@@ -434,7 +434,7 @@ def _minimise(cost: Any, slope: Any, begin: Array, ends: tuple[Array, Array], co
             jac=slope,
             bounds=scipy.optimize.Bounds(*ends),
             constraints=[constraint],
-            options={"maxiter": 25, "ftol": 1e-10},
+            options={"maxiter": 25, "ftol": 1e-12},
             method="SLSQP",
         )
     return np.clip(result.x, *ends)
