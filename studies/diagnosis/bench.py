@@ -374,7 +374,7 @@ class Bench(BicycleKind, kind="bench"):
             place.append(r.rate if damper else r.steer)
             group.append(r.group or channel)
         fold = folds(group, place, [f"{k:06d}" for k in range(len(place))])
-        return Rows(tuple(where), np.array(place), tuple(series), fold, shown=shown, axis="steer angle, rad")
+        return Rows(tuple(where), np.array(place), tuple(series), fold, displays=shown, axis="steer angle, rad")
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         return torques(self.family(candidates), self.setup, theta[None])[0]

@@ -16,10 +16,10 @@ from bicycle.model.model import Model, check_compatible
 from studies.diagnosis.candidates import LEFT_OUT, feedback_terms, find_candidates, nuisances, physical, reversed_signs
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.figures import BEFORE_AFTER
-from studies.diagnosis.last_answer import RecentAnswers
 from studies.diagnosis.mistakes import geometry_errors, one_speed, wrong_geometry
 from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Figure, Kind, Prediction, Proposal
+from studies.inference.last_answer import RecentAnswers
 from studies.inference.parameter import Candidate, UncertainParameter, central_differences
 from tyre.ground.arrays import Array, Complex
 from tyre.ground.errors import InputError, refuse_unknown

@@ -317,7 +317,7 @@ def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:
             left = own.residuals_by_channel(kept, theta)
             for name, rest in left.items():
                 rms.setdefault(name, {})[model] = float(np.sqrt(np.mean(rest**2)))
-        count = len(own.rows.where)
+        count = len(own.rows.places)
         told.append(Predicted(part, own.recordings, count, chi2, rms, own.channel_noise_sd(left)))
     return tuple(told)
 

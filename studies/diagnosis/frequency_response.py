@@ -489,7 +489,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         edges = np.quantile(hertz, np.arange(1, MOST_FOLDS) / MOST_FOLDS)
         fold = folds(group, self.speeds, [f"{band:02d}" for band in np.searchsorted(edges, hertz)])
         return Rows(
-            tuple(where), np.repeat(hertz, 2), tuple(series), np.repeat(fold, 2), shown=shown, axis="frequency, Hz"
+            tuple(where), np.repeat(hertz, 2), tuple(series), np.repeat(fold, 2), displays=shown, axis="frequency, Hz"
         )
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:

@@ -18,7 +18,6 @@ from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.doubts import NAMED, SPEEDS, readings_of
 from studies.diagnosis.family import Family
 from studies.diagnosis.figures import TRACES
-from studies.diagnosis.last_answer import LastAnswer
 from studies.diagnosis.mistakes import (
     BOX,
     SENSOR,
@@ -44,6 +43,7 @@ from studies.inference.evidence import folds
 from studies.inference.fit import ROUGH, Fit, fit
 from studies.inference.judge import Judgement
 from studies.inference.kind import Candidates, Figure, Prediction, Proposal, Rows, Series
+from studies.inference.last_answer import LastAnswer
 from studies.inference.parameter import Candidate, central_differences
 from studies.inference.rules import RULES
 from tyre.ground.arrays import Array
@@ -288,7 +288,9 @@ class Histories(BicycleKind, kind="histories"):
         shown = {f"{run.name} {name}": Series(name) for run in self.runs for name in self.noise}
         fold = folds(group, speed, repeat)
         whitened_inputs = np.vstack(inputs) if inputs else None
-        return Rows(tuple(labels), np.array(speed), tuple(series), fold, whitened_inputs, shown=shown, axis=SPEED_AXIS)
+        return Rows(
+            tuple(labels), np.array(speed), tuple(series), fold, whitened_inputs, displays=shown, axis=SPEED_AXIS
+        )
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), initial states marginalised, and its derivative (n, p) at fixed initial states."""
@@ -553,7 +555,7 @@ class Histories(BicycleKind, kind="histories"):
 
     def thin(self, most: int) -> Self:
         """Runs of all speeds, eight at least, of long ones the loudest part; whole ones if an angle is prescribed."""
-        if len(self.rows.where) <= 2 * most:
+        if len(self.rows.places) <= 2 * most:
             return self
         samples, lengths = most // len(self.noise), [len(run.time) for run in self.runs]
         whole = self.prescribed

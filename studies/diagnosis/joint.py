@@ -120,7 +120,7 @@ class JointData(Joint, kind="joint"):
             f"{', '.join(self.shared)}; everything else of another bicycle is its own and called BICYCLE/NAME"
         )
         try:
-            return replace(self, parts=tuple(parts), said=(note,) * bool(others))
+            return replace(self, parts=tuple(parts), joint_notes=(note,) if others else ())
         except ValueError as error:
             raise InputError(f"[[part]]: {error}") from error
 

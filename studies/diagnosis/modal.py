@@ -480,7 +480,7 @@ class Modal(BicycleKind, kind="modal"):
                     group.append(p.group or f"{p.speed:.6g}")
                     repeat.append(f"{k:06d}")
         fold = folds(group, speed, repeat)
-        return Rows(tuple(labels), np.array(speed), tuple(series), fold, shown=shown, axis=SPEED_AXIS)
+        return Rows(tuple(labels), np.array(speed), tuple(series), fold, displays=shown, axis=SPEED_AXIS)
 
     @property
     def speeds(self) -> Array:

@@ -19,10 +19,10 @@ from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQ
 from bicycle.model.descriptor import DescriptorStack
 from bicycle.motion.responses import from_rest
 from studies.diagnosis.family import Family
-from studies.diagnosis.last_answer import LastAnswer
 from studies.diagnosis.mistakes import DELAY, FRICTION, GAIN, direction
 from studies.diagnosis.replay import Driven, Replay, Sampled
 from studies.diagnosis.steer_spline import ORDERS, SteerSpline
+from studies.inference.last_answer import LastAnswer
 from tyre.ground.arrays import Array
 
 

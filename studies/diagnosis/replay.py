@@ -13,8 +13,8 @@ from bicycle.model.descriptor import DescriptorStack
 from bicycle.motion.responses import discretise, from_rest, march, powers_of
 from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
-from studies.diagnosis.last_answer import RecentAnswers
 from studies.diagnosis.riding import PUSHES, SHARES, WORDS, Course, riding_in, shapes
+from studies.inference.last_answer import RecentAnswers
 from tyre.ground.arrays import Array
 
 

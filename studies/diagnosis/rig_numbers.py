@@ -121,7 +121,7 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
             label: Series(quantity, f"{quantity}, {UNITS[quantity]}", "load, N")
             for label, (quantity, _) in zip(where, self.quantities, strict=True)
         }
-        return Rows(where, np.full(n, self.load), where, np.zeros(n, np.intp), shown=shown, axis="load, N")
+        return Rows(where, np.full(n, self.load), where, np.zeros(n, np.intp), displays=shown, axis="load, N")
 
     @property
     def data(self) -> tuple[Array, Array]:

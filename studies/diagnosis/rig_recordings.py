@@ -320,7 +320,7 @@ class RigRecordings(TyreKind, kind="rig"):
             fold += _segments(np.zeros(n, int)) if split else [k] * n
         shown = {s.name: Series("slip sweep", "side force, N", "slip angle, deg") for s in self.blocks}
         shown |= {p.name: Series("pull test", "side force, N", "displacement, mm") for p in self.readings}
-        return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, shown=shown)
+        return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, displays=shown)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Innovations (n,) and their derivatives (n, p)."""

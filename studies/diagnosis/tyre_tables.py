@@ -97,7 +97,7 @@ class TyreTables(TyreKind, kind="tyre_tables"):
         where = tuple(f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar" for load, pressure in places)
         fold = np.unique(t.load, return_inverse=True)[1]
         return Rows(
-            where, t.load, (name,) * len(where), fold, shown={name: Series(name, "natural logarithm", "load, N")}
+            where, t.load, (name,) * len(where), fold, displays={name: Series(name, "natural logarithm", "load, N")}
         )
 
     @property

@@ -48,7 +48,7 @@ def folds(group: Sequence[str], place: ArrayLike, repeat: Sequence[str]) -> NDAr
 
 def held_out(kind: Kind, hypothesis: Fit) -> HeldOut:
     """Refit with each fold left out and score what was left out, its predictive covariance included."""
-    score, residual = 0.0, np.zeros(len(kind.rows.where))
+    score, residual = 0.0, np.zeros(len(kind.rows.places))
     numbers = np.unique(kind.rows.fold)
     if len(numbers) == 1:
         return HeldOut(0.0, hypothesis.residual, possible=False)

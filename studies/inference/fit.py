@@ -362,7 +362,7 @@ def fit(
 ) -> Fit:
     """Fit nuisances and ``candidates`` from several ``starts`` (p,) to all or some ``rows`` (n,); the best end."""
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
-    used = np.ones(len(kind.rows.where), bool) if rows is None else rows
+    used = np.ones(len(kind.rows.places), bool) if rows is None else rows
     starts = starts or default_starts(kind, candidates)
     begins = drop_repeats(begin for x in starts for begin in (x, *(problem.solve_easier(kind, x) if patient else ())))
     best = problem.end(kind, begins[0], used, turns)
@@ -408,7 +408,7 @@ class _Problem:
         centre, sd = self.prior
         led = []
         for easier in kind.easier_problems():
-            end = self.end(easier, x, np.ones(len(easier.rows.where), bool), GUIDE)
+            end = self.end(easier, x, np.ones(len(easier.rows.places), bool), GUIDE)
             if math.isfinite(end.objective):
                 x = centre + sd * end.z
                 led.append(x)

@@ -263,8 +263,8 @@ def judge(kind: Kind, *, progress: Progress | None = None) -> Judgement:
 
 def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Acceptance]:
     """Search, and accept or refuse what leads."""
-    if not len(kind.rows.where):
-        raise ValueError("no data: rows.where is empty; give at least one residual")
+    if not len(kind.rows.places):
+        raise ValueError("no data: rows.places is empty; give at least one residual")
     names = [candidate.identifier for candidate in kind.candidates]
     for name in names:
         if names.count(name) > 1:
@@ -548,8 +548,8 @@ def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
         predicted = [_predict(proposal, f) for f in members]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
-        (mine, loose), *others = predicted
-        gains = [_distance(mine - other, np.hstack([loose, its]) / np.sqrt(2)) for other, its in others]
+        (mine, spread), *others = predicted
+        gains = [_distance(mine - other, np.hstack([spread, its]) / np.sqrt(2)) for other, its in others]
         found.append(Separation(proposal.what, min(gains)))
     return sorted([*found, *_bench_tests(members)], key=lambda s: -s.gain)
 
@@ -559,10 +559,10 @@ def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     mean, slope = proposal.predict_white(f.candidates, f.theta)
     if not (np.isfinite(mean).all() and np.isfinite(slope).all()):
         return mean, slope
-    loose = proposal.loose and proposal.loose(f.candidates, f.theta)
+    inner = proposal.inner and proposal.inner(f.candidates, f.theta)
     values, vectors = np.linalg.eigh((f.covariance + f.covariance.T) / 2)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return mean, slope @ root if loose is None else np.hstack([(slope + loose[0]) @ root, loose[1]])
+    return mean, slope @ root if inner is None else np.hstack([(slope + inner[0]) @ root, inner[1]])
 
 
 def _distance(gap: Array, moved: Array) -> float:

@@ -1,8 +1,7 @@
 """One kind of measurement: data with standard deviations, the physics that predicts them, and what may be wrong."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -36,22 +35,22 @@ class Series:
 
 @dataclass(frozen=True)
 class Rows:
-    """Places of the residuals, one entry for each."""
+    """Where each of the n residuals was measured, to which series it belongs and when it is held out."""
 
-    where: tuple[str, ...]  # place, for the report
-    abscissa: Array  # (n,), A speed, an angle, the number of a condition
-    # residuals of one series follow each other: an eigenvalue's part along speed, a channel in time
+    places: tuple[str, ...]  # (n,), place in words, for the report
+    abscissa: Array  # (n,), a speed, an angle, the number of a condition; its unit is in ``axis``
+    # (n,), residuals of one series follow each other: an eigenvalue's part along speed, a channel in time
     series: tuple[str, ...]
-    fold: NDArray[np.intp]  # (n,), held-out fold
-    inputs: Array | None = None  # (n, inputs), known inputs at each row, whitened alike
+    fold: NDArray[np.intp]  # (n,), number of the held-out fold
+    inputs: Array | None = None  # (n, inputs), measured inputs at each row, whitened as the residuals are
     condition: tuple[str, ...] = ()  # names of the conditions 0, 1 ... if the abscissa is a number of a condition
     # display of each series; one that is not named is its own channel
-    shown: Mapping[str, Series] = field(default_factory=dict)
+    displays: Mapping[str, Series] = field(default_factory=dict)
     axis: str = ""  # label of the abscissa with its unit
 
     def show(self, series: str) -> Series:
-        """Display of the series called ``series``."""
-        return self.shown.get(series, Series(series))
+        """Display of a ``series``: as declared, or under its own name without a quantity."""
+        return self.displays.get(series, Series(series))
 
     @property
     def channels(self) -> NDArray[np.str_]:
@@ -60,27 +59,29 @@ class Rows:
 
     @property
     def one_axis(self) -> bool:
-        """True if all rows stand over one continuous quantity, which is named."""
-        return bool(self.axis) and not self.condition and not any(series.axis for series in self.shown.values())
+        """True if all rows have one continuous quantity as abscissa, named with its unit in ``axis``."""
+        return bool(self.axis) and not self.condition and not any(series.axis for series in self.displays.values())
 
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A feasible further measurement: its name, the sd (m,) of its numbers, and its own prediction."""
+    """A feasible further measurement of m numbers."""
 
-    what: str
-    sd: Array
-    predict: Callable[[Candidates, Array], Prediction]
-    loose: Callable[[Candidates, Array], Prediction] | None = None
+    what: str  # in words, for the report
+    sd: Array  # (m,), standard deviation of each number, in its unit
+    predict: Callable[[Candidates, Array], Prediction]  # values (m,) and derivatives (m, p) at coordinates (p,)
+    # effects of unknowns inside the kind (initial states) on the values, in units of the sd: derivatives (m, p) through
+    # those that follow the coordinates (p,), and effects (m, k) of 1 sd of each that stays free
+    inner: Callable[[Candidates, Array], Prediction] | None = None
 
     def predict_white(self, candidates: Candidates, theta: Array) -> Prediction:
-        """Predicted values and derivatives in units of the sd."""
+        """Predicted values (m,) and their derivatives (m, p) at coordinates ``theta`` (p,), both in units of the sd."""
         value, slope = self.predict(candidates, theta)
         return value / self.sd, slope / self.sd[:, None]
 
 
 class Kind:
-    """One kind of measurement."""
+    """Base class of a kind of measurement: data of n numbers, a prediction, and candidates that may be missing."""
 
     top: ClassVar[dict[str, type["Kind"]]] = {}  # kinds that a measurement file may have
     part: ClassVar[dict[str, type["Kind"]]] = {}  # kinds that a part of joint data may have
@@ -108,56 +109,57 @@ class Kind:
         super().__init_subclass__()
         if kind:
             cls.kind, cls.table = kind, table or kind
-            for known, wanted in ((Kind.top, top), (Kind.part, part)):
-                if wanted:
-                    known[kind] = cls
+            if top:
+                Kind.top[kind] = cls
+            if part:
+                Kind.part[kind] = cls
 
     # ---- reading ----
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Kind":
-        """Read its table, whose files lie in ``folder``; ``common`` are the fields that all kinds share."""
+        """Build it from its table ``content``, with files in ``folder`` and the fields ``common`` to all kinds."""
         raise NotImplementedError(f"{cls.__name__} cannot be read from a file")
 
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> "Kind":
-        """Prepare nuisances and candidates, ``without`` some effects and ``also`` with some motors."""
+        """Copy with nuisances and candidates filled in, ``without`` some effects and ``also`` with some motors."""
         return self
 
     def with_model(self, model: Any) -> "Kind":
-        """Take another base ``model``; InputError for a tyre."""
+        """Copy with another base ``model``; InputError if the kind has no bicycle."""
         raise NotImplementedError(f"{self.name} has no bicycle model")
 
     def mistakes(self) -> Candidates:
-        """Possible mistakes of the measurement itself, and causes that only this kind of data can show."""
+        """Candidates: errors of the measurement itself, and causes that only this kind of data can show."""
         return ()
 
     def names(self) -> set[str]:
-        """Names of everything that may be tried or left out."""
+        """Identifiers of everything that may be tried or left out."""
         return {c.identifier for c in self.mistakes()}
 
     @property
     def excludes(self) -> tuple[str, ...]:
-        """Effects that no part of joint data may try beside this one."""
+        """Identifiers of effects that no part of joint data may try if this kind is among the parts."""
         return ()
 
     # ---- data and physics ----
 
     rows: Rows
-    data: Any  # measured values and their sd, (n,) each
+    data: Any  # measured values (n,) and their standard deviations (n,), each in its unit
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
-        """Computed values (n,)."""
+        """Computed values (n,), in the units of the data, of the model with ``candidates`` at ``theta`` (p,)."""
         raise NotImplementedError
 
     def unknowns(self, candidates: Candidates) -> tuple[UncertainParameter, ...]:
-        """Nuisances, then the unknowns of the candidates."""
+        """Unknowns (p) in the order of the coordinates: the nuisances, then those of the candidates."""
         return (*self.nuisances, *(u for c in candidates for u in c.unknowns))
 
     def value_and_jacobian(self, candidates: Candidates, theta: Array) -> Prediction:
-        """Computed values (n,) and their derivatives (n, p): central differences unless a kind knows better."""
+        """Computed values (n,) and their derivatives (n, p), by central differences unless a kind overrides it."""
         batch, steps = stencil(self.unknowns(candidates), theta)
-        every = np.stack([self.predict(candidates, one) for one in batch])
-        return every[0], central_differences(every, steps)
+        computed = np.stack([self.predict(candidates, point) for point in batch])
+        return computed[0], central_differences(computed, steps)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """(measured - computed) / sd (n,) and its derivative (n, p), or (n, 0) without ``slopes``."""
@@ -168,29 +170,29 @@ class Kind:
         return (measured - computed) / sd, -slope / sd[:, None]
 
     def misfit(self, candidates: Candidates, theta: Array) -> float:
-        """chi^2."""
+        """Chi^2 of the data at ``theta`` (p,): the sum of the squares of the residuals."""
         residual, _ = self.residual(candidates, theta, slopes=False)
         return float(residual @ residual)
 
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
-        """ln det of the covariance of whatever was marginalised inside (initial states)."""
+        """Log determinant that the evidence needs for unknowns marginalised inside the kind, such as initial states."""
         return 0.0
 
     def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
-        """White noise (n, draws) after the marginalisation inside."""
+        """Residuals (n, draws) of ``white`` noise (n, draws) once the unknowns inside the kind are fitted to it."""
         return white
 
     def marginalised_sizes(
         self, candidates: Candidates, theta: Array, name: str
     ) -> Mapping[str, tuple[float, float, str]]:
-        """Value, sd and unit, by name, of what is marginalised inside for the candidate called ``name``."""
+        """Value, sd and unit of each number that is marginalised inside for the candidate called ``name``, by name."""
         return {}
 
     # ---- search ----
 
     @property
     def library(self) -> Candidates:
-        """Candidates that share the prior, also those that are not tried again."""
+        """Candidates among which the prior probability is shared, also those that are not tried again."""
         return self.candidates
 
     @property
@@ -199,17 +201,16 @@ class Kind:
         return True
 
     def with_candidates(self: Self, candidates: Candidates) -> Self:
-        """Try these ``candidates`` only."""
-        found = copy(self)
-        object.__setattr__(found, "candidates", candidates)
-        return found
+        """Copy that tries these ``candidates`` only; the kind must be a dataclass with a field ``candidates``."""
+        trimmed: Self = replace(self, candidates=candidates)  # type: ignore[type-var]
+        return trimmed
 
     def compatible(self, candidates: Candidates) -> bool:
-        """True if these candidates make a model together."""
+        """True if these ``candidates`` can be in one model."""
         return True
 
     def concerns(self, candidate: Candidate) -> bool:
-        """True if a candidate of a larger whole may act here."""
+        """True if a ``candidate`` of joint data may act on this kind's data."""
         return True
 
     def enabled_by(self, candidates: Candidates) -> Candidates:
@@ -217,36 +218,36 @@ class Kind:
         return ()
 
     def empirical_terms(self) -> Candidates:
-        """Terms without a physical cause that can mimic an unknown one."""
+        """Terms without a physical cause that can mimic an unknown one, each as a candidate."""
         return ()
 
     def directions(self) -> Candidates:
-        """Terms of one size and either sign, by which the remainder of a hypothesis is judged."""
+        """Terms of one size and either sign as candidates: what a hypothesis leaves is tested for each of them."""
         return ()
 
     def easier_problems(self) -> tuple["Kind", ...]:
-        """Problems of the same unknowns with fewer local optima, from the easiest."""
+        """Problems of the same unknowns with fewer local optima, the easiest first."""
         return ()
 
     @property
     def costly(self) -> bool:
-        """True if a fit is dear: the data are so many that the search begins in a part of them."""
-        return len(self.rows.where) > 2 * RULES.thinned
+        """True if the data are so many that the search begins in a part of them."""
+        return len(self.rows.places) > 2 * RULES.thinned
 
     def thin(self, most: int) -> "Kind":
-        """About ``most`` numbers of data that are more than twice as many; or itself."""
+        """Copy with about ``most`` of the data if there are more than twice as many; else itself."""
         return self
 
     def simplify(self) -> "Kind":
-        """Data for a first look, with few local optima: few of many, if they are dear to compute."""
+        """Problem for a first look: few data, with few local optima."""
         return (self.easier_problems() or (self,))[-1]
 
     def misreadings(self) -> Iterator[tuple[str, "Kind"]]:
-        """Each unit and sign in which the data may have been meant, in words, and the data read so."""
+        """Pairs of a unit or sign in which the data may be meant, in words, and the kind with the data read so."""
         yield from ()
 
     def estimate_noise(self, best: Any) -> "Kind":
-        """Estimate the noise from ``best.residual``; itself if the noise is known."""
+        """Copy whose noise is estimated from ``best.residual`` (n,); itself if the noise is stated."""
         return self
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
@@ -262,19 +263,19 @@ class Kind:
 
     @property
     def recordings(self) -> tuple[str, ...]:
-        """Names of its runs."""
+        """Names of its recorded runs."""
         return ()
 
     def figures(self) -> dict[str, Figure]:
-        """Figures by name: ``gap``, ``before_after``."""
+        """Figures by name (``gap``, ``before_after``), each a function that draws it and a caption."""
         return {}
 
     def doubts(self, judgement: "Judgement", torque: "Fit | None" = None) -> tuple[str, ...]:
-        """Statements of the data that are surely wrong, in words."""
+        """Sentences about statements of the data that are surely wrong, given the fit of a residual ``torque``."""
         return ()
 
     def find_mispairings(self, judgement: "Judgement") -> tuple[str, ...]:
-        """Data that a model is compared with at another place than their name says, in words."""
+        """Sentences about data that are compared with another mode or channel than their name says."""
         return ()
 
     def bicycles(self, final: "Fit") -> dict[str, tuple["Kind", "Fit"]]:
@@ -282,40 +283,41 @@ class Kind:
         return {"": (self, final)} if self.model is not None else {}
 
     def corrected_model(self, final: "Fit") -> Any:
-        """The base model with the effects of the ``final`` fit; InputError if they make none."""
+        """Base model with the effects of the ``final`` fit, None without one; InputError if they cannot be combined."""
         return None
 
     def held_out_data(self) -> "Kind | None":
-        """Data that are predicted and never fitted, as the same kind with the same noise."""
+        """Data that are predicted and never fitted, as the same kind with the same noise; None if there are none."""
         return None
 
     def residuals_by_channel(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
-        """Measured minus computed values by channel, in its unit."""
+        """Measured minus computed values (m,) of each channel, in its unit, at ``theta`` (p,)."""
         gap = self.residual(candidates, theta, slopes=False)[0] * self.data[1]
-        return {str(name): gap[self.rows.channels == name] for name in dict.fromkeys(self.rows.channels.tolist())}
+        channels = self.rows.channels
+        return {name: gap[channels == name] for name in dict.fromkeys(channels.tolist())}
 
-    def channel_noise_sd(self, left: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
-        """Channels whose noise is estimated: the sd that is taken, and that from sample to sample."""
+    def channel_noise_sd(self, residuals: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+        """Noise of each channel if estimated: the sd that is used and the sd from sample to sample, in its unit."""
         return {}
 
     # ---- parts ----
 
     def split_parts(self) -> Iterator[tuple[str, "Kind", "Kind"]]:
-        """Each part: its name, its kind, and the same as a whole."""
+        """Triples, one for each part: its name, its kind, and joint data of this part alone."""
         yield "", self, self
 
     def select_parts(self, names: Sequence[str]) -> "Kind":
-        """The parts with these names."""
+        """Copy with only the parts of these ``names``."""
         return self
 
     def slices(self) -> list[slice]:
-        """Rows of each part."""
-        return [slice(0, len(self.rows.where))]
+        """Slice of the rows of each part."""
+        return [slice(0, len(self.rows.places))]
 
     def restrict_to_part(self, number: int, candidates: Candidates) -> tuple[Candidates, NDArray[np.intp]]:
-        """Candidates that act on a part, and the places of its coordinates among those of the whole."""
+        """Candidates that act on part ``number``, and the indices (q,) of its coordinates among those of the whole."""
         return candidates, np.arange(len(self.unknowns(candidates)))
 
     def view_part(self: Self, judgement: "Judgement", number: int) -> "Judgement":
-        """Restrict a judgement to one part."""
+        """The ``judgement`` restricted to the part with this ``number``."""
         return judgement

@@ -23,7 +23,7 @@ class Misread:
 def preflight(kind: Kind) -> Misread | None:
     """Reading of the data of a ``kind`` by which chi^2 collapses though only parameters move; None if there is none."""
     kind = kind.simplify()
-    count = len(kind.rows.where)
+    count = len(kind.rows.places)
     before = _left(kind)
     if before < RULES.misread * count:
         return None

@@ -230,7 +230,7 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
         return hypotheses
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
     easier = hypotheses.kind.easier_problems()
-    if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.where):
+    if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.places):
         ways = _fit_easier_problem(easier[0], hypotheses)
     else:
         ways = [fit(hypotheses.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]

@@ -50,7 +50,7 @@ class Variant(Kind):
         rows, kept = self.inner.rows, np.flatnonzero(self.kept)
         return replace(
             rows,
-            where=tuple(rows.where[k] for k in kept),
+            places=tuple(rows.places[k] for k in kept),
             series=tuple(rows.series[k] for k in kept),
             abscissa=rows.abscissa[kept],
             fold=rows.fold[kept],
@@ -145,7 +145,7 @@ def leading(judgement: Judgement) -> tuple[Candidate, ...]:
 def variants(kind: Kind, tried: tuple[Candidate, ...]) -> Iterator[Variant]:
     """Every variant of a ``kind`` with the candidates ``tried``."""
     rows = kind.rows
-    every = np.ones(len(rows.where), bool)
+    every = np.ones(len(rows.places), bool)
     for factor in (0.8, 1.3):
         yield Variant(f"noise sd x {factor:g}", kind, tried, every, noise=factor)
     for factor in (0.5, 2.0) if kind.nuisances else ():

@@ -234,12 +234,12 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         subsets = self.coefficients.subsets
         number = np.tile(np.arange(len(subsets)), len(COEFFICIENTS))
         return Rows(
-            where=tuple(f"{name}, {subset}" for name in COEFFICIENTS for subset in subsets),
+            places=tuple(f"{name}, {subset}" for name in COEFFICIENTS for subset in subsets),
             abscissa=number.astype(float),
             series=tuple(name for name in COEFFICIENTS for _ in subsets),
             fold=number % MOST_FOLDS,
             condition=subsets,
-            shown={name: Series(name, f"value, {unit_of(name)}") for name in COEFFICIENTS},
+            displays={name: Series(name, f"value, {unit_of(name)}") for name in COEFFICIENTS},
         )
 
     # -- what a model predicts --

@@ -45,7 +45,7 @@ def test_a_search_in_a_part_ends_where_one_in_all_ends(measured, stated):
     fields = {f.name: getattr(whole, f.name) for f in dataclasses.fields(whole)}
     part, found = Thinned(**fields), []
     few = part.prepare().thin(0)
-    assert len(few.rows.where) < 0.25 * len(part.prepare().rows.where)
+    assert len(few.rows.places) < 0.25 * len(part.prepare().rows.places)
     for kind in (whole, part):
         found.append(among(kind, TRIED).verdict)
     full, thin = found
@@ -65,9 +65,9 @@ def test_nothing_hidden_stays_nothing(tmp_path):
 
 def test_a_part_has_all_speeds_and_the_loudest_samples(measured):
     ready = measured.prepare()
-    assert ready.thin(len(ready.rows.where) // 2 + 1) is ready
+    assert ready.thin(len(ready.rows.places) // 2 + 1) is ready
     few = ready.thin(600)
-    assert 400 <= len(few.rows.where) <= 600
+    assert 400 <= len(few.rows.places) <= 600
     speeds = [run.speed for run in measured.runs]
     assert {min(speeds), max(speeds)} <= {run.speed for run in few.runs}
     for run in few.runs:

@@ -32,7 +32,7 @@ def judged(word, final, *fits, failed=(), chi2=10.0, members=()):
         verdict=word, equivalent=members or ((final,) if final else ()),
         failed=tuple(AcceptanceCheck(what, "", passed=False) for what in failed),
     )  # fmt: skip
-    forward = SimpleNamespace(rows=SimpleNamespace(where=("here",) * 10))
+    forward = SimpleNamespace(rows=SimpleNamespace(places=("here",) * 10))
     named = next((f for f in fits if f.name == final), null)
     return SimpleNamespace(hypotheses=known, final=named, verdict=verdict, kind=forward)
 

@@ -117,4 +117,4 @@ def test_other_kinds_know_readings_of_their_own(kind):
     found = dict(ready.misreadings())
     assert any("opposite sign" in reading for reading in found)
     for other in found.values():
-        assert len(other.rows.where) == len(ready.rows.where)
+        assert len(other.rows.places) == len(ready.rows.places)

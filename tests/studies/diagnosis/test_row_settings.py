@@ -143,7 +143,7 @@ def test_both_gains_in_one_table_are_predicted_as_in_two():
     residual, slope = together.residual((), theta)
     for gain, count in ((8.0, 14), (10.0, 12)):
         alone = read_measurement(f"balance_assist_gain_{gain:g}").prepare()
-        rows = [i for i, where in enumerate(together.rows.where) if f"gain = {gain:g})" in where]
+        rows = [i for i, where in enumerate(together.rows.places) if f"gain = {gain:g})" in where]
         assert len(rows) == count
         expected, expected_slope = alone.residual((), theta)
         np.testing.assert_allclose(residual[rows], expected[:count], rtol=1e-9)

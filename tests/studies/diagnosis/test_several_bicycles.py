@@ -208,7 +208,7 @@ def test_the_trail_of_a_rig_names_pneumatic_trail(folder):
     assert without[-2:] @ without[-2:] - with_trail[-2:] @ with_trail[-2:] > 300  # 24 sd, the wheels perhaps one number
     assert "contact_length" not in {c.identifier for c in forward.candidates}
     left_out = forward_of(folder, BASE + ONE + RIG + "trail = false\n")
-    assert len(left_out.parts[1].kind.rows.where) == 4
+    assert len(left_out.parts[1].kind.rows.places) == 4
 
 
 def test_rolling_without_slip_is_refuted_by_the_rig_alone(folder):

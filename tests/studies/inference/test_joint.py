@@ -137,7 +137,7 @@ def test_parts_of_two_things_share_what_is_common_and_nothing_else():
 
 
 def test_what_was_said_of_the_whole_stays_when_its_noise_is_refined():
-    forward = inference.Joint(joint().parts, said=("of two things",))
+    forward = inference.Joint(joint().parts, joint_notes=("of two things",))
     assert forward.notes[0] == "of two things"
     assert forward.estimate_noise(inference.fit(forward)) is forward
 
@@ -150,7 +150,7 @@ def test_what_is_not_tried_is_not_tried_in_a_part_of_the_data_either(monkeypatch
 
 def test_rows_are_told_apart_by_their_part_and_folds_are_of_one_part():
     rows = joint().rows
-    assert rows.where[0] == "near: x"
+    assert rows.places[0] == "near: x"
     assert rows.show("far: y").channel == "far: y"
     assert set(rows.fold[:N]).isdisjoint(rows.fold[N:])
 

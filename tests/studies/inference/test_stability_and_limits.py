@@ -161,7 +161,7 @@ def test_limits_of_plain_normals():
 
 def whole(forward, **settings):
     return inference.Variant(
-        "as it is", forward, forward.candidates, np.ones(len(forward.rows.where), bool), **settings
+        "as it is", forward, forward.candidates, np.ones(len(forward.rows.places), bool), **settings
     )
 
 
@@ -185,7 +185,7 @@ def test_noise_priors_and_rows_are_those_of_the_variant():
     np.testing.assert_allclose(slopes, slope[kept] / 2)
     assert v.nuisances[0].scale == 0.25
     assert v.candidates[0].unknowns[0].scale == 1.0
-    assert len(v.rows.where) == len(v.rows.series) == len(v.rows.fold) == 20
+    assert len(v.rows.places) == len(v.rows.series) == len(v.rows.fold) == 20
     assert 3.0 not in v.rows.abscissa
 
 

@@ -7,7 +7,7 @@ Answer = TypeVar("Answer")
 
 
 class LastAnswer(Generic[Answer]):
-    """Keeps the last answer: a fit asks for residuals at a point, and then for their slopes at the same point."""
+    """Holder of the last answer: a fit asks for residuals at a point, and then for their slopes at the same point."""
 
     def __init__(self) -> None:
         self._question: Hashable = None
@@ -21,7 +21,7 @@ class LastAnswer(Generic[Answer]):
 
 
 class RecentAnswers(Generic[Answer]):
-    """Keeps answers by question; forgets all of them once there are ``most``."""
+    """Holder of answers by question; forgets all of them once there are ``most``."""
 
     def __init__(self, most: int) -> None:
         self._most = most
