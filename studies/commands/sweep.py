@@ -53,7 +53,7 @@ def command(
     drawn = plot or figures is not None
     if at is not None and not drawn:
         raise InputError(f"--at {at:g} is for figures; give --plot, too")
-    modules = ["zarr", "xarray"]
+    modules = ["zarr", "xarray", "dask"]
     if scheduler:
         modules.append("distributed")
     if result.endswith(".nc"):

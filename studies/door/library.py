@@ -130,14 +130,13 @@ def sweep(
     """
     from bicycle.model.model_file import build_model
     from studies.model_space.command_options import check_memory
-    from studies.model_space.outputs import OUTPUTS
     from studies.sweep.file import build_sweep
-    from studies.sweep.result import coordinates, inner_of
-    from studies.sweep.run import pieces
-    from studies.sweep.worker import compute, stored
+    from studies.sweep.parts import pieces
+    from studies.sweep.result import label_rows
+    from studies.sweep.worker import compute
     from tyre.ground.progress import optional_module
 
-    xarray = optional_module("xarray", extra="sweeps")
+    optional_module("xarray", extra="sweeps")
     given = by_key({**(numbers or {}), **more})
     content: dict[str, Any] = {
         "model": content_of(model),
@@ -152,17 +151,10 @@ def sweep(
         content["grid"]["speed_m_s"] = np.atleast_1d(_numbers("speeds", speeds)).tolist()
     asked = build_sweep(content)
     check_memory("points", asked.items * asked.points_per_item, 64 * build_model(asked.model).linear_model().order)
-    rows = [compute(asked, *piece) for piece in pieces(asked, max(1, 65536 // asked.points_per_item))]
-    labels = coordinates(asked)
-    outer = tuple(axis.name for axis in asked.axes) + ("sample",) * (samples > 1)
-    shape = asked.shape if samples > 1 else asked.shape[:-1]
-    variables = {}
-    for name in stored(asked):
-        whole, unit = np.concatenate([arrays[name] for arrays in rows]), {"units": "1"}
-        unit |= {"units": OUTPUTS[name].unit} if name in OUTPUTS else {}
-        variables[name] = ((*outer, *inner_of(name, asked)), whole.reshape((*shape, *whole.shape[1:])), unit)
+    parts = [compute(asked, *piece) for piece in pieces(asked, max(1, 65536 // asked.points_per_item))]
+    data = label_rows(asked, {name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
     single = [key for key, value in given.items() if not np.ndim(value) and not isinstance(value, str)]
-    return xarray.Dataset(variables, {key: np.asarray(label) for key, label in labels.items()}).squeeze(single)
+    return data.squeeze(single)
 
 
 def _numbers(name: str, given: ArrayLike) -> Any:

@@ -4,25 +4,14 @@ import contextlib
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from studies.model_space.sampling import left_out
-from studies.sweep.engines import Engine, in_loop, usual_items
-from studies.sweep.result import (
-    Parts,
-    Piece,
-    assemble,
-    claimed,
-    drop_unusable,
-    open_data,
-    open_parts,
-    parts_folder,
-    remove,
-    to_netcdf,
-)
+from studies.sweep.engines import Engine, in_loop
+from studies.sweep.parts import Parts, open_parts, parts_folder, pieces
+from studies.sweep.result import open_data, remove, write_result
 from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
 from studies.sweep.worker import compute
@@ -39,20 +28,18 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
         raise InputError(f"--out {out.as_posix()}: the name must end in .zarr or .nc (netCDF)")
     if out.exists():
         _refuse_other(out, sweep)
-        for left in ("parts", "partial"):  # killed after the last rename
-            remove(out.with_name(f"{out.name}.{left}"))
+        remove(parts_folder(out))  # left if it was killed after the last rename
         return out
     for remark in _check_items(sweep):
         if progress:
             print(f"warning: {remark}", file=sys.stderr)
-    with claimed(parts_folder(out)):
-        _run(sweep, out, engine or in_loop(), progress=progress)
+    _run(sweep, out, engine or in_loop(), progress=progress)
     return out
 
 
 def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
     parts = open_parts(out, sweep)
-    damaged = drop_unusable(sweep, parts, pieces(sweep, parts.items))
+    damaged = parts.drop_damaged(sweep)
     if damaged:
         print(f"warning: {damaged} damaged parts in {parts.folder.as_posix()} are computed anew", file=sys.stderr)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
@@ -109,26 +96,15 @@ def _kept(sweep: Sweep, parts: Parts) -> str:
     return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
 
 
-def pieces(sweep: Sweep, items: int | None = None) -> Iterator[Piece]:
-    """Item ranges that are computed and kept together: a number of ``items`` each, by default the usual one."""
-    step = items or usual_items(sweep)
-    return ((start, min(start + step, sweep.items)) for start in range(0, sweep.items, step))
-
-
 def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
-    store, export = (out.with_name(f"{out.name}.{ending}") for ending in ("partial", "export"))
+    """Put the result together from all parts, under another name until it is whole."""
+    partial = out.with_name(f"{out.stem}.partial{out.suffix}")
     try:
-        remove(store)
-        remove(export)
-        assemble(sweep, parts, pieces(sweep, parts.items), store)
-        if out.suffix == ".nc":
-            to_netcdf(store, export)
-            export.replace(out)
-        else:
-            store.replace(out)
+        remove(partial)
+        write_result(sweep, parts, partial)
+        partial.replace(out)
     finally:
-        remove(store)
-        remove(export)
+        remove(partial)
 
 
 def _refuse_other(out: Path, sweep: Sweep) -> None:

@@ -1,16 +1,13 @@
-"""A sweep as plain data that travels to any worker, and its fingerprint: equal fingerprints give equal numbers."""
+"""A sweep as plain data that travels to any worker, and what makes its numbers."""
 
 import hashlib
 import inspect
 import json
 import math
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from importlib.metadata import version
-from importlib.resources import files as files_of
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +18,10 @@ from bicycle.model.model_file import build_model
 from bicycle.parameters.parameter_covariance import ParameterKey
 from studies.model_space.outputs import OUTPUTS, Output
 from tyre.ground.errors import InputError
-from tyre.ground.files import data_root
 from tyre.maps.find_tyre import is_file_name, read_tyre
 
-SOURCES = (  # packages and modules whose source makes the numbers of a sweep
-    "bicycle", "tyre", "studies.model_space.axes", "studies.model_space.lasting_motions",
-    "studies.model_space.outputs", "studies.model_space.sampling",
-    "studies.sweep.reduction", "studies.sweep.result", "studies.sweep.sampler", "studies.sweep.specification",
-    "studies.sweep.worker",
-)  # fmt: skip
-
 SPEED, BICYCLE = "speed_m_s", "bicycle"  # names of grid axes: the speed, and the bicycles of a table
+SAMPLE = "sample"  # dimension of the random draws
 
 TYRE_UNITS = {"pressure_bar": "bar", "load_N": "N", "tyre": "", "surface": ""}
 
@@ -127,19 +117,28 @@ class Sweep:
 
     @cached_property
     def made_of(self) -> dict[str, str]:
-        """Digests of the sweep, tyres, effects, outputs and source, and the versions of software."""
+        """Digests of the sweep and of the user's files, effects and outputs, and the versions of the packages."""
         content = asdict(replace(self, points_per_part=0))
         bicycles = {key: content.pop(key) for key in ("bicycles", "bicycle_sd")}
-        found = {"the model": _digest(content.pop("model")), "the sweep": _digest(content)}
-        found |= {"the table of bicycles": _digest(bicycles)} if self.bicycles else {}
-        tyres = [table.get("tyre") for table in self.model.get("effects", {}).values()]
-        named = [name for tyre in tyres for name in (tyre.values() if isinstance(tyre, Mapping) else [tyre]) if name]
-        named += [value for axis in self.axes if ParameterKey.parse(axis.name).name == "tyre" for value in axis.values]
-        found |= {f"the tyre {name}": tyre_digest(name) for name in sorted(set(named))}
-        found |= {f"the effect {origin.name}": origin.digest for origin in self.outside_effects}
+        made_of = {"the model": _digest(content.pop("model")), "the sweep": _digest(content)}
+        if self.bicycles:
+            made_of["the table of bicycles"] = _digest(bicycles)
+        made_of |= {f"the tyre {name}": tyre_digest(Path(name)) for name in sorted(self._tyre_files)}
+        made_of |= {f"the effect {origin.name}": origin.digest for origin in self.outside_effects}
         for name in self.outside_outputs:
-            found[f"the output {name}"] = _digest(inspect.getsource(OUTPUTS[name].function))
-        return {**found, **source_digests(), **software()}
+            made_of[f"the output {name}"] = _digest(inspect.getsource(OUTPUTS[name].function))
+        return made_of | dict(software())
+
+    @property
+    def _tyre_files(self) -> set[str]:
+        """The user's files of tyres; packaged tyres belong to the version of velotyre."""
+        tyres: list[Any] = []
+        for table in self.model.get("effects", {}).values():
+            tyre = table.get("tyre")
+            tyres += tyre.values() if isinstance(tyre, Mapping) else [tyre]
+        for axis in self.axes:
+            tyres += axis.values if ParameterKey.parse(axis.name).name == "tyre" else []
+        return {tyre for tyre in tyres if tyre and is_file_name(tyre)}
 
     @cached_property
     def outside_effects(self) -> tuple[Origin, ...]:
@@ -170,44 +169,13 @@ def together(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 12 else f"{names[0]} and {len(names) - 1} parameters with it"
 
 
-@cache
-def source_digests() -> Mapping[str, str]:
-    """SHA-256 of each of the :data:`SOURCES`; line ends do not count."""
-    found = {}
-    for source in SOURCES:
-        digest = hashlib.sha256()
-        package, *inner = source.split(".")
-        files = [(source, files_of(package).joinpath(*inner[:-1], f"{inner[-1]}.py"))] if inner else None
-        for place, file in files or sorted(_below(files_of(package))):
-            digest.update(f"{place}\0".encode() + file.read_bytes().replace(b"\r\n", b"\n") + b"\0")
-        found[f"the source of {source}"] = digest.hexdigest()
-    return found
-
-
-def _below(folder: Traversable, above: str = "") -> Iterator[tuple[str, Traversable]]:
-    for item in folder.iterdir():
-        place = f"{above}/{item.name}"
-        if item.is_dir() and item.name != "data":  # an installed package has the data inside, a checkout beside it
-            yield from _below(item, place)
-        elif item.name.endswith(".py"):
-            yield place, item
-
-
-def tyre_digest(tyre: str) -> str:
-    """SHA-256 of the files that hold a tyre: its own, or a packaged one's tables of every surface."""
-    digest, folder = hashlib.sha256(), list[Traversable]((data_root() / "tyres").iterdir())
-    if is_file_name(tyre):
-        own = Path(tyre)
-        read_tyre(own)  # complains of a file that is missing or bad
-        both = {own, *(own.with_suffix(suffix) for suffix in (".csv", ".toml"))}  # of a table
-        files: list[Any] = sorted(one for one in both if one.is_file())
-    else:
-        sidecars = [file for file in folder if file.name.endswith(".toml")]
-        own_ones = [one for one in sidecars if tomllib.loads(one.read_text(encoding="utf-8")).get("tyre") == tyre]
-        stems = {one.name.removesuffix(".toml") for one in own_ones}
-        files = sorted((one for one in folder if one.name.rpartition(".")[0] in stems), key=lambda one: one.name)
-    for file in files:
-        digest.update(f"{file.name}\0".encode() + file.read_bytes() + b"\0")
+def tyre_digest(file: Path) -> str:
+    """SHA-256 of the ``file`` of a tyre, of a table with what is stated of it."""
+    read_tyre(file)  # complains of a file that is missing or bad
+    digest = hashlib.sha256()
+    for part in sorted({file, file.with_suffix(".csv"), file.with_suffix(".toml")}):
+        if part.is_file():
+            digest.update(f"{part.name}\0".encode() + part.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
@@ -215,13 +183,12 @@ def differences(before: object, now: Mapping[str, str]) -> str:
     """Names of what has changed since an earlier run, versions with both numbers."""
     if not isinstance(before, Mapping):
         return "nobody knows what, as no record of it can be read"
-    found = []
+    changed = []
     for name in dict.fromkeys((*now, *before)):
-        old, new = before.get(name), now.get(name)
+        old, new = before.get(name, "not used"), now.get(name, "not used")
         if old != new:
-            digest = name.startswith("the ") or (old is not None and new is not None and len(str(new)) == 64)
-            found.append(name if digest else f"{name} ({old or 'not used'} before, {new or 'not used'} now)")
-    return ", ".join(found)
+            changed.append(name if name.startswith("the ") else f"{name} ({old} before, {new} now)")
+    return ", ".join(changed)
 
 
 def _digest(content: Any) -> str:
@@ -230,5 +197,5 @@ def _digest(content: Any) -> str:
 
 @cache
 def software() -> Mapping[str, str]:
-    """Solver and versions of what could change a last digit."""
+    """Versions of the packages that make the numbers, and the solver of eigenvalues."""
     return {name: version(name) for name in ("velotyre", "numpy", "scipy", "sympy")} | {"eigenvalues": KERNEL}

@@ -16,13 +16,13 @@ from bicycle.stability.naming import known_modes
 from studies.model_space.axes import unit_of
 from studies.model_space.outputs import CHANGES, OTHER, OUTPUTS, ROOTS, Output
 from studies.sweep.result import open_data
-from studies.sweep.specification import BICYCLE, SPEED, GridAxis, Normal, Sweep, Uniform
+from studies.sweep.specification import BICYCLE, SAMPLE, SPEED, GridAxis, Normal, Sweep, Uniform
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, refuse_unknown
 
 MOST_BICYCLES = 200_000  # bicycles of a larger sample that are drawn: the first of each cell, as random as the rest
 
-SAMPLE, CRITICAL = "sample", "critical_speeds"
+CRITICAL = "critical_speeds"
 
 
 class Stored:

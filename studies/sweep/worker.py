@@ -14,7 +14,6 @@ from bicycle.model.eigen import eigenvalues
 from bicycle.stability.named_modes import modes
 from bicycle.stability.naming import NONE, Rules, name_stack
 from studies.model_space.outputs import MODE, MODEL, OUTPUTS, PARAMETERS, ROOTS, Output, mode_names
-from studies.sweep.reduction import sketch
 from studies.sweep.sampler import Points, Sampler
 from studies.sweep.specification import Sweep, differences, software
 from tyre.ground.arrays import Array, Complex
@@ -26,7 +25,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
-    """Results of the items with numbers ``start`` to ``stop`` - 1: arrays, first axis the item, or sketches."""
+    """Results by name of the items with numbers ``start`` to ``stop`` - 1: arrays, the first axis is the item."""
     take_over(sweep.outside_effects)  # which came along from where the sweep was started
     for name, module in sweep.outside_outputs.items():
         if name not in OUTPUTS:
@@ -34,8 +33,7 @@ def compute(sweep: Sweep, start: int, stop: int) -> Arrays:
                 import_module(module)
             except ImportError as error:
                 raise InputError(f"output {name}: a worker cannot import {module}; install it there") from error
-    arrays = _worker(sweep).items(start, stop)
-    return arrays if sweep.quantiles is None else sketch(arrays, start, sweep.samples)
+    return _worker(sweep).items(start, stop)
 
 
 class Worker:

@@ -144,13 +144,13 @@ def test_a_speed_that_is_not_in_the_result_is_computed_anew(no_pictures, sample,
     assert 0 < (other > 0).sum() < 80
     np.testing.assert_array_equal(rows["unstable"], other > 0)
     assert "pairs" in found.figures
-    monkeypatch.setattr("studies.sweep.specification.source_digests", lambda: {"the source of bicycle": "other"})
+    monkeypatch.setattr("studies.sweep.specification.software", lambda: {"numpy": "0.1"})
     _, remark = sampled_parameters(read_result(sample))
-    assert "cannot be drawn again as in sample.zarr, since this has changed: the source of b" in remark
+    assert "cannot be drawn again as in sample.zarr, since this has changed: numpy (" in remark
 
 
 def test_at_a_speed_that_cannot_be_told(no_pictures, sample, tmp_path, monkeypatch, refused):
-    monkeypatch.setattr("studies.sweep.specification.source_digests", lambda: {"the source of bicycle": "other"})
+    monkeypatch.setattr("studies.sweep.specification.software", lambda: {"numpy": "0.1"})
     for asked, words in (
         ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
         ("nan", "'--at': nan: give a number from 0 up to 1000"),
