@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tyre.fits.campaign import fit_campaign
-from tyre.fits.condition import FitSettings, upright
+from tyre.fits.condition import FitSettings, keep_upright
 from tyre.ground.errors import InputError
 from tyre.ground.schema import anything, list_of, maybe, needed, number, read, table, text
 from tyre.ground.units import PASCAL_PER_BAR
@@ -185,7 +185,7 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
         found = _campaign(folder / chosen[source], drum)
     else:
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
-        rows = [_fitted(condition) for condition in upright(campaign.conditions)]
+        rows = [_fitted(condition) for condition in keep_upright(campaign.conditions)]
         left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
         origin = f"recordings in {campaign.folder.name}/" + f" ({left})" * bool(left)
         found = _of_conditions(rows, origin, str(campaign.folder))

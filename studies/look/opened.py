@@ -14,7 +14,7 @@ from tyre.fits.recording_files import QUANTITIES as OF_RIG
 from tyre.fits.recording_files import Sidecar, file_and_sidecar
 from tyre.formats import contents
 from tyre.formats.channel_map import ChannelMap, Reading
-from tyre.formats.signals import Column, Contents, Signals, listed
+from tyre.formats.signals import Column, Contents, Signals, join_names
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.units import GRAVITY, SI, find_unit, quantity_of
@@ -314,7 +314,7 @@ class Roles:
         units = {name: QUANTITIES.get(name, "time") for name in names}
         fitting = {quantity: self._free(quantity) for quantity in (*units.values(), "")}
         content = {"units": units, "fitting": fitting, "silent": fitting.pop(""), "si": SI}
-        filters = {"listed": lambda columns: listed(columns, most=4)}
+        filters = {"listed": lambda columns: join_names(columns, most=4)}
         return one_line(render_file("studies.look", "lacking.txt.j2", content, escaped=False, filters=filters))
 
     def _free(self, quantity: str) -> list[str]:

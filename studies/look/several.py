@@ -12,7 +12,7 @@ from studies.look.opened import oddities
 from studies.look.overview import Look
 from studies.reporting.markdown_text import render_file
 from tyre.formats import FORMATS
-from tyre.formats.signals import listed
+from tyre.formats.signals import join_names
 from tyre.recordings.clock import usual_rate
 
 MOST_REMARKS, MOST_COMMANDS, MOST_FILES = 3, 6, 40  # of a group of recordings alike
@@ -55,7 +55,7 @@ def tell_several(looks: Sequence[Look], steps: Sequence[Mapping[str, str]], writ
         "most_remarks": MOST_REMARKS,
         "most_commands": MOST_COMMANDS,
     }
-    filters = {"listed": lambda names: listed(list(names), most=8)}
+    filters = {"listed": lambda names: join_names(list(names), most=8)}
     click.echo(render_file("studies.look", "several.txt.j2", content, escaped=False, filters=filters), nl=False)
 
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from studies.reporting.plotting import settle
 from tyre.fits.campaign import Campaign, points_of
-from tyre.fits.condition import ConditionResult, RecordingSummary, upright
+from tyre.fits.condition import ConditionResult, RecordingSummary, keep_upright
 from tyre.fits.sweep_curve import magic_formula
 from tyre.ground.files import replacing, slugs
 from tyre.ground.units import PASCAL_PER_BAR
@@ -32,7 +32,7 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
     with mpl.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
         drawn: dict[str, Figure] = {}
         for tyre, stem in slugs(sorted({c.tyre for c in campaign.conditions})).items():
-            mine = [c for c in upright(campaign.conditions) if c.tyre == tyre]
+            mine = [c for c in keep_upright(campaign.conditions) if c.tyre == tyre]
             for surface in sorted({c.surface for c in mine}, reverse=True):
                 chosen = [c for c in mine if c.surface == surface and c.sweeps]
                 drawn |= {f"carpet_{stem}_{surface}": carpet(chosen)} if chosen else {}

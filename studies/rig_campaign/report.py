@@ -13,7 +13,7 @@ from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import code, render_file, write_pages
 from studies.rig_campaign import figures as drawn
 from tyre.fits.campaign import Campaign, write_tables
-from tyre.fits.condition import ConditionResult, Key, upright
+from tyre.fits.condition import ConditionResult, Key, keep_upright
 from tyre.ground.files import write_text
 from tyre.ground.text_table import write_csv
 from tyre.ground.units import PASCAL_PER_BAR
@@ -61,7 +61,7 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
     content = {
         "campaign": campaign,
         "conditions": conditions,
-        "upright": upright(conditions),
+        "upright": keep_upright(conditions),
         "calibration": campaign.settings.calibration,
         "medians": medians,
         "remarks": remarks,

@@ -20,9 +20,9 @@ from tyre.fits.condition import (
     RecordingSummary,
     Repeatability,
     check_plausible,
-    combined,
+    combine_campaign,
+    keep_upright,
     refuse_infinite,
-    upright,
 )
 from tyre.fits.pull_test import fit_pull_test
 from tyre.fits.recording_files import file_and_sidecar, read_events
@@ -57,7 +57,7 @@ def summarise(
         kept = None if cache_folder is None else cache_folder / f"{_key(path, settings, channel_map)}.fit"
         found = None if kept is None else _read_kept(kept)
         if found is None:
-            found = [_fitted(event, run, path, settings) for event, run in read_events(path, channel_map).items()]
+            found = [_fit_event(event, run, path, settings) for event, run in read_events(path, channel_map).items()]
             if kept is not None:
                 content = json.dumps(found)
                 write_text(kept, f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}\n")
@@ -77,7 +77,7 @@ def points_of(summary: RecordingSummary) -> dict[str, Any]:
     return {key: np.array(value) for key, value in points.items()}
 
 
-def _fitted(event: str, recording: RigRun | PullTest, path: Path, settings: FitSettings) -> dict[str, Any]:
+def _fit_event(event: str, recording: RigRun | PullTest, path: Path, settings: FitSettings) -> dict[str, Any]:
     """Fit one event, or say why not, as plain values."""
     try:
         summary, points = fit_read(recording, path, name=event, settings=settings)
@@ -204,7 +204,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
         "rate_rad_s": blocks.rate[used],
         "time_s": blocks.time[used],
     }
-    return summary, _thinned(points)
+    return summary, _thin_points(points)
 
 
 def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
@@ -222,7 +222,7 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
         "residual_sd_N": fit.residual_sd,
     }
     points = {"deflection_m": fit.deflection, "force_N": fit.force, "fitted_N": fit.fitted}
-    return _summary(test, name, "pull_test", fit.lateral_stiffness, fit, details), _thinned(points)
+    return _summary(test, name, "pull_test", fit.lateral_stiffness, fit, details), _thin_points(points)
 
 
 def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
@@ -241,7 +241,7 @@ def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
     return _summary(run, name, "slip_step", fit.relaxation_length, fit, details), {}
 
 
-def _thinned(points: dict[str, Any]) -> Points:
+def _thin_points(points: dict[str, Any]) -> Points:
     """Keep up to about 240 points, for figures."""
     return {name: values[:: max(1, len(values) // 240)].tolist() for name, values in points.items()}
 
@@ -262,7 +262,7 @@ class Campaign:
     """All conditions of a campaign, its repeatability, and the files that were skipped (name -> reason)."""
 
     folder: Path  # where the recordings are
-    conditions: tuple[ConditionResult, ...]  # sorted as :func:`combined` leaves them
+    conditions: tuple[ConditionResult, ...]  # sorted as :func:`combine_campaign` leaves them
     sweep_repeatability: Repeatability  # of cornering stiffness
     pull_repeatability: Repeatability  # of lateral stiffness
     settings: FitSettings  # those of every fit
@@ -370,7 +370,7 @@ def fit_campaign(
             "the first: {}: {}".format(*next(iter(skipped.items())))
         )
     summaries.sort(key=lambda item: item.file)
-    conditions, sweeps, pulls = combined(summaries, settings, where=str(folder))
+    conditions, sweeps, pulls = combine_campaign(summaries, settings, where=str(folder))
     curvature = _curvature(conditions, wheel_radius)
     return Campaign(folder, tuple(conditions), sweeps, pulls, settings, dict(sorted(skipped.items())), curvature)
 
@@ -379,7 +379,7 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
     """Exponent n of (1 + R / R_drum)^n from conditions measured on both surfaces."""
     found = []
     for tyre in sorted({condition.tyre for condition in conditions}):
-        mine = [c for c in upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
+        mine = [c for c in keep_upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
         flat = {(c.load, c.pressure): c.cornering_stiffness for c in mine if c.surface == "flat"}
         pairs = [
             (partner.value / c.cornering_stiffness.value, c.drum_radius)
@@ -475,7 +475,7 @@ def measured_tables(campaign: Campaign) -> tuple[list[MeasuredTable], list[str]]
     tables: list[MeasuredTable] = []
     remarks: list[str] = []
     for (tyre, surface), every in groups.items():
-        members = upright(every)
+        members = keep_upright(every)
         complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
         left_out = {"at more camber": len(every) - len(members), "without C or K": len(members) - len(complete)}
         label = f"{tyre} on {surface}"

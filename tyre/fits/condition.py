@@ -412,7 +412,7 @@ def with_load_trend(conditions: Sequence[ConditionResult]) -> list[ConditionResu
     return [replace(c, warnings=(*c.warnings, *said.get(c.label, []))) for c in conditions]
 
 
-def upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
+def keep_upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
     """Keep the conditions at the smallest camber that a tyre was run at on its surface: the others are of no map."""
     least: dict[tuple[str, str], float] = {}
     for c in conditions:
@@ -454,7 +454,7 @@ def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration)
     ]
 
 
-def combined(
+def combine_campaign(
     summaries: Sequence[RecordingSummary], settings: FitSettings, *, where: str
 ) -> tuple[list[ConditionResult], Repeatability, Repeatability]:
     """Combine the recordings of a campaign by condition, with the repeatability of sweeps and of pulls."""

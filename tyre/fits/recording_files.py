@@ -125,13 +125,13 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
         "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
         "tyre": condition.tyre,
         "load_N": condition.load,
-        "pressure_bar": _printed(condition.pressure / PASCAL_PER_BAR),
+        "pressure_bar": _round_printed(condition.pressure / PASCAL_PER_BAR),
         "surface": condition.surface,
         "drum_radius_m": condition.drum_radius,
         "rim": condition.rim,
-        "speed_km_h": None if condition.speed is None else _printed(condition.speed * 3.6),
+        "speed_km_h": None if condition.speed is None else _round_printed(condition.speed * 3.6),
         "temperature_C": condition.temperature,
-        "camber_deg": _printed(np.rad2deg(condition.camber)),
+        "camber_deg": _round_printed(np.rad2deg(condition.camber)),
         "axes": recording.axes,
         "synthetic": True if recording.synthetic else None,
         "note": list(recording.notes) or (COMPUTED_NOTE if recording.synthetic else None),
@@ -139,7 +139,7 @@ def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
     write_text(path, tomli_w.dumps({key: value for key, value in content.items() if value is not None}))
 
 
-def _printed(value: float) -> float:
+def _round_printed(value: float) -> float:
     """Twelve digits, so that a value read and written again stays as it was printed."""
     return float(f"{value:.12g}")
 
@@ -233,12 +233,12 @@ def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
     """Turn one event (SI units, in the axes of the file) into rig data, checked."""
     # conversion leaves readings that were equal apart by rounding, and turning points hinge on ties
-    columns = {name: _rounded(x) for name, x in record.values.items()}
-    time = {"time": _rounded(record.time)} if record.timed else {}
+    columns = {name: _round_channel(x) for name, x in record.values.items()}
+    time = {"time": _round_channel(record.time)} if record.timed else {}
     return _assemble({**time, **columns}, sidecar, list(record.notes), path)
 
 
-def _rounded(channel: Channel) -> Channel:
+def _round_channel(channel: Channel) -> Channel:
     """Round to twelve digits of the largest value."""
     largest = float(np.nanmax(np.abs(channel), initial=0.0))
     return channel if not 0.0 < largest < np.inf else np.round(channel, 11 - int(np.floor(np.log10(largest))))
@@ -272,7 +272,7 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
         if "plate_displacement" in columns:
             columns = {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
     if sidecar.kind == "steady":
-        columns = _settled(columns, sidecar)
+        columns = _number_points(columns, sidecar)
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
     lacking, found = next((name for name in needed if name not in columns), ""), ", ".join(columns)
     if lacking and sidecar.channel_map is None:
@@ -312,7 +312,7 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
 STEADY = '; or write kind = "steady" into the sidecar if each row is a settled point of its own'
 
 
-def _settled(columns: dict[str, Channel], sidecar: Sidecar) -> dict[str, Channel]:
+def _number_points(columns: dict[str, Channel], sidecar: Sidecar) -> dict[str, Channel]:
     """Number settled points in place of their time; a declared load serves points of one load without its channel."""
     count = len(next(iter(columns.values())))
     columns = {"time": np.arange(count, dtype=float), **{name: x for name, x in columns.items() if name != "time"}}

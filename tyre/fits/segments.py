@@ -195,11 +195,11 @@ def _moving(run: RigRun, parts: int) -> list[tuple[int, int]]:
     if span == 0:
         return []
     noise = noise_level(run.slip_angle[np.isfinite(run.slip_angle)])
-    change = np.abs(_ahead(slip)) / 2
+    change = np.abs(_change_across(slip)) / 2
     active = change > max(4 * noise / np.sqrt(size), 2e-3 * span)
     heavy = float(np.quantile(load, 0.9))
     on_ground = LIMITS.lifted * heavy
-    active &= (load > on_ground) & (np.abs(_ahead(load)) < LIMITS.load_change * np.maximum(load, on_ground))
+    active &= (load > on_ground) & (np.abs(_change_across(load)) < LIMITS.load_change * np.maximum(load, on_ground))
     others: list[tuple[Array, Any]] = [(load, lambda level: LIMITS.load_change * level)]
     for tolerance in (*TOLERANCES.values(), SPEED):
         channel: Channel | None = getattr(run, tolerance.channel)
@@ -244,7 +244,7 @@ def means_between(channel: Array, edges: NDArray[np.intp]) -> Array:
     return np.interp(np.arange(edges.size), np.flatnonzero(known), total[known] / number[known])
 
 
-def _ahead(means: Array) -> Array:
+def _change_across(means: Array) -> Array:
     """Change from the part before to the part after, shape as given."""
     padded = np.pad(means, 1, mode="edge")
     return np.asarray(padded[2:] - padded[:-2])

@@ -170,7 +170,7 @@ def weigh_side_force_laws(
 def _force_at_zero(solution: sweep_curve.SweepSolution) -> tuple[float, float]:
     """Steady side force at zero recorded slip (N) and its variance (N^2), of one law."""
     values, share = solution.values, solution.values["brush_share"]
-    zero, by = _steady(np.zeros(1), values["cornering_stiffness"], values)
+    zero, by = _steady_force(np.zeros(1), values["cornering_stiffness"], values)
     brush, by_brush = sweep_curve.brush_force(
         slip=np.array([values["horizontal_shift"]]),
         cornering_stiffness=values["cornering_stiffness"],
@@ -181,7 +181,7 @@ def _force_at_zero(solution: sweep_curve.SweepSolution) -> tuple[float, float]:
     return float(zero[0] + share * (brush[0] - zero[0])) + values["vertical_shift"], sd**2
 
 
-def _steady(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
+def _steady_force(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
     """Steady side force over recorded slip without its offset, and its derivatives."""
     shape = {name: parameters[name] for name in ("peak", "shape", "curvature")}
     return sweep_curve.magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
@@ -232,7 +232,7 @@ class SlipSweepFit:
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady side force, offsets included."""
-        force, _ = _steady(np.asarray(slip), self.curve_slope, self.parameters)
+        force, _ = _steady_force(np.asarray(slip), self.curve_slope, self.parameters)
         return force + self.parameters["vertical_shift"]
 
 
@@ -414,13 +414,13 @@ def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     brush = _brush_fit(model, solution) - (residual + model.blocks.force[model.blocks.settled])
     columns, left = np.column_stack([jacobian[:, model.free], brush]), -residual
     steepness = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")]
-    before = _added(columns, brush, left)[1]
+    before = _fit_column(columns, brush, left)[1]
     found: list[tuple[float, Flattening | GainBySign]] = []
     for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
         reading = getattr(model.blocks, _READING[channel])[model.blocks.settled]
         largest = float(np.max(np.abs(reading)))
         onsets = [q for q in LIMITS.onsets if np.count_nonzero(np.abs(reading) > q * largest) >= LIMITS.fewest]
-        tried = [(_added(columns, effect * largest * _bend(reading / largest, q), left), q) for q in onsets]
+        tried = [(_fit_column(columns, effect * largest * _bend(reading / largest, q), left), q) for q in onsets]
         rising = [(float(rest @ rest), q) for (size, rest), q in tried if size > 0.0]
         if not rising or before @ before - min(rising)[0] < LIMITS.gained * min(rising)[0] / len(reading):
             continue  # nothing to be gained, even if the noise were white
@@ -455,7 +455,7 @@ def _bent_fit(
 
     def parts(z: Array) -> tuple[Array, Array]:
         """Residuals (m,) and their derivatives (m, p + 2) by the curve, the way towards a brush and the share."""
-        scaled, share, there = model.expanded(z[:-2]), z[-1], model
+        scaled, share, there = model.expand(z[:-2]), z[-1], model
         if channel == "slip_angle":
             missing = largest * _bend(blocks.slip / largest, onset)
             there = replace(model, blocks=replace(blocks, slip=blocks.slip + share * missing))
@@ -568,7 +568,7 @@ def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     return force(found.x)
 
 
-def _added(columns: Array, further: Array, left: Array) -> tuple[float, Array]:
+def _fit_column(columns: Array, further: Array, left: Array) -> tuple[float, Array]:
     """Size of a further column in the part left over, and the remainder (m,)."""
     both = np.column_stack([columns, further])
     scale = np.linalg.norm(both, axis=0)

@@ -134,7 +134,7 @@ def slip_reversals(run: RigRun) -> NDArray[np.int64]:
         raise InputError(f"{where}: {run.time.size} samples are too few for a slip sweep; at least 20 are needed")
     if not np.all(np.diff(run.time) > 0.0):
         raise InputError(f"{where}: time does not increase from sample to sample; sort the recording or cut it")
-    slip = _filled(run.slip_angle, run.time, f"{where}: slip_angle")
+    slip = _fill_gaps(run.slip_angle, run.time, f"{where}: slip_angle")
     span = float(np.ptp(slip))
     if span < np.deg2rad(1.0):
         raise InputError(f"{where}: the slip angle spans {np.rad2deg(span):.2f} deg; a sweep of at least 1 deg is due")
@@ -149,7 +149,7 @@ def block_means(run: RigRun) -> Blocks:
     """Average a sweep over blocks of 0.1 deg of slip, branch by branch."""
     where = str(run.source or run.condition.tyre)
     edges = slip_reversals(run)
-    slip = _filled(run.slip_angle, run.time, f"{where}: slip_angle")
+    slip = _fill_gaps(run.slip_angle, run.time, f"{where}: slip_angle")
     valid = np.isfinite(run.side_force)
     if valid.mean() < 0.8:
         raise InputError(f"{where}: {100.0 * (1.0 - valid.mean()):.0f} % of the side force is missing; 20 % may be")
@@ -244,7 +244,7 @@ def _clock(run: RigRun) -> tuple[Channel, float | None]:
     """Time, or travelled distance over mean speed where the speed was recorded; and the mean speed, m/s."""
     if run.speed is None or not np.isfinite(run.speed).any():
         return run.time, run.condition.speed
-    speed = _filled(run.speed, run.time, str(run.source or run.condition.tyre))
+    speed = _fill_gaps(run.speed, run.time, str(run.source or run.condition.tyre))
     mean = float(np.mean(speed))
     if mean <= 0.0:
         where = run.source or run.condition.tyre
@@ -255,7 +255,7 @@ def _clock(run: RigRun) -> tuple[Channel, float | None]:
     return run.time[0] + np.concatenate([[0.0], np.cumsum(steps)]) / mean, mean
 
 
-def _filled(channel: Channel, time: Channel, where: str) -> Channel:
+def _fill_gaps(channel: Channel, time: Channel, where: str) -> Channel:
     valid = np.isfinite(channel)
     if valid.all():
         return channel
@@ -304,7 +304,7 @@ class SweepModel:
         units |= dict.fromkeys(("peak", "vertical_shift", "drift"), self.force_scale)
         return np.array(list(units.values()))
 
-    def expanded(self, values: Channel) -> Channel:
+    def expand(self, values: Channel) -> Channel:
         """All ten scaled parameters."""
         full = self.start.copy()
         full[self.free] = values
@@ -439,7 +439,7 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
     sigma = 1.0
 
     def parts(values: Channel) -> tuple[Channel, NDArray[np.float64]]:
-        residual, jacobian = model.residuals(model.expanded(values))
+        residual, jacobian = model.residuals(model.expand(values))
         return residual / sigma, jacobian[:, model.free] / sigma
 
     limits = (LOW[model.free], HIGH[model.free])
@@ -447,7 +447,7 @@ def solve_sweep(model: SweepModel) -> SweepSolution:
     sigma = max(1.4826 * float(np.median(np.abs(first.fun))), 1e-9 * model.force_scale)
     solution = solve_least_squares(parts, first.x, bounds=limits, loss="soft_l1", margin=_MARGIN)
     best = settle_least_squares(parts, solution.x, limits=limits, margin=_MARGIN)
-    scaled = model.expanded(best)
+    scaled = model.expand(best)
     covariance, resting, dof = _covariance(best, parts(best), model.free, limits)
     covariance *= np.outer(model.units, model.units)
     sd = np.sqrt(np.diag(covariance))

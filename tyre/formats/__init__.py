@@ -40,7 +40,7 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
         raise InputError(f"{path}: {'is a folder; give a file' if path.is_dir() else 'no such recording'}")
 
     if form not in OWN and child.apart():
-        return child.contents_apart(path, reading or Reading())
+        return child.list_in_child(path, reading or Reading())
     return contents_here(path, reading or Reading())
 
 
@@ -48,24 +48,24 @@ def contents_here(path: Path, reading: Reading) -> Contents:
     """List the columns of a recording in this process."""
     form = FORMATS[path.suffix.casefold()]
     module = import_module(f"tyre.formats.{form}")
-    found: Contents = _guarded(path, lambda: getattr(module, f"{form}_contents")(path, reading))
+    found: Contents = _call_library(path, lambda: getattr(module, f"{form}_contents")(path, reading))
     if not found.columns:
         raise InputError(f"{path}: holds no channels")
     if (count := len(found.columns)) > 10_000:
         raise InputError(f"{path}: holds {count:,} channels, at most 10,000 are read; take out what is not measured")
-    return replace(found, load=lambda names, most: _guarded(path, lambda: list(found.load(names, most))))
+    return replace(found, load=lambda names, most: _call_library(path, lambda: list(found.load(names, most))))
 
 
 def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
     """Read the rows, with places, of a workbook (its sheet ``kind``) or Parquet; of ``.mat`` one mapping."""
-    return child.rows_apart(path, kind) if child.apart() else rows_here(path, kind)
+    return child.read_rows_in_child(path, kind) if child.apart() else rows_here(path, kind)
 
 
 def rows_here(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
     """Read the rows of :func:`table_rows` in this process."""
     form = {".xlsx": "excel", ".mat": "matlab"}.get(path.suffix.casefold(), "parquet")
     module = import_module(f"tyre.formats.{form}")
-    return _guarded(
+    return _call_library(
         path, lambda: module.workbook_rows(path, kind) if form == "excel" else getattr(module, f"{form}_rows")(path)
     )
 
@@ -91,7 +91,7 @@ def read_signals(
     return Signals(str(path), signals, tuple(found.notes), found.rates)
 
 
-def _guarded(path: Path, action: Callable[[], T]) -> T:
+def _call_library(path: Path, action: Callable[[], T]) -> T:
     """Do it, turning whatever a library raises of a damaged file into one message."""
     try:
         with warnings.catch_warnings():

@@ -19,7 +19,7 @@ from threading import Lock, Thread
 from typing import Any
 
 from tyre.formats.channel_map import Reading
-from tyre.formats.limits import PROCESSOR, allowed, limit
+from tyre.formats.limits import PROCESSOR, allowance, limit
 from tyre.formats.signals import Contents, Signal
 from tyre.ground.errors import InputError
 
@@ -38,7 +38,7 @@ def apart() -> bool:
     return sys.platform == "linux" and bool(sys.executable)
 
 
-def contents_apart(path: Path, reading: Reading) -> Contents:
+def list_in_child(path: Path, reading: Reading) -> Contents:
     """List the columns of a recording in the child, which loads them when asked."""
     columns, notes, own_times = _ask("list", path, reading)
 
@@ -49,7 +49,7 @@ def contents_apart(path: Path, reading: Reading) -> Contents:
     return Contents(columns, load, notes, own_times)
 
 
-def rows_apart(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
+def read_rows_in_child(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
     """Read the rows of a workbook or a Parquet file in the child."""
     rows: list[tuple[str, tuple[Any, ...]]] = _ask("rows", path, Reading(), kind)
     return rows
@@ -66,7 +66,7 @@ def _ask(what: str, path: Path, reading: Reading, *how: Any) -> Any:
             code = child.process.returncode
             why = f"its library failed ({signal.Signals(-code).name if code < 0 else f'code {code}'})"
             if code in (-signal.SIGXCPU, -signal.SIGKILL):
-                why = f"it takes more than {allowed(PROCESSOR, path, reading)} s, or more memory than there is"
+                why = f"it takes more than {allowance(PROCESSOR, path, reading)} s, or more memory than there is"
             raise InputError(f"{path}: cannot be read: {why}; is it damaged? cut it, or export it as CSV") from error
     if isinstance(answer, InputError):
         raise answer

@@ -112,16 +112,16 @@ def read_header(
     else:
         block = _lines_of_names(where, rows, above, width, reading, decimal)
     units_row = reading.units_line - 1 if reading.units_line else None
-    if units_row is None and len(block) > 1 and _are_units(_stripped(rows[block[-1]], width)):
+    if units_row is None and len(block) > 1 and _are_units(_strip_row(rows[block[-1]], width)):
         units_row = block.pop()
-    parts = [_stripped(rows[index], width) for index in block]
+    parts = [_strip_row(rows[index], width) for index in block]
     joined = [".".join(filter(None, cells)) for cells in zip(*parts, strict=True)] if parts else [""] * width
     if len(joined) != width:
         raise InputError(f"{where}: {len(joined)} names of columns where the samples have {width} columns")
     pairs = names_and_units(joined)
     units = [unit for _, unit in pairs]
     if units_row is not None:
-        row = _stripped(rows[units_row], width)
+        row = _strip_row(rows[units_row], width)
         if len(row) != width:
             raise InputError(f"{where}, line {units_row + 1}: {len(row)} units where there are {width} columns")
         units = [unit.strip("[]()") or old for unit, old in zip(row, units, strict=True)]
@@ -149,7 +149,7 @@ def _lines_of_names(
     for index in reversed(above):
         if reading.units_line and index == reading.units_line - 1:
             continue
-        row = _stripped(rows[index], width)
+        row = _strip_row(rows[index], width)
         numbers = [cell for cell in row if _NUMBER[decimal].fullmatch(cell)] if not _are_places(row) else []
         if is_comment(rows[index]):
             fitting = fitting and len(row) == width and not numbers
@@ -179,9 +179,9 @@ def _lines_of_names(
 def _with_remarks(block: list[int], remarks: list[int], rows: list[list[str]], width: int) -> list[int]:
     """Add to the lines of a header those comments (``remarks``, of the width of the table) that it cannot do without:
     the nearest one if no line names the columns, and one right above the samples in which every word is a unit."""
-    units = [index for index in remarks if _are_units(_stripped(rows[index], width), strict=True)]
+    units = [index for index in remarks if _are_units(_strip_row(rows[index], width), strict=True)]
     last = max([*block, *remarks], default=-1)
-    named = [index for index in block if len(block) > 1 or not _are_units(_stripped(rows[index], width))]
+    named = [index for index in block if len(block) > 1 or not _are_units(_strip_row(rows[index], width))]
     if named:
         return [*block, last] if last in units else block
     names = [index for index in remarks if index not in units and index < min(block, default=len(rows))]
@@ -197,7 +197,7 @@ def is_comment(row: Sequence[str]) -> bool:
     return bool(row) and row[0].startswith(_COMMENTS)
 
 
-def _stripped(row: list[str], width: int) -> list[str]:
+def _strip_row(row: list[str], width: int) -> list[str]:
     """A line of the header without the mark of a comment and without a delimiter at its end."""
     cells = list(row)
     if is_comment(cells):

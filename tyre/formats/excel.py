@@ -64,10 +64,10 @@ def workbook_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
     if len(sheets) > 1 and kind not in sheets:
         raise InputError(f"{path}: several sheets have data ({', '.join(sheets)}); name the one to read {kind!r}")
     rows = sheets.get(kind, next(iter(sheets.values()), []))
-    return [(f"row {number}", tuple(map(_plain, row))) for number, row in enumerate(rows, 1)]
+    return [(f"row {number}", tuple(map(_convert_cell, row))) for number, row in enumerate(rows, 1)]
 
 
-def _plain(cell: Any) -> Any:
+def _convert_cell(cell: Any) -> Any:
     if isinstance(cell, float) and cell.is_integer():
         return int(cell)
     return cell.strip() if isinstance(cell, str) else cell

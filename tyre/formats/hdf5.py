@@ -26,7 +26,7 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
         columns = {
             signal.name: (name, signal.unit)
             for name, dataset in _datasets(h5py, file, reading.table)
-            for signal in _signals(name, _few(dataset), _unit(dataset))
+            for signal in _signals(name, _zero_sample(dataset), _unit(dataset))
         }
 
     def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
@@ -81,7 +81,7 @@ def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
     return found
 
 
-def _few(dataset: Any) -> Any:
+def _zero_sample(dataset: Any) -> Any:
     """Zeros of the type and proportions of a dataset, but only as many as tell its columns."""
     width = min(dataset.shape) if len(dataset.shape) > 1 else 1
     zeros = np.broadcast_to(np.zeros((), dataset.dtype), dataset.shape)

@@ -14,7 +14,7 @@ TEMPORARY = 4_000_000_000  # bytes of a file that is written, which only the rea
 MDF = (".mf4", ".mdf")
 
 
-def allowed(limits: tuple[float, float, float], path: Path, reading: Reading) -> int:
+def allowance(limits: tuple[float, float, float], path: Path, reading: Reading) -> int:
     """Memory (bytes) or processor time (s) that a recording may take, by the size of its files."""
     least, a_byte, most = limits
     files = [file for file in (path, *reading.dbc) if file.is_file()]
@@ -30,8 +30,8 @@ def limit(path: Path, reading: Reading) -> None:
         import_module("asammdf" if is_mdf else "numpy")
     pages = int(Path("/proc/self/statm").read_text().split()[0])  # taken by libraries and by files before
     for kind, most in {
-        resource.RLIMIT_AS: pages * resource.getpagesize() + allowed(MEMORY, path, reading),
-        resource.RLIMIT_CPU: int(time.process_time()) + 1 + allowed(PROCESSOR, path, reading),
+        resource.RLIMIT_AS: pages * resource.getpagesize() + allowance(MEMORY, path, reading),
+        resource.RLIMIT_CPU: int(time.process_time()) + 1 + allowance(PROCESSOR, path, reading),
         resource.RLIMIT_FSIZE: TEMPORARY if is_mdf else 0,
         resource.RLIMIT_CORE: 0,
     }.items():

@@ -57,14 +57,14 @@ def matlab_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
         content = loadmat(path, simplify_cells=True)
     except NotImplementedError as error:  # version 7.3 is HDF5
         raise InputError(f"{path}: saved as version 7.3; save it with -v7") from error
-    return [("", ({key: _plain(value) for key, value in content.items() if not key.startswith("__")},))]
+    return [("", ({key: _unwrap(value) for key, value in content.items() if not key.startswith("__")},))]
 
 
-def _plain(value: Any) -> Any:
+def _unwrap(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: _unwrap(one) for key, one in value.items()}
     if isinstance(value, list):
-        return [_plain(one) for one in value]
+        return [_unwrap(one) for one in value]
     if isinstance(value, np.ndarray):  # what was measured may lie beside the coefficients
         return np.ravel(value).tolist() if value.size <= 1000 else f"{value.size} numbers"
     return getattr(value, "item", lambda: value)()

@@ -23,7 +23,7 @@ _NOT_DECODED = ("CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorFrame", "CAN_Overl
 
 def mdf_contents(path: Path, reading: Reading) -> Contents:
     """Channels by name, ``group/channel`` where a name stands in several groups; each has its own times."""
-    with _opened(path, reading) as (mdf, notes):
+    with _open_table(path, reading) as (mdf, notes):
         places = _places(mdf)
         frames = any(channel.name.startswith(_NOT_DECODED) for channel in _channels(mdf))
     if frames and not places:
@@ -33,7 +33,7 @@ def mdf_contents(path: Path, reading: Reading) -> Contents:
     columns = tuple(Column(name, unit) for name, (_, _, unit) in places.items())
 
     def load(names: Sequence[str], most: int | None) -> list[Signal]:
-        with _opened(path, reading) as (mdf, _):
+        with _open_table(path, reading) as (mdf, _):
             groups = [mdf.groups[places[name][0]].channel_group for name in names]
             check_budget(path, [2 * int(group.cycles_nr) for group in groups], most)
             return [_signal(path, mdf, name, *places[name], most) for name in names]
@@ -42,7 +42,7 @@ def mdf_contents(path: Path, reading: Reading) -> Contents:
 
 
 @contextmanager
-def _opened(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
+def _open_table(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
     asammdf = optional_module("asammdf", extra="can")
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)  # what it says of damage becomes one error of ours
     notes = []

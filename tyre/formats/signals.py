@@ -110,10 +110,10 @@ def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
         if fitting:
             return fitting[0]
     names = [column.name for column in columns]
-    raise InputError(_NONE.format(where=where, name=name, names=listed(names), hint=hint(name, names)))
+    raise InputError(_NONE.format(where=where, name=name, names=join_names(names), hint=hint(name, names)))
 
 
-def listed(names: Sequence[str], *, most: int = 40) -> str:
+def join_names(names: Sequence[str], *, most: int = 40) -> str:
     """Join names in one line, cut if they are more than ``most``."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more if names else "none"

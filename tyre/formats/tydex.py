@@ -122,10 +122,10 @@ def tydex_contents(path: Path, reading: Reading) -> Contents:
 
 def read_document(path: str | Path) -> TydexDocument:
     """Read the TYDEX file ``path`` (UTF-8 or Latin-1) without interpreting it."""
-    return _parsed(read_text(Path(path), fallback="latin-1"), str(path))
+    return _split_sections(read_text(Path(path), fallback="latin-1"), str(path))
 
 
-def _parsed(text: str, source: str) -> TydexDocument:
+def _split_sections(text: str, source: str) -> TydexDocument:
     """Split a text into its sections; refuse an unknown keyword, one that stands twice, a file without its ends."""
     marks = list(_KEYWORD_LINE.finditer(text))
     bodies: dict[str, str] = {}

@@ -59,7 +59,7 @@ __getattr__, __dir__ = room(
         ),
         "text_table": (
             "csv_text",
-            "harmless",
+            "escape_formula",
             "read_cells",
             "read_columns",
             "write_csv",

@@ -176,7 +176,7 @@ class Cells:
             )
         return fast or [self._numbers(place, decimal, missing) for place in places]
 
-    def checked(self, place: int, check: Check) -> Array:
+    def check_column(self, place: int, check: Check) -> Array:
         """Read one column as numbers, each given by a :class:`Check`; an empty cell is checked as ``""``."""
         found = []
         for (line, _), cell in zip(self.rows[1:], self.column(place), strict=True):
@@ -224,7 +224,7 @@ def read_columns(
         raise InputError(f"{path}: the table has no rows")
     names = [name for name in header if name in numbers]
     if isinstance(numbers, Mapping):
-        values = [cells.checked(header.index(name), numbers[name]) for name in names]
+        values = [cells.check_column(header.index(name), numbers[name]) for name in names]
     else:
         values = cells.numbers([header.index(name) for name in names])
     words = {name: cells.column(place) for place, name in enumerate(header) if name in texts}
@@ -262,7 +262,7 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
     return Cells(path, text, separator, logged, example)
 
 
-def harmless(cell: object) -> object:
+def escape_formula(cell: object) -> object:
     """Put ``'`` before a text that a spreadsheet would run as a formula; a number as text is none."""
     if not (isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t"))):
         return cell
@@ -277,7 +277,7 @@ def csv_text(table: "pd.DataFrame", *, number_format: str | None = None) -> str:
     """Write a ``table`` (without its index) as CSV text; ``number_format`` such as ``%.10g``, else all digits."""
     from pandas.api.types import is_numeric_dtype
 
-    safe = table.rename(columns=harmless)
+    safe = table.rename(columns=escape_formula)
     if number_format is not None and safe.size and (safe.dtypes == np.float64).all():
         numbers = safe.to_numpy()
         if not np.isnan(numbers).any():  # a recording: in one go, several times as fast
@@ -286,7 +286,7 @@ def csv_text(table: "pd.DataFrame", *, number_format: str | None = None) -> str:
             return head + line * len(numbers) % tuple(numbers.ravel().tolist())
     for place in range(safe.shape[1]):
         if not is_numeric_dtype(safe.dtypes.iloc[place]):
-            safe.isetitem(place, [harmless(cell) for cell in safe.iloc[:, place]])
+            safe.isetitem(place, [escape_formula(cell) for cell in safe.iloc[:, place]])
     text: str = safe.to_csv(index=False, lineterminator="\n", float_format=number_format)
     return text
 

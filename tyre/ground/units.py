@@ -105,30 +105,30 @@ class Unit:
 
 def factor_to_si(unit: str, si: str, *, where: str) -> Fraction:
     """Find what a number in ``unit`` is multiplied by to be in the SI unit ``si``; another quantity is refused."""
-    found, target = _parsed(unit), _parsed(si)
+    found, target = _parse_unit(unit), _parse_unit(si)
     assert target is not None
     if found is None or found[1] != target[1]:
         problem = "is not a unit that is known" if found is None else f"is no unit of what is given in {si}"
-        allowed = next((words for one, words in _EXAMPLES.items() if _parsed(one)[1:] == target[1:]), si)  # type: ignore[index]
+        allowed = next((words for one, words in _EXAMPLES.items() if _parse_unit(one)[1:] == target[1:]), si)  # type: ignore[index]
         raise InputError(f"{where}: {unit!r} {problem}; write for example {allowed}{hint(unit, allowed.split(', '))}")
     return found[0] / target[0]
 
 
 def is_unit(text: str) -> bool:
     """Tell if ``text`` is a unit that is known, of whatever quantity."""
-    return _parsed(text) is not None
+    return _parse_unit(text) is not None
 
 
 def is_si(text: str) -> bool:
     """Tell if ``text`` is a known SI unit without prefixes: ``N m/rad``, ``kg``, ``1/s``, ``1`` for none."""
     if text == "1":
         return True
-    found = _parsed(f"rad/{text[2:]}" if text.startswith("1/") else text)
+    found = _parse_unit(f"rad/{text[2:]}" if text.startswith("1/") else text)
     return found is not None and found[0] == 1
 
 
 @cache
-def _parsed(text: str, *, printed: bool = False) -> tuple[Fraction, tuple[int, ...]] | None:
+def _parse_unit(text: str, *, printed: bool = False) -> tuple[Fraction, tuple[int, ...]] | None:
     """Factor and powers of (kg, m, s, rad) of a unit; None if it is none."""
     symbols = _PRINTED if printed else SYMBOLS
     plain = text.strip().replace("_per_", "/").replace("²", "^2").replace("**", "^").replace("_", " ")
@@ -174,7 +174,7 @@ def _spellings(quantity: str) -> dict[str, Unit]:
             celsius, kelvin, fahrenheit = Unit(1.0), Unit(1.0, -273.15), Unit(5 / 9, -160 / 9)
             units[_plain_notation(name)] = {"c": celsius, "degC": celsius, "k": kelvin}.get(name, fahrenheit)
         else:
-            parsed = _parsed(unit or name, printed=True)
+            parsed = _parse_unit(unit or name, printed=True)
             assert parsed is not None
             units[_plain_notation(name)] = Unit(float(parsed[0]))
     return units

@@ -398,21 +398,23 @@ def _one_mapping(content: Any, stem: str) -> Any:
             f"'{CHRONO}' is of a tyre file of Chrono, which states no pressure; copy its a0 to a13 (and c0 to c17) to "
             "the top of a .json with pressure_kPa"
         )
-    top = _spelled(content)
-    inner = [key for key, value in top.items() if isinstance(value, Mapping) and SIDE in _spelled(value)]
+    top = _normalise_keys(content)
+    inner = [key for key, value in top.items() if isinstance(value, Mapping) and SIDE in _normalise_keys(value)]
     if "set" not in top and SIDE not in top and inner:  # beside coefficients a struct with Fy is the measured data
         common = {key: top.pop(key) for key in list(top) if key.lower() in PRESSURES}
-        top["set"] = [{"label": key, **common, **_spelled(top.pop(key))} for key in inner]
+        top["set"] = [{"label": key, **common, **_normalise_keys(top.pop(key))} for key in inner]
     if "set" not in top and SIDE in top:
         top["set"] = [{key: top.pop(key) for key in list(top) if key in SET.keys or key.lower() in PRESSURES}]
     if isinstance(top.get("set"), Mapping):
         top["set"] = [top["set"]]
     if isinstance(top.get("set"), list):
-        top["set"] = [_with_pressure(_spelled(one), stem) if isinstance(one, Mapping) else one for one in top["set"]]
+        top["set"] = [
+            _with_pressure(_normalise_keys(one), stem) if isinstance(one, Mapping) else one for one in top["set"]
+        ]
     return top
 
 
-def _spelled(content: Mapping[str, Any]) -> dict[str, Any]:
+def _normalise_keys(content: Mapping[str, Any]) -> dict[str, Any]:
     """Keys in one spelling; coefficients by name (a0, ..., a111 for a11) as lists."""
     content_by_key = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
     for letter, role in (("a", SIDE), ("c", MOMENT)):

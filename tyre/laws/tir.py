@@ -241,8 +241,8 @@ class TirTyre(FormulaTyre):
             load_range=model.load_range,
             pressure_range=pressure_range,
             range_kind=f"for which {label} holds",
-            loads=_known(*model.load_range, model["FNOMIN"]),
-            pressures=_known(*model.pressure_range, nominal, own),
+            loads=_sort_positive(*model.load_range, model["FNOMIN"]),
+            pressures=_sort_positive(*model.pressure_range, nominal, own),
             default_pressure=None if model.by_pressure else nominal,
             surface_stated="SURFACE" in file.comments,
             synthetic=any("synthetic" in line for line in lines),
@@ -345,7 +345,7 @@ class TirTyre(FormulaTyre):
             )
 
 
-def _known(*values: float) -> Array:
+def _sort_positive(*values: float) -> Array:
     """Return the positive and finite values, ascending, each once."""
     return np.unique([value for value in values if 0 < value < inf])
 

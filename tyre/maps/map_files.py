@@ -120,7 +120,7 @@ COLUMNS: dict[str, Check] = (
 def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
     """Read every table (``.csv`` with its ``.toml``) of the packaged ``tyres`` folder, or of another one, by name."""
     if folder is None:
-        return list(_packaged())
+        return list(_read_packaged())
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder of tyre tables.")
     stems = sorted(item.name.removesuffix(".csv") for item in folder.iterdir() if item.name.endswith(".csv"))
@@ -128,7 +128,7 @@ def read_folder(folder: Traversable | None = None) -> list[MeasuredTable]:
 
 
 @cache
-def _packaged() -> tuple[MeasuredTable, ...]:
+def _read_packaged() -> tuple[MeasuredTable, ...]:
     """Read the packaged tables once: they do not change, and nobody can change their arrays."""
     return tuple(read_folder(data_root() / "tyres"))
 

@@ -190,7 +190,7 @@ def _events(
                     f"{where}: window {window.name!r} from {window.first:g} to {window.last:g} s is not inside the "
                     f"recording, which lasts {length:g} s"
                 )
-            events[window.name] = _between(time, start + window.first, start + window.last)
+            events[window.name] = _slice_between(time, start + window.first, start + window.last)
             continue
         values, level = levels[window.name]
         spans, left_out = _crossings(window.trigger, time, values, level)
@@ -221,9 +221,9 @@ def _crossings(trigger: Trigger, time: Array, values: Array, level: float) -> tu
         if moment - trigger.before < time[0] - 1e-9 or busy > time[-1] + 1e-9:
             left_out += 1
         else:
-            spans.append(_between(time, moment - trigger.before, busy))
+            spans.append(_slice_between(time, moment - trigger.before, busy))
     return spans, left_out
 
 
-def _between(time: Array, first: float, last: float) -> slice:
+def _slice_between(time: Array, first: float, last: float) -> slice:
     return slice(int(np.searchsorted(time, first - 1e-9)), int(np.searchsorted(time, last + 1e-9, side="right")))

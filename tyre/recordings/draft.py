@@ -10,7 +10,7 @@ from shlex import quote
 
 from tyre.formats import contents
 from tyre.formats.channel_map import Clock, Reading
-from tyre.formats.signals import Column, listed
+from tyre.formats.signals import Column, join_names
 from tyre.ground.errors import InputError
 from tyre.ground.units import SI, quantity_of
 
@@ -109,7 +109,7 @@ def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[st
                 of_name = next((unit for word, unit in _TIMES.items() if word in column.name.casefold()), "")
             phone = [c.name for c in columns if _OF_A_PHONE in c.name.casefold()]
             turned = column.name in phone and quantity == "angular rate"
-            doubt = f"the axes of a phone are its own: {listed(phone)}" if turned else ""
+            doubt = f"the axes of a phone are its own: {join_names(phone)}" if turned else ""
             if not has_unit and quantity == "angular rate" and _OF_ROS.search(column.name):
                 of_name, doubt = "rad/s", "rad/s by the definition of the message; the axes are those of the sensor"
             by_channel[name] = Guess(column, "" if has_unit else of_name or UNKNOWN, doubt)
@@ -124,7 +124,7 @@ def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading |
         return ""
     columns = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in file_contents.columns]
     draft = draft_map(file_contents.columns, quantities, clock=not file_contents.own_times)
-    return _WORDS.format(columns=listed(columns), draft=draft)
+    return _WORDS.format(columns=join_names(columns), draft=draft)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from tyre.fits import (
     RecordingSummary,
     check_plausible,
     check_repeats,
-    combined,
+    combine_campaign,
     near_conditions,
     refuse_infinite,
     repeat_warnings,
@@ -94,7 +94,7 @@ def test_a_lateral_stiffness_that_changes_with_the_load_as_no_tyres_does_is_said
         summary(f"{load:g}.csv", k, kind="pull_test", condition=replace(CONDITION, load=load), fit_sd=100.0)
         for load, k in zip(loads, stiffnesses, strict=True)
     ]
-    conditions, _, _ = combined(pulls, FitSettings(), where="rig")
+    conditions, _, _ = combine_campaign(pulls, FitSettings(), where="rig")
     said = [text for text in conditions[2].warnings if "lateral stiffness goes from" in text]
     assert len(said) == len(exponents)
     assert all(exponent in text for exponent, text in zip(exponents, said, strict=True))
@@ -113,7 +113,7 @@ def test_a_mean_trail_is_known_no_better_than_its_fits(trails, sd, expected):
         summary(f"{number}.csv", 6500.0 + 20.0 * number, pneumatic_trail_m=trail, pneumatic_trail_sd_m=sd)
         for number, trail in enumerate(trails)
     ]
-    trail = combined(sweeps, FitSettings(), where="here")[0][0].pneumatic_trail
+    trail = combine_campaign(sweeps, FitSettings(), where="here")[0][0].pneumatic_trail
     assert trail is not None
     assert trail.value == pytest.approx(0.016)
     assert trail.sd == pytest.approx(expected)

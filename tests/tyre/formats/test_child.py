@@ -89,11 +89,11 @@ def test_limits_that_are_lower_already_stay():
 def test_what_a_file_may_take_grows_with_its_size(tmp_path):
     small = tmp_path / "a.h5"
     small.write_bytes(b"")
-    assert limits.allowed((3, 1e-5, 60), small, Reading()) == 3
+    assert limits.allowance((3, 1e-5, 60), small, Reading()) == 3
     large = tmp_path / "b.dbc"
     large.write_bytes(bytes(1_000_000))
-    assert limits.allowed((3, 1e-5, 60), small, Reading(dbc=(large,))) == 13
-    assert limits.allowed((3, 1e-5, 5), small, Reading(dbc=(large,))) == 5
+    assert limits.allowance((3, 1e-5, 60), small, Reading(dbc=(large,))) == 13
+    assert limits.allowance((3, 1e-5, 5), small, Reading(dbc=(large,))) == 5
 
 
 def test_no_file_grows_but_those_of_mdf(tmp_path):

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from tests.shared.refusals import refuses
-from tyre.ground import InputError, csv_text, harmless, number, read_cells, read_columns
+from tyre.ground import InputError, csv_text, escape_formula, number, read_cells, read_columns
 
 
 @pytest.fixture
@@ -92,7 +92,7 @@ def test_what_a_logger_cannot_have_written(file, text, words):
 
 @pytest.mark.parametrize("text", ["=1+1", "+cmd", "-x", "@SUM(A1)", "\t=1", '=HYPERLINK("http://a")', "--5"])
 def test_text_that_is_a_formula_is_quoted(text):
-    assert harmless(text) == f"'{text}"
+    assert escape_formula(text) == f"'{text}"
     table = pd.DataFrame({"tyre": [text, "Tyre1"], "load_N": [-400.0, 400.0]})
     rows = list(csv.reader(io.StringIO(csv_text(table), newline="")))
     assert rows == [["tyre", "load_N"], [f"'{text}", "-400.0"], ["Tyre1", "400.0"]]
