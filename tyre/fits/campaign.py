@@ -54,26 +54,26 @@ def summarise(
 ) -> list[tuple[str, RecordingSummary | str]]:
     """Fit every event of one file, or take its fits (by name, or why there is none) from the cache."""
     try:
-        kept = None if cache_folder is None else cache_folder / f"{_key(path, settings, channel_map)}.fit"
-        found = None if kept is None else _read_kept(kept)
-        if found is None:
-            found = [_fit_event(event, run, path, settings) for event, run in read_events(path, channel_map).items()]
-            if kept is not None:
-                content = json.dumps(found)
-                write_text(kept, f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}\n")
+        cache_file = None if cache_folder is None else cache_folder / f"{_key(path, settings, channel_map)}.fit"
+        fits = None if cache_file is None else _read_kept(cache_file)
+        if fits is None:
+            fits = [_fit_event(event, run, path, settings) for event, run in read_events(path, channel_map).items()]
+            if cache_file is not None:
+                content = json.dumps(fits)
+                write_text(cache_file, f"{hashlib.sha256(content.encode()).hexdigest()}\n{content}\n")
     except InputError as error:
         return [(name, str(error))]
     outcomes: list[tuple[str, RecordingSummary | str]] = []
-    for one in found:
-        called = f"{name}#{one['event']}" if one["event"] else name
-        outcomes.append((called, _summary_of(one, called, kept) if one["summary"] else one["problem"]))
+    for fit in fits:
+        called = f"{name}#{fit['event']}" if fit["event"] else name
+        outcomes.append((called, _summary_of(fit, called, cache_file) if fit["summary"] else fit["problem"]))
     return outcomes
 
 
 def points_of(summary: RecordingSummary) -> dict[str, Any]:
     """Return the points of a fitted recording for a figure, from the cache; empty if none were kept."""
-    found = None if summary.cache is None else _read_kept(summary.cache)
-    points: dict[str, Any] = next((one["points"] for one in found or () if one["event"] == summary.event), {})
+    fits = None if summary.cache is None else _read_kept(summary.cache)
+    points: dict[str, Any] = next((fit["points"] for fit in fits or () if fit["event"] == summary.event), {})
     return {key: np.array(value) for key, value in points.items()}
 
 
@@ -89,22 +89,27 @@ def _fit_event(event: str, recording: RigRun | PullTest, path: Path, settings: F
     return {"event": event, "summary": None, "problem": problem}
 
 
-def _summary_of(one: dict[str, Any], name: str, kept: Path | None) -> RecordingSummary:
-    table = one["summary"]
-    own = {"condition": Condition(**table["condition"]), "notes": tuple(table["notes"]), "file": name, "cache": kept}
-    return RecordingSummary(**table | own | {"event": one["event"]})
+def _summary_of(fit: dict[str, Any], name: str, cache: Path | None) -> RecordingSummary:
+    table = fit["summary"]
+    replaced = {
+        "condition": Condition(**table["condition"]),
+        "notes": tuple(table["notes"]),
+        "file": name,
+        "cache": cache,
+    }
+    return RecordingSummary(**table | replaced | {"event": fit["event"]})
 
 
-def _read_kept(kept: Path) -> list[dict[str, Any]] | None:
+def _read_kept(cache: Path) -> list[dict[str, Any]] | None:
     """Return the content of a file of the cache; None if it is damaged or not there: then it is fitted again."""
     try:
-        digest, content = kept.read_text(encoding="utf-8").splitlines()
+        digest, content = cache.read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError):  # not there, no text, not two lines
         return None
     if hashlib.sha256(content.encode()).hexdigest() != digest:
         return None
-    found: list[dict[str, Any]] = json.loads(content)
-    return found
+    fits: list[dict[str, Any]] = json.loads(content)
+    return fits
 
 
 def _key(path: Path, settings: FitSettings, channel_map: ChannelMap | None) -> str:
@@ -281,11 +286,11 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
         raise InputError(f"{folder}: no such folder; give the folder that holds the recordings")
     files = []
     for path in _files_in(folder, exclude):
-        ending, beside = path.suffix.casefold(), path.with_suffix(".toml")
+        ending, sidecar = path.suffix.casefold(), path.with_suffix(".toml")
         if ending == ".toml" and (_named_by(path) is not None or _refused_alone(path)):
             files.append(path)
-        elif ending in OWN or (ending in FORMATS and beside.is_file()):
-            files += [path] if _named_by(beside) is None else []
+        elif ending in OWN or (ending in FORMATS and sidecar.is_file()):
+            files += [path] if _named_by(sidecar) is None else []
     if not files:
         raise InputError(
             f"{folder}: holds no recordings; expected .csv files or other formats with .toml sidecars, or .tdx files; "
@@ -377,13 +382,13 @@ def fit_campaign(
 
 def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tuple[CurvatureExponent, ...]:
     """Exponent n of (1 + R / R_drum)^n from conditions measured on both surfaces."""
-    found = []
+    exponents = []
     for tyre in sorted({condition.tyre for condition in conditions}):
-        mine = [c for c in keep_upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
-        flat = {(c.load, c.pressure): c.cornering_stiffness for c in mine if c.surface == "flat"}
+        of_tyre = [c for c in keep_upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
+        flat = {(c.load, c.pressure): c.cornering_stiffness for c in of_tyre if c.surface == "flat"}
         pairs = [
             (partner.value / c.cornering_stiffness.value, c.drum_radius)
-            for c in mine
+            for c in of_tyre
             if c.surface == "drum"
             and c.drum_radius
             and c.cornering_stiffness
@@ -398,8 +403,8 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
         if y.size > 1:
             sd = float(np.sqrt(np.sum((y - exponent * x) ** 2) / (y.size - 1) / (x @ x)))
             estimate = Estimate(exponent, sd, float(y.size - 1))
-        found.append(CurvatureExponent(tyre, estimate, y.size, float(np.mean(radii)), float(np.exp(y.mean()))))
-    return tuple(found)
+        exponents.append(CurvatureExponent(tyre, estimate, y.size, float(np.mean(radii)), float(np.exp(y.mean()))))
+    return tuple(exponents)
 
 
 def _task(task: tuple[Path, str, dict[str, Any]]) -> list[tuple[str, RecordingSummary | str]]:
@@ -411,10 +416,13 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
     count = jobs if jobs is not None else os.cpu_count() or 1
     if count < 1:
         raise InputError(f"jobs = {count} must be at least 1")
-    remaining, alone = iter(tasks), count == 1 or len(tasks) < 8  # fewer files cost less than a pool of workers
-    for found in map(_task, remaining):
-        yield found
-        if not alone and any(isinstance(one, RecordingSummary) for _, one in found):
+    remaining, in_this_process = (
+        iter(tasks),
+        count == 1 or len(tasks) < 8,
+    )  # fewer files cost less than a pool of workers
+    for outcomes in map(_task, remaining):
+        yield outcomes
+        if not in_this_process and any(isinstance(outcome, RecordingSummary) for _, outcome in outcomes):
             break  # before the first that can be used, a pool may be of no use either
     else:
         return
@@ -423,9 +431,9 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
         pending = {pool.submit(_task, task) for task in islice(remaining, 4 * count)}
         try:
             while pending:
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                pending |= {pool.submit(_task, task) for task in islice(remaining, len(done))}
-                yield from (future.result() for future in done)
+                finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+                pending |= {pool.submit(_task, task) for task in islice(remaining, len(finished))}
+                yield from (future.result() for future in finished)
         finally:
             for future in pending:
                 future.cancel()
@@ -474,10 +482,10 @@ def measured_tables(campaign: Campaign) -> tuple[list[MeasuredTable], list[str]]
         groups[condition.tyre, condition.surface].append(condition)
     tables: list[MeasuredTable] = []
     remarks: list[str] = []
-    for (tyre, surface), every in groups.items():
-        members = keep_upright(every)
+    for (tyre, surface), conditions in groups.items():
+        members = keep_upright(conditions)
         complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
-        left_out = {"at more camber": len(every) - len(members), "without C or K": len(members) - len(complete)}
+        left_out = {"at more camber": len(conditions) - len(members), "without C or K": len(members) - len(complete)}
         label = f"{tyre} on {surface}"
         remarks += [f"{label}: {n} conditions {how} are not in the map" for how, n in left_out.items() if n]
         if complete:
@@ -541,13 +549,13 @@ def _write_property_files(table: MeasuredTable, folder: Path, name: str, wheel_r
     model = fit_mf61(load=load, pressure=pressure, cornering_stiffness=c, lateral_stiffness=k)
     write_tir(model, paths[0], unloaded_radius=wheel_radius, **common)
     for value in np.unique(pressure):
-        here: Array = pressure == value
+        at_pressure: Array = pressure == value
         paths.append(folder / f"{name}_{value / PASCAL_PER_BAR:.2f}bar_mf52.tir")
         old = fit_mf52(
-            load=load[here],
+            load=load[at_pressure],
             pressure=float(value),
-            cornering_stiffness=c[here],
-            lateral_stiffness=k[here],
+            cornering_stiffness=c[at_pressure],
+            lateral_stiffness=k[at_pressure],
             unloaded_radius=wheel_radius,
         )
         write_tir(old, paths[-1], **common)

@@ -113,8 +113,8 @@ LIMITS = RepeatLimits()
 
 def refuse_infinite(summary: RecordingSummary, path: Path) -> None:
     """Refuse a ``summary`` of the recording ``path`` with a number that is infinite."""
-    found = {"value": summary.value, "sd": summary.fit_sd, "R^2": summary.r_squared, **summary.details}
-    for name, number in found.items():
+    numbers = {"value": summary.value, "sd": summary.fit_sd, "R^2": summary.r_squared, **summary.details}
+    for name, number in numbers.items():
         if isinstance(number, float) and math.isinf(number):
             raise InputError(f"{path}: {name} came out as {number:g}; numbers are too large or too small: see units")
 
@@ -131,7 +131,7 @@ def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
         values["pneumatic_trail"] = summary.details.get("pneumatic_trail_m")
         if summary.details.get("pneumatic_trail_sd_m", 0.0) > LIMITS.trail_sd:
             values["pneumatic_trail"] = None
-    said = doubts(values)
+    unusual = doubts(values)
     (low, high), value, band = POSSIBLE[name], values[name], BANDS[name]
     if value is not None and not low <= value <= high:
         why = suspicion(value, unit=band.unit, typical=band.typical, further=band.slips)
@@ -139,40 +139,42 @@ def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
             f"{path}: {band.words} is {value:.3g} {band.unit}; a tyre has {low:g} to {high:g}, so a column is in "
             f"another unit than its name says{why}"
         )
-    return tuple(doubt.text for doubt in said)
+    return tuple(doubt.text for doubt in unusual)
 
 
 def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
     """Refuse to average recordings made on another rim, at another camber or drum, and copies of one recording."""
-    for one, other in combinations(recordings, 2):
+    for first, second in combinations(recordings, 2):
         for name in ("rim", "drum_radius"):
-            values = [getattr(item.condition, name) for item in (one, other)]
+            values = [getattr(item.condition, name) for item in (first, second)]
             if values[0] != values[1] and None not in values:
                 raise InputError(
-                    f"{label}: {one.file} and {other.file} differ in {name} ({values[0]} and {values[1]}); "
+                    f"{label}: {first.file} and {second.file} differ in {name} ({values[0]} and {values[1]}); "
                     "they are not repeats, so fit them in folders of their own"
                 )
-        if one.kind == other.kind and _distance(one, other) < LIMITS.copy:
-            raise InputError(f"{label}: {one.file} and {other.file} hold the same recording; keep one of them")
+        if first.kind == second.kind and _distance(first, second) < LIMITS.copy:
+            raise InputError(f"{label}: {first.file} and {second.file} hold the same recording; keep one of them")
 
 
 def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
     """Return warnings of repeats that disagree, of likely copies and of doubtful pull tests."""
-    said = []
-    for one, other in combinations(recordings, 2):
-        if one.kind != other.kind:
+    warnings = []
+    for first, second in combinations(recordings, 2):
+        if first.kind != second.kind:
             continue
-        if _distance(one, other) < LIMITS.reprint:
-            said.append(f"{one.file} and {other.file} agree to {LIMITS.reprint:g}: the same recording twice?")
-        if one.kind != "slip_step" and abs(one.value / other.value - 1) > LIMITS.spread:
-            said.append(f"{one.file} and {other.file} differ by {100 * abs(one.value / other.value - 1):.1f} %")
+        if _distance(first, second) < LIMITS.reprint:
+            warnings.append(f"{first.file} and {second.file} agree to {LIMITS.reprint:g}: the same recording twice?")
+        if first.kind != "slip_step" and abs(first.value / second.value - 1) > LIMITS.spread:
+            warnings.append(
+                f"{first.file} and {second.file} differ by {100 * abs(first.value / second.value - 1):.1f} %"
+            )
     for item in (item for item in recordings if item.kind == "pull_test"):
         if item.r_squared < 0.98:
-            said.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
+            warnings.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
         share = item.details.get("friction_N", 0.0) / item.details.get("largest_force_N", np.inf)
         if share > LIMITS.friction:
-            said.append(f"{item.file}: friction is {100 * share:.0f} % of the largest force")
-    return said
+            warnings.append(f"{item.file}: friction is {100 * share:.0f} % of the largest force")
+    return warnings
 
 
 class Key(NamedTuple):
@@ -192,20 +194,22 @@ class Key(NamedTuple):
 
 def near_conditions(keys: Iterable[Key]) -> dict[Key, str]:
     """Return a warning for every condition so close to another that they were perhaps meant to be one."""
-    said = {}
-    for one, other in combinations(sorted(Key(*key) for key in keys), 2):
-        if (one.tyre.casefold(), one.surface, one.camber) == (other.tyre.casefold(), other.surface, other.camber) and (
-            all(abs(a / b - 1) < LIMITS.near for a, b in zip(one[2:4], other[2:4], strict=True))
-        ):
-            said[one] = said[other] = f"nearly the same condition is taken as two: {one} and {other}"
-    return said
+    warnings = {}
+    for first, second in combinations(sorted(Key(*key) for key in keys), 2):
+        if (first.tyre.casefold(), first.surface, first.camber) == (
+            second.tyre.casefold(),
+            second.surface,
+            second.camber,
+        ) and (all(abs(a / b - 1) < LIMITS.near for a, b in zip(first[2:4], second[2:4], strict=True))):
+            warnings[first] = warnings[second] = f"nearly the same condition is taken as two: {first} and {second}"
+    return warnings
 
 
-def _distance(one: RecordingSummary, other: RecordingSummary) -> float:
+def _distance(first: RecordingSummary, second: RecordingSummary) -> float:
     """Largest relative difference of the fitted value, its residual and the other fitted numbers."""
-    pairs = [(one.value, other.value), (one.fit_sd, other.fit_sd), (one.r_squared, other.r_squared)]
-    if "residual_sd_N" in one.details:
-        pairs.append((one.details["residual_sd_N"], other.details["residual_sd_N"]))
+    pairs = [(first.value, second.value), (first.fit_sd, second.fit_sd), (first.r_squared, second.r_squared)]
+    if "residual_sd_N" in first.details:
+        pairs.append((first.details["residual_sd_N"], second.details["residual_sd_N"]))
     return max(abs(a - b) / max(abs(a), abs(b), 1e-300) for a, b in pairs)
 
 
@@ -299,7 +303,7 @@ def combine(
     direct = {way: length for way, length in ways.items() if length is not None}
     routes = agreement(({"C/K": length} if length is not None else {}) | direct)
     scatter = {
-        items[0].kind: float(np.std([one.value for one in items], ddof=1) / np.mean([one.value for one in items]))
+        items[0].kind: float(np.std([item.value for item in items], ddof=1) / np.mean([item.value for item in items]))
         for items in (sweeps, pulls, steps)
         if len(items) > 1
     }
@@ -333,17 +337,17 @@ def _mean(
     values = np.array([item.value for item in items])
     mean, count = float(values.mean()), values.size
     sd, dof = repeatability.sd, repeatability.dof
-    own = float(np.sqrt(np.mean([(item.fit_sd / item.value) ** 2 for item in items])))
+    fit_sd = float(np.sqrt(np.mean([(item.fit_sd / item.value) ** 2 for item in items])))
     if not repeatability.measured:
         warnings.append(f"{name}: no repeats in this campaign; {100 * sd:.1f} % per recording is assumed, not measured")
-        sd, dof = combine_uncertainties([(sd, dof), (own, np.inf)])
+        sd, dof = combine_uncertainties([(sd, dof), (fit_sd, np.inf)])
         return Estimate(mean, mean * sd / np.sqrt(count), dof)
     if repeatability.refuted:
         warnings.append(
             f"{name}: the campaign's repeats scatter by {100 * repeatability.scatter:.2f} %, more than the stated "
             "repeatability allows; their scatter alone is used"
         )
-    sd = max(sd, own)  # of a recording noisier than the campaign's others
+    sd = max(sd, fit_sd)  # of a recording noisier than the campaign's others
     if count > 2:
         scatter = float(np.std(values, ddof=1)) / mean
         if fdtrc(count - 1, dof, (scatter / sd) ** 2) < 0.01:
@@ -355,10 +359,10 @@ def _mean(
     return Estimate(mean, mean * sd / np.sqrt(count), dof)
 
 
-def _with_calibration(estimate: Estimate | None, force: float, other: float) -> Estimate | None:
+def _with_calibration(estimate: Estimate | None, force: float, sensor: float) -> Estimate | None:
     if estimate is None:
         return None
-    certificate = float(np.hypot(force, other)) * estimate.value
+    certificate = float(np.hypot(force, sensor)) * estimate.value
     sd, dof = combine_uncertainties([(estimate.sd, estimate.dof), (certificate, np.inf)])
     return replace(estimate, sd=sd, dof=dof)
 
@@ -384,32 +388,34 @@ def with_agreement(conditions: Sequence[ConditionResult]) -> list[ConditionResul
     for c in conditions:
         routes = c.routes and replace(c.routes, tests=tests)
         disagree = "" if routes is None or routes.agree else routes.sentence
-        said = [f"routes to the relaxation length disagree: {disagree}"] if disagree else []
-        judged.append(replace(c, routes=routes, warnings=(*c.warnings, *said)))
+        further = [f"routes to the relaxation length disagree: {disagree}"] if disagree else []
+        judged.append(replace(c, routes=routes, warnings=(*c.warnings, *further)))
     return judged
 
 
 def with_load_trend(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
     """Warn of lateral stiffnesses that change with the load more than those of tyres do, by two standard deviations."""
-    said: dict[str, list[str]] = {}
-    for one, other in combinations(sorted(conditions, key=lambda c: c.load), 2):
-        alike = all(getattr(one, name) == getattr(other, name) for name in ("tyre", "surface", "pressure", "camber"))
-        first, second = one.lateral_stiffness, other.lateral_stiffness
-        if not alike or one.borrowed_stiffness or first is None or second is None or other.load <= one.load:
+    warnings: dict[str, list[str]] = {}
+    for lighter, heavier in combinations(sorted(conditions, key=lambda c: c.load), 2):
+        alike = all(
+            getattr(lighter, name) == getattr(heavier, name) for name in ("tyre", "surface", "pressure", "camber")
+        )
+        first, second = lighter.lateral_stiffness, heavier.lateral_stiffness
+        if not alike or lighter.borrowed_stiffness or first is None or second is None or heavier.load <= lighter.load:
             continue
-        loads = math.log(other.load / one.load)
+        loads = math.log(heavier.load / lighter.load)
         exponent = math.log(second.value / first.value) / loads
         doubt = 2.0 * math.hypot(first.sd / first.value, second.sd / second.value) / loads
         low, high = LIMITS.by_load
         if not low - doubt <= exponent <= high + doubt:
             text = (
-                f"lateral stiffness goes from {1e-3 * first.value:.1f} N/mm at {one.load:g} N to "
-                f"{1e-3 * second.value:.1f} N/mm at {other.load:g} N, as load^{exponent:.1f}; tyres keep to "
+                f"lateral stiffness goes from {1e-3 * first.value:.1f} N/mm at {lighter.load:g} N to "
+                f"{1e-3 * second.value:.1f} N/mm at {heavier.load:g} N, as load^{exponent:.1f}; tyres keep to "
                 f"load^{low:g} to load^{high:g}: look at the pulls at both loads"
             )
-            for condition in (one, other):
-                said.setdefault(condition.label, []).append(text)
-    return [replace(c, warnings=(*c.warnings, *said.get(c.label, []))) for c in conditions]
+            for condition in (lighter, heavier):
+                warnings.setdefault(condition.label, []).append(text)
+    return [replace(c, warnings=(*c.warnings, *warnings.get(c.label, []))) for c in conditions]
 
 
 def keep_upright(conditions: Sequence[ConditionResult]) -> list[ConditionResult]:
@@ -463,7 +469,7 @@ def combine_campaign(
         groups.setdefault(condition_key(summary), []).append(summary)
     for key, group in groups.items():
         check_repeats(group, f"{where}: {key}, {key.surface}")
-    near, floor = near_conditions(groups), settings.calibration.repeatability
+    near_warnings, floor = near_conditions(groups), settings.calibration.repeatability
     sweeps, pulls = (
         pooled_repeatability([[item for item in group if item.kind == kind] for group in groups.values()], floor=floor)
         for kind in ("slip_sweep", "pull_test")
@@ -479,7 +485,7 @@ def combine_campaign(
                 sweep_repeatability=sweeps,
                 pull_repeatability=pulls,
                 calibration=settings.calibration,
-                further_warnings=[near[key]] if key in near else [],
+                further_warnings=[near_warnings[key]] if key in near_warnings else [],
             )
         )
     return with_load_trend(with_agreement(with_camber(conditions, settings.calibration))), sweeps, pulls

@@ -62,14 +62,14 @@ def find_strokes(deflection: Channel, *, noise: float, resolution: float) -> NDA
     threshold = max(by_chance, 3.0 * resolution, 1e-9)
     turns, extreme, direction = [0], 0, 0.0
     for index in range(1, deflection.size):
-        moved = deflection[index] - deflection[extreme]
-        ahead = moved * (direction or np.sign(moved))
+        change = deflection[index] - deflection[extreme]
+        advance = change * (direction or np.sign(change))
         if direction == 0.0:
-            if ahead > threshold:
+            if advance > threshold:
                 direction, extreme = float(np.sign(deflection[index] - deflection[turns[0]])), index
-        elif ahead >= 0.0:
+        elif advance >= 0.0:
             extreme = index
-        elif -ahead > threshold:
+        elif -advance > threshold:
             turns.append(extreme)
             direction, extreme = -direction, index
     return np.array(turns)
@@ -114,8 +114,8 @@ class Pull:
         if count <= LIMITS.blocks:
             return np.arange(count)
         way, travelled = np.empty(count), 0.0
-        for readings, _, ahead in self.travelled:
-            way[readings] = travelled + np.maximum.accumulate(ahead)
+        for readings, _, way_of_stroke in self.travelled:
+            way[readings] = travelled + np.maximum.accumulate(way_of_stroke)
             travelled = float(way[readings.stop - 1])
         part = np.arange(count) / count + way / travelled
         edges = np.searchsorted(part, np.linspace(0.0, part[-1], LIMITS.blocks + 1)[:-1])
@@ -300,8 +300,8 @@ def fit_curve(pull: Pull, *, noise_floor: float, least_span: float) -> PullCurve
         noise = float(np.sqrt(squares / (fast_dof + best.spare)))
     slow, dof = _slowness(best)
     least = min(_criterion(fit, pull, slow * noise) for fit in fits)
-    near = least - 2.0 * np.log(LIMITS.negligible)
-    fits = [solver.fully(fit) for fit in fits if _criterion(fit, pull, slow * noise) < near]
+    highest = least - 2.0 * np.log(LIMITS.negligible)
+    fits = [solver.fully(fit) for fit in fits if _criterion(fit, pull, slow * noise) < highest]
     fits = sorted(fits, key=lambda fit: _criterion(fit, pull, slow * noise))
     criteria = np.array([_criterion(fit, pull, slow * noise) for fit in fits])
     weights = np.exp(-0.5 * (criteria - criteria[0]))
@@ -323,9 +323,9 @@ def _criterion(fit: LawFit, pull: Pull, noise: float) -> float:
 
 def _penalty(law: Law, count: int) -> float:
     """What the numbers of a law cost, for ``count`` block means in all."""
-    further = max(law.terms - 2, 0)
+    cheaper = max(law.terms - 2, 0)
     small = law.blocks / max(law.blocks - law.numbers - 2, 0.5)
-    penalty = small * ((law.numbers - further) * float(np.log(count)) + 2.0 * further)
+    penalty = small * ((law.numbers - cheaper) * float(np.log(count)) + 2.0 * cheaper)
     return penalty - 2.0 * float(np.log(LIMITS.bent)) if law.terms > 1 else penalty
 
 
@@ -366,21 +366,21 @@ class LawSolver:
         )
         best, step = at(log_length), 1e-3
         by_length = [self._column(fit.law, best, log_length + change) for change in (-step, step)]
-        further = (by_length[1] - by_length[0]) / (2.0 * step)
-        return replace(best, jacobian=np.column_stack([best.jacobian, further]))
+        by_presliding = (by_length[1] - by_length[0]) / (2.0 * step)
+        return replace(best, jacobian=np.column_stack([best.jacobian, by_presliding]))
 
     def _column(self, law: Law, fit: LawFit, log_length: float) -> Channel:
         """Weighted force of friction (m,), N, for a presliding length."""
-        kept = slice(0, law.blocks)
+        used = slice(0, law.blocks)
         friction = self.pull.means(self.pull.friction(float(np.exp(log_length))))
-        return np.asarray(self.root[kept] * friction[kept] * fit.values[1 + law.terms])
+        return np.asarray(self.root[used] * friction[used] * fit.values[1 + law.terms])
 
     def _fit(self, law: Law, presliding: float, friction: Channel) -> LawFit:
-        kept = slice(0, law.blocks)
-        root = self.root[kept]
-        jacobian = law.columns(self.powers[kept], friction[kept], self.clock[kept]) * root[:, None]
-        values = np.asarray(np.linalg.lstsq(jacobian, self.force[kept] * root, rcond=None)[0], np.float64)
-        residual = jacobian @ values - self.force[kept] * root
+        used = slice(0, law.blocks)
+        root = self.root[used]
+        jacobian = law.columns(self.powers[used], friction[used], self.clock[used]) * root[:, None]
+        values = np.asarray(np.linalg.lstsq(jacobian, self.force[used] * root, rcond=None)[0], np.float64)
+        residual = jacobian @ values - self.force[used] * root
         return LawFit(law, values, presliding, float(residual @ residual), jacobian, residual)
 
 

@@ -147,8 +147,8 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
 def _linear_range(pull: Pull, law: LawFit, reach: float) -> float:
     """Deflection (m) up to which a law departs from the initial slope by less than 2 %."""
     deflection = np.linspace(0.0, reach, 1001)
-    beyond = np.abs(law.departure(pull, deflection)) > 0.02
-    return float(deflection[np.argmax(beyond)]) if beyond.any() else reach
+    departs = np.abs(law.departure(pull, deflection)) > 0.02
+    return float(deflection[np.argmax(departs)]) if departs.any() else reach
 
 
 def _notes(curve: PullCurve, reach: float, departure: float) -> list[str]:

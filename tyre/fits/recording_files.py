@@ -110,12 +110,12 @@ def read_sidecar(path: Path) -> Sidecar:
         if key not in values:
             raise InputError(f"{where}: key {key!r} is missing ({meaning})")
     values["notes"] = values.pop("note", ())
-    other = {field.name: values.pop(field.name) for field in fields(Sidecar) if field.name in values}
-    signs(other["axes"], where=where)
+    settings = {field.name: values.pop(field.name) for field in fields(Sidecar) if field.name in values}
+    signs(settings["axes"], where=where)
     condition = Condition(**dict.fromkeys(("load", "pressure", "camber"), np.nan) | values)
     check_condition(condition, where=where)
     channel_map = ChannelMap.from_table(tables, path.parent, where=where) if tables else None
-    return Sidecar(condition, **other, channel_map=channel_map)
+    return Sidecar(condition, **settings, channel_map=channel_map)
 
 
 def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
@@ -149,15 +149,15 @@ def recording_of(sidecar: Path) -> Path:
     named = read_sidecar(sidecar).recording if sidecar.is_file() else ""
     if named:
         return sidecar.parent / named
-    there = [
+    candidates = [
         path
         for path in sorted(sidecar.parent.iterdir() if sidecar.parent.is_dir() else ())
         if path.stem == sidecar.stem and path.suffix.casefold() in FORMATS
     ]
-    if len(there) > 1:
-        names = ", ".join(path.name for path in there)
-        raise InputError(f"{sidecar}: describes {names}; write recording = {there[0].name!r} or rename the others")
-    return there[0] if there else sidecar.with_suffix(".csv")
+    if len(candidates) > 1:
+        names = ", ".join(path.name for path in candidates)
+        raise InputError(f"{sidecar}: describes {names}; write recording = {candidates[0].name!r} or rename the others")
+    return candidates[0] if candidates else sidecar.with_suffix(".csv")
 
 
 def read_recording(path: str | Path) -> RigRun | PullTest:
@@ -203,10 +203,10 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     suffix = file.suffix.casefold()
     if suffix not in FORMATS:
         raise InputError(f"{file}: recordings end in {', '.join(FORMATS)} or .toml (their sidecar), not in {suffix!r}")
-    own = sidecar.channel_map if sidecar is not None else None
-    if own is not None or channel_map is not None:
+    own_map = sidecar.channel_map if sidecar is not None else None
+    if own_map is not None or channel_map is not None:
         sidecar = sidecar or read_sidecar(file.with_suffix(".toml"))
-        chosen = own or ChannelMap()
+        chosen = own_map or ChannelMap()
         if not chosen.channels and channel_map is not None:  # the map of the sidecar is taken first
             parts = {name: getattr(chosen, name) for name in ("mountings", "resampling", "windows")}
             parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
@@ -226,8 +226,8 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
 def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
     """Find the recording and read the sidecar (None if there is none) of a ``path`` that is one of the two."""
     file = recording_of(path) if path.suffix.casefold() == ".toml" else path
-    beside = path if path is not file and path.is_file() else file.with_suffix(".toml")
-    return file, read_sidecar(beside) if beside.is_file() else None
+    sidecar = path if path is not file and path.is_file() else file.with_suffix(".toml")
+    return file, read_sidecar(sidecar) if sidecar.is_file() else None
 
 
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
@@ -274,15 +274,15 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     if sidecar.kind == "steady":
         columns = _number_points(columns, sidecar)
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
-    lacking, found = next((name for name in needed if name not in columns), ""), ", ".join(columns)
+    lacking, names = next((name for name in needed if name not in columns), ""), ", ".join(columns)
     if lacking and sidecar.channel_map is None:
         with or_map(path, QUANTITIES):
             more = STEADY if lacking == "time" else ""
-            raise InputError(f"{path}: column {lacking}_{CHANNELS[lacking].unit} is missing (found: {found}){more}")
+            raise InputError(f"{path}: column {lacking}_{CHANNELS[lacking].unit} is missing (found: {names}){more}")
     if lacking:
         more = "; or write rigid_rim = true if it cannot move" if lacking == "rim_displacement" else ""
         more = STEADY if lacking == "time" else more
-        raise InputError(f"{path}: [channels] names no {lacking} (it names {found}); add its column{more}")
+        raise InputError(f"{path}: [channels] names no {lacking} (it names {names}); add its column{more}")
     load = columns.get("vertical_load")
     if load is not None and turn["vertical_load"] < 0.0 and np.nanmedian(load) > 0.0:
         turn["vertical_load"] = 1.0  # a load cell in SAE axes may well print the load as a positive number
@@ -326,35 +326,37 @@ def _read_columns(path: Path) -> tuple[dict[str, Channel], list[str]]:
     """Read velotyre's own columns; a file with others is shown with a draft of a channel map."""
     with or_map(path, QUANTITIES):
         cells = read_cells(path, kind="recording", example="time_s, slip_angle_deg", logged=True)
-    wanted, notes = _identify(cells.header, path)
-    columns = cells.numbers([place for place, _ in wanted.values()], missing=_MISSING)
-    units = [unit for _, unit in wanted.values()]
-    found = {b: u.factor * x + u.offset for b, u, x in zip(wanted, units, columns, strict=True)}
+    place_and_unit, notes = _identify(cells.header, path)
+    columns = cells.numbers([place for place, _ in place_and_unit.values()], missing=_MISSING)
+    units = [unit for _, unit in place_and_unit.values()]
+    channels = {b: u.factor * x + u.offset for b, u, x in zip(place_and_unit, units, columns, strict=True)}
     if not len(columns[0]):
         raise InputError(f"{path}: has column names but no rows; was the file cut off?")
-    return found, notes
+    return channels, notes
 
 
 def _identify(names: list[str], path: Path) -> tuple[dict[str, tuple[int, Unit]], list[str]]:
     """Place and unit of every known column, and a note on those that are not used."""
-    wanted: dict[str, tuple[int, Unit]] = {}
+    place_and_unit: dict[str, tuple[int, Unit]] = {}
     unused = []
     for index, name in enumerate(names):
-        found = unit_in_name(name, EVERY, where=str(path))
-        if found is None:
-            near = nearest(name.rpartition("_")[0], EVERY, cutoff=0.8)
-            if near:
-                raise InputError(f"{path}: column {name!r} is unknown; did you mean {near!r} with its unit?")
+        base_and_unit = unit_in_name(name, EVERY, where=str(path))
+        if base_and_unit is None:
+            suggestion = nearest(name.rpartition("_")[0], EVERY, cutoff=0.8)
+            if suggestion:
+                raise InputError(f"{path}: column {name!r} is unknown; did you mean {suggestion!r} with its unit?")
             unused.append(name)
             continue
-        base, unit = found
-        if base in wanted:
-            raise InputError(f"{path}: {base} is in two columns, {names[wanted[base][0]]!r} and {name!r}; keep one")
-        wanted[base] = (index, unit)
-    if not wanted:
+        base, unit = base_and_unit
+        if base in place_and_unit:
+            raise InputError(
+                f"{path}: {base} is in two columns, {names[place_and_unit[base][0]]!r} and {name!r}; keep one"
+            )
+        place_and_unit[base] = (index, unit)
+    if not place_and_unit:
         with or_map(path, QUANTITIES):
             raise InputError(f"{path}, row 1: no known column name (found: {', '.join(names)[:200]})")
-    return wanted, [f"columns not used: {', '.join(unused)}"] if unused else []
+    return place_and_unit, [f"columns not used: {', '.join(unused)}"] if unused else []
 
 
 # channel -> TYDEX names in order of preference, description, unit as written
@@ -378,20 +380,20 @@ def _tydex_recording(path: Path) -> RigRun | PullTest:
     """Read TYDEX in SI units and adapted SAE axes; ``axes`` is ``ISO``, that of the format."""
     document = read_document(path)
     notes: list[str] = []
-    found = _tydex_channels(document, notes)
-    slip = found.get("slip_angle")
+    measured = _tydex_channels(document, notes)
+    slip = measured.get("slip_angle")
     sweeps = slip is not None and np.isfinite(slip).any() and np.nanmax(slip) - np.nanmin(slip) > np.deg2rad(0.5)
-    pull = "plate_displacement" in found and not sweeps
+    pull = "plate_displacement" in measured and not sweeps
     used = _PULL_CHANNELS if pull else [name for name in _TYDEX if name not in _PULL_CHANNELS[2:]]
     for name in used[1:3] if pull else used[:4]:
-        if name not in found:
+        if name not in measured:
             names = " or ".join(_TYDEX[name][0])
             raise InputError(f"{path}: channel {names} is missing (found: {', '.join(document.channels)})")
-    sidecar = _tydex_sidecar(document, found, notes)
+    sidecar = _tydex_sidecar(document, measured, notes)
     unused = [name for name in document.channels if not any(name in _TYDEX[key][0] for key in used)]
     if unused:
         notes.append(f"channels not used: {', '.join(unused)}")
-    channels = {name: found[name] for name in used if name in found}
+    channels = {name: measured[name] for name in used if name in measured}
     if pull and "rim_displacement" not in channels:
         sidecar = replace(sidecar, rigid_rim=True)
         notes.append("no channel RIMDISPW: the rim is taken as rigid, its displacement as zero")
@@ -438,19 +440,19 @@ def tydex_sidecar(path: str | Path) -> Sidecar | None:
 
 def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Channel]:
     """Channels in SI units, in the ISO axes of the file."""
-    found: dict[str, Channel] = {}
+    channels: dict[str, Channel] = {}
     for name, (candidates, *_) in _TYDEX.items():
         tydex_name = next((candidate for candidate in candidates if candidate in document.channels), None)
         if tydex_name is None:
             continue
         entry = document.channels[tydex_name]
         unit = find_unit(entry.unit, EVERY[name], where=f"{document.source}, channel {tydex_name}")
-        found[name] = unit.factor * document.physical(tydex_name) + unit.offset
+        channels[name] = unit.factor * document.physical(tydex_name) + unit.offset
         if tydex_name in ("FYH", "FZH", "MZH"):
             notes.append(f"{tydex_name} (H-axes) stands in for {candidates[0]} (W-axes)")
         if entry.measured_offset:
             notes.append(f"{tydex_name}: offset of the measured value added before the conversion factor")
-    return found
+    return channels
 
 
 def _constant(document: TydexDocument, *names: str) -> str | None:
@@ -470,7 +472,7 @@ def _constant_number(document: TydexDocument, name: str, quantity: str) -> float
     return unit.factor * number + unit.offset
 
 
-def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: list[str]) -> Sidecar:
+def _tydex_sidecar(document: TydexDocument, channels: dict[str, Channel], notes: list[str]) -> Sidecar:
     """Condition and kind by the constants, else by the medians of channels, which ``notes`` tell."""
     tyre = _constant(document, "IDENTITY", "TYREDES", "MANUFACT")
     if tyre is None:
@@ -478,25 +480,27 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
         tyre = identity.value if identity and identity.value else Path(document.source).stem
         notes.append(f"no constant IDENTITY: the tyre is called {tyre!r} after the measurement")
 
-    def value_of(name: str, *exact: str, nominal: str = "", said: list[str] = notes) -> float | None:
+    def value_of(name: str, *exact: str, nominal: str = "", remarks: list[str] = notes) -> float | None:
         """One number: a constant, else a nominal value near the measured median, else that median."""
         quantity = EVERY[name]
         constants = (_constant_number(document, constant, quantity) for constant in exact)
         exactly = next((value for value in constants if value is not None), None)
-        channel = found.get(name)
+        channel = channels.get(name)
         if channel is None or not np.isfinite(channel).any():
             return _constant_number(document, nominal, quantity) if exactly is None else exactly
-        tolerance = next((one for one in TOLERANCES.values() if one.channel == name), None)
+        tolerance = next((candidate for candidate in TOLERANCES.values() if candidate.channel == name), None)
         if tolerance is not None and tolerance.outside(channel) > tolerance.beyond:  # several levels
             if exactly is not None:
-                said.append(f"{name.replace('_', ' ')}: its channel varies, so the constant is not taken")
+                remarks.append(f"{name.replace('_', ' ')}: its channel varies, so the constant is not taken")
             return np.nan
         if exactly is not None:
             return exactly
         median, value = float(np.nanmedian(channel)), _constant_number(document, nominal, quantity)
         if value is not None and abs(median - value) <= 0.25 * abs(value):
             return value
-        said.append(f"{name.replace('_', ' ')} of the condition is the median of its channel, {median:.6g} in SI units")
+        remarks.append(
+            f"{name.replace('_', ' ')} of the condition is the median of its channel, {median:.6g} in SI units"
+        )
         return median
 
     load = value_of("vertical_load", "FZW", "FZH", nominal="FNOMIN")
@@ -516,7 +520,7 @@ def _tydex_sidecar(document: TydexDocument, found: dict[str, Channel], notes: li
         drum_radius=radius,
         rim=_constant(document, "RIMIDENT"),
         speed=value_of("speed", "LONGVEL", "TRAJVELW", "TRAJVELH"),
-        temperature=value_of("temperature", "AMBITEMP", "TYRETEMP", said=[]),
+        temperature=value_of("temperature", "AMBITEMP", "TYRETEMP", remarks=[]),
         camber=np.nan if camber is None else camber,
     )
     check_condition(condition, where=document.source)

@@ -109,36 +109,36 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
             return z[0] + steady - force
 
         robust: dict[str, Any] = {"loss": "soft_l1", "f_scale": 3.0 * scale}
-        found: Any = scipy.optimize.least_squares(residual, start, bounds=limits, x_scale="jac", **robust)
-        return found, residual(found.x)
+        solution: Any = scipy.optimize.least_squares(residual, start, bounds=limits, x_scale="jac", **robust)
+        return solution, residual(solution.x)
 
     begin = np.array([np.median(force[:head]), change / jump, np.log(0.1)])
-    found, left = fitted(assumed, begin, scale)
-    scale = max(scale, 1.4826 * float(np.median(np.abs(left))))  # slow noise is not to be taken for outliers
-    found, left = fitted(assumed, found.x, scale)
-    length = float(np.exp(found.x[2]))
+    solution, residuals = fitted(assumed, begin, scale)
+    scale = max(scale, 1.4826 * float(np.median(np.abs(residuals))))  # slow noise is not to be taken for outliers
+    solution, residuals = fitted(assumed, solution.x, scale)
+    length = float(np.exp(solution.x[2]))
     if not 2.0 * step < length < (distance[-1] - middle) / 3.0:
         raise InputError(
             f"{where}: relaxation length {length:.3f} m does not fit a recording of {distance[-1] - middle:.2f} m "
             f"after the step at {step:.4f} m per sample; roll on for at least three relaxation lengths"
         )
-    inside = 1.0 / np.sqrt(1.0 + (left / (3.0 * scale)) ** 2)
-    change_of, covariance, dof = _averaged_over_noise(found.jac, inside * left)
-    found.x = found.x + change_of
-    length = float(np.exp(found.x[2]))
+    robust_weight = 1.0 / np.sqrt(1.0 + (residuals / (3.0 * scale)) ** 2)
+    change_of, covariance, dof = _averaged_over_noise(solution.jac, robust_weight * residuals)
+    solution.x = solution.x + change_of
+    length = float(np.exp(solution.x[2]))
     sd = length * float(np.sqrt(covariance[2, 2]))
 
     def deficit(peak: float, z: Array) -> float:
         ends = steady_curve(np.array([before, after]), stiffness=z[1], peak=peak)
         return 1.0 - float(ends[1] - ends[0]) / (float(z[1]) * jump)
 
-    others = [(peak, fitted(peak, found.x, scale)[0].x) for peak in assumed * np.exp([-PEAK_SD, PEAK_SD])]
-    by_curve = float(others[0][1][2] - others[1][1][2])
-    by_deficit = by_curve / (deficit(*others[0]) - deficit(*others[1]))
+    refits = [(peak, fitted(peak, solution.x, scale)[0].x) for peak in assumed * np.exp([-PEAK_SD, PEAK_SD])]
+    by_curve = float(refits[0][1][2] - refits[1][1][2])
+    by_deficit = by_curve / (deficit(*refits[0]) - deficit(*refits[1]))
     curve_sd = length * abs(by_curve) / 2.0
     total = float(np.sum((force - force.mean()) ** 2))
-    ends = steady_curve(np.array([before, after]), stiffness=found.x[1], peak=assumed)
-    level, change = float(found.x[0] + ends[0]), float(ends[1] - ends[0])
+    ends = steady_curve(np.array([before, after]), stiffness=solution.x[1], peak=assumed)
+    level, change = float(solution.x[0] + ends[0]), float(ends[1] - ends[0])
     width = max(1, distance.size // 200) * 2 + 1
     smooth = np.convolve(np.pad(force, width // 2, mode="edge"), np.ones(width) / width, mode="valid")
     passed = np.flatnonzero(((smooth - level) / change > 1.0 - np.exp(-1.0)) & (distance > middle))
@@ -148,12 +148,12 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
         curve_sd=curve_sd,
         relaxation_length=Estimate(length, *combine_uncertainties([(sd, dof), (curve_sd, np.inf)])),
         slip=(before, after),
-        deficit=deficit(assumed, found.x),
+        deficit=deficit(assumed, solution.x),
         length_by_deficit=by_deficit,
         force_change=change,
         distance_to_63=float(distance[passed[0]] - middle) if passed.size else None,
-        r_squared=1.0 - float(left @ left) / total,
-        residual_sd=float(np.std(left)),
+        r_squared=1.0 - float(residuals @ residuals) / total,
+        residual_sd=float(np.std(residuals)),
         notes=run.notes,
     )
 
@@ -172,22 +172,22 @@ def _averaged_over_noise(
     m = n // width
     x, y = jacobian[: m * width].reshape(m, width, p).mean(1), residual[: m * width].reshape(m, width).mean(1)
     size = np.linalg.norm(x, axis=0)
-    x, apart = x / size, np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
+    x, distance = x / size, np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
     weights, steps, squares, spent = [], [], [], []
     for memory in np.geomspace(m / 50.0, m / 1.5, 7):
         for share in (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98):
-            factor = np.linalg.cholesky((1.0 - share) * np.eye(m) + share * np.exp(-apart / memory))
+            factor = np.linalg.cholesky((1.0 - share) * np.eye(m) + share * np.exp(-distance / memory))
             white = solve_triangular(factor, np.column_stack([x, y]), lower=True)
             basis, triangle = np.linalg.qr(white[:, :p])
             step = np.linalg.solve(triangle, basis.T @ white[:, p])
-            left = float(np.sum((white[:, p] - basis @ (basis.T @ white[:, p])) ** 2))
+            misfit = float(np.sum((white[:, p] - basis @ (basis.T @ white[:, p])) ** 2))
             logdet = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
-            weights.append(-logdet - 0.5 * (m - p) * np.log(max(left, 1e-300)))
+            weights.append(-logdet - 0.5 * (m - p) * np.log(max(misfit, 1e-300)))
             inverse = np.linalg.inv(triangle)
             steps.append(-step)
             # slow noise counts as one value a memory
             spent.append(share**2 / max(2.5, m / (2.0 * memory) - p) + (1.0 - share) ** 2 / (m - p))
-            squares.append(inverse @ inverse.T * left / (m - p - 2) + np.outer(step, step))
+            squares.append(inverse @ inverse.T * misfit / (m - p - 2) + np.outer(step, step))
     weight = np.exp(np.array(weights) - max(weights))
     weight /= weight.sum()
     mean = np.tensordot(weight, steps, 1)
@@ -219,10 +219,10 @@ def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel, 
     even = np.linspace(0.0, travelled[-1], travelled.size)
     slip = np.interp(even, travelled, run.slip_angle[valid])
     force = np.interp(even, travelled, run.side_force[valid])
-    there = np.isfinite(run.vertical_load[valid])
-    if not there.any():
+    has_load = np.isfinite(run.vertical_load[valid])
+    if not has_load.any():
         return even, slip, force, np.zeros_like(even)
-    load = np.interp(even, travelled[there], run.vertical_load[valid][there])
+    load = np.interp(even, travelled[has_load], run.vertical_load[valid][has_load])
     width = 2 * (even.size // 100) + 1  # noise averages out, and what swings with a turn of the wheel does not
     means = np.convolve(np.pad(load, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
     return even, slip, force, load_wander(load, means, np.full(even.size, width))
@@ -235,8 +235,8 @@ def relaxation_from_stiffness(
     c, k = cornering_stiffness.value, lateral_stiffness.value
     c_sd, k_sd = cornering_stiffness.sd / c, lateral_stiffness.sd / k
     length = c / k
-    own = np.diag([c_sd**2 + calibration.slip**2, k_sd**2 + calibration.displacement**2])
-    relative = own + calibration.force**2  # one load cell
+    separate = np.diag([c_sd**2 + calibration.slip**2, k_sd**2 + calibration.displacement**2])
+    relative = separate + calibration.force**2  # one load cell
     # d(ln C, ln K, ln length) = rows of this matrix times d(ln C, ln K)
     rows = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, -1.0]])
     scale = np.array([c, k, length])
@@ -281,10 +281,10 @@ def mean_length(steps: Sequence[Estimate], *, repeatability: float = 0.01, commo
     if values.size == 1:
         parts = [(steps[0].sd, steps[0].dof), (repeatability * mean, REPEATABILITY_DOF), (common, np.inf)]
         return Estimate(mean, *combine_uncertainties(parts))
-    own = float(np.sqrt(np.mean([step.sd**2 for step in steps])))
+    fit_sd = float(np.sqrt(np.mean([step.sd**2 for step in steps])))
     squares, repeats = float(np.sum((values - mean) ** 2)), float(values.size - 1)
-    sd, dof = weighed_scatter(float(np.hypot(repeatability * mean, own)), squares, repeats)
-    return Estimate(mean, *combine_uncertainties([(max(sd, own) / np.sqrt(values.size), dof), (common, np.inf)]))
+    sd, dof = weighed_scatter(float(np.hypot(repeatability * mean, fit_sd)), squares, repeats)
+    return Estimate(mean, *combine_uncertainties([(max(sd, fit_sd) / np.sqrt(values.size), dof), (common, np.inf)]))
 
 
 def mean_of_steps(steps: Sequence[Any], sweeps: Sequence[Any], *, repeatability: float = 0.01) -> Estimate | None:
@@ -299,16 +299,20 @@ def mean_of_steps(steps: Sequence[Any], sweeps: Sequence[Any], *, repeatability:
     curves = [tuple(sweep.details[name] for name in names) for sweep in measured]
     stiffnesses = np.array([sweep.value for sweep in measured])  # of a brush above the slope of the fitted curve
     for item in steps:
-        told = item.details
-        ends, factor, left = np.array([told["slip_before_rad"], told["slip_after_rad"]]), 1.0, told["curve_sd_m"]
+        details = item.details
+        ends, factor, open_sd = (
+            np.array([details["slip_before_rad"], details["slip_after_rad"]]),
+            1.0,
+            details["curve_sd_m"],
+        )
         if curves:
             forces = np.array([steady_curve(ends, stiffness=k, peak=d, shape=c, curvature=e) for k, d, c, e in curves])
             rise = np.diff(forces)[:, 0] / (np.diff(ends) * stiffnesses)
             deficit = float(np.mean(1.0 - rise))
-            factor += told["length_by_deficit"] * (deficit - told["deficit"])
-            left = item.value * abs(told["length_by_deficit"] * deficit) / 6.0
-        lengths.append(Estimate(item.value, item.fit_sd, told["dof"]).scaled(factor))
-        open_part = max(open_part, left)
+            factor += details["length_by_deficit"] * (deficit - details["deficit"])
+            open_sd = item.value * abs(details["length_by_deficit"] * deficit) / 6.0
+        lengths.append(Estimate(item.value, item.fit_sd, details["dof"]).scaled(factor))
+        open_part = max(open_part, open_sd)
     return mean_length(lengths, repeatability=repeatability, common=open_part)
 
 

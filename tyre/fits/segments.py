@@ -47,28 +47,28 @@ class Stretch:
     def of(self, run: RigRun) -> RigRun:
         """Cut the stretch out of a ``run``; a channel without a sample in it is left out."""
         channels: Any = {name: x[self.first : self.last] for name, x in vars(run).items() if isinstance(x, np.ndarray)}
-        further = ("aligning_moment", "inclination", "speed", "temperature", "pressure")
-        channels |= {name: None for name in further if name in channels and not np.isfinite(channels[name]).any()}
+        optional = ("aligning_moment", "inclination", "speed", "temperature", "pressure")
+        channels |= {name: None for name in optional if name in channels and not np.isfinite(channels[name]).any()}
         return replace(run, **channels, kind="slip_step" if self.kind == "step" else run.kind)
 
 
 def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTest]:
     """Cut rolling ``events`` of one file where conditions change; undeclared ones are the levels of their channels."""
-    found: dict[str, RigRun | PullTest] = {}
+    pieces: dict[str, RigRun | PullTest] = {}
     for name, event in events.items():
         if isinstance(event, RigRun) and event.kind == "steady":
-            found |= {f"{name}.{level}".strip("."): run for level, run in steady_levels(event).items()}
+            pieces |= {f"{name}.{level}".strip("."): run for level, run in steady_levels(event).items()}
             continue
         cuts = stretches(event) if isinstance(event, RigRun) else []
         if not isinstance(event, RigRun) or not cuts or _is_level(event, cuts):
-            found[name] = event
+            pieces[name] = event
             continue
         for number, cut in enumerate(cuts, 1):
-            found[f"{name}.{cut.kind}{number}".lstrip(".")] = cut.of(event)
-    rolling = {name: run for name, run in found.items() if isinstance(run, RigRun)}
+            pieces[f"{name}.{cut.kind}{number}".lstrip(".")] = cut.of(event)
+    rolling = {name: run for name, run in pieces.items() if isinstance(run, RigRun)}
     for name, condition in level_conditions(rolling).items():
-        found[name] = replace(rolling[name], condition=condition)
-    return found
+        pieces[name] = replace(rolling[name], condition=condition)
+    return pieces
 
 
 def steady_levels(run: RigRun) -> dict[str, RigRun]:
@@ -84,9 +84,9 @@ def steady_levels(run: RigRun) -> dict[str, RigRun]:
         groups = _levels({str(place): float(channel[place]) for place in np.flatnonzero(complete)}, tolerance)
         called: dict[int, str] = {}
         for members in groups if len(groups) > 1 else []:
-            mine = [int(name) for name in members]
-            level = tolerance.nominal(float(np.median(channel[mine]))) / tolerance.size
-            called |= dict.fromkeys(mine, f"{level:g}{tolerance.unit}")
+            members_places = [int(name) for name in members]
+            level = tolerance.nominal(float(np.median(channel[members_places]))) / tolerance.size
+            called |= dict.fromkeys(members_places, f"{level:g}{tolerance.unit}")
         levels[quantity] = called
     members_of: dict[str, list[int]] = {}
     columns = [getattr(run, tolerance.channel) for quantity, tolerance in TOLERANCES.items() if quantity in levels]
@@ -94,12 +94,12 @@ def steady_levels(run: RigRun) -> dict[str, RigRun]:
     for place in rising[complete[rising]].tolist():
         name = "_".join(called[place] for called in levels.values() if place in called)
         members_of.setdefault(name, []).append(place)
-    found = {}
+    levelled = {}
     for name, places in members_of.items():
         order = np.array(places)[np.argsort(run.slip_angle[places], kind="stable")]
         channels: Any = {key: x[order] for key, x in vars(run).items() if isinstance(x, np.ndarray)}
-        found[name] = replace(run, **channels | {"time": np.arange(order.size, dtype=float)})
-    return found
+        levelled[name] = replace(run, **channels | {"time": np.arange(order.size, dtype=float)})
+    return levelled
 
 
 def stretches(run: RigRun) -> list[Stretch]:
@@ -108,17 +108,17 @@ def stretches(run: RigRun) -> list[Stretch]:
         moving = _moving(run, parts)
         if len(moving) * LIMITS.fewest <= parts:
             break
-    found: list[Stretch] = []
+    pieces: list[Stretch] = []
     for place, (first, last) in enumerate(moving):
         step = Stretch(*_with_rest(moving, place, run), "step")
         rests = is_slip_step(replace(step.of(run), kind="slip_sweep"))
-        found.append(step if rests else Stretch(first, last, "sweep"))
-    return found
+        pieces.append(step if rests else Stretch(first, last, "sweep"))
+    return pieces
 
 
 def level_conditions(runs: Mapping[str, RigRun]) -> dict[str, Condition]:
     """Complete the condition of every one of some ``runs`` of one file by the levels of their channels."""
-    known: dict[str, Any] = {name: {} for name in runs}
+    known_values: dict[str, Any] = {name: {} for name in runs}
     for quantity, tolerance in TOLERANCES.items():
         medians = {
             name: float(np.nanmedian(channel))
@@ -131,25 +131,25 @@ def level_conditions(runs: Mapping[str, RigRun]) -> dict[str, Condition]:
             values = np.array([medians[name] for name in members])
             middle = float(np.median(values))
             if np.abs(values - middle).max() > tolerance.width(middle):
-                run, shown = runs[members[0]], [end / tolerance.size for end in (values.min(), values.max())]
+                run, range_shown = runs[members[0]], [end / tolerance.size for end in (values.min(), values.max())]
                 raise InputError(
-                    f"{run.source}: the {quantity} of its {len(values)} stretches goes from {shown[0]:.4g} to "
-                    f"{shown[1]:.4g} {tolerance.unit} without levels that are apart: these are no repeats of one "
+                    f"{run.source}: the {quantity} of its {len(values)} stretches goes from {range_shown[0]:.4g} to "
+                    f"{range_shown[1]:.4g} {tolerance.unit} without levels that are apart: these are no repeats of one "
                     "condition; describe them in sidecars of their own, with [[windows]]"
                 )
             for name in members:
-                known[name][quantity] = float(tolerance.nominal(middle))
-    found = {}
+                known_values[name][quantity] = float(tolerance.nominal(middle))
+    conditions = {}
     for name, run in runs.items():
         if np.isnan(run.condition.camber):
-            known[name].setdefault("camber", 0.0)
-        found[name] = replace(run.condition, **known[name])
+            known_values[name].setdefault("camber", 0.0)
+        conditions[name] = replace(run.condition, **known_values[name])
         for quantity, key in (("load", "load_N = vertical load"), ("pressure", "pressure_bar = inflation pressure")):
-            if np.isnan(getattr(found[name], quantity)):
+            if np.isnan(getattr(conditions[name], quantity)):
                 where = f"{run.source}{f', {name}' if name else ''}"
                 raise InputError(f"{where}: key {quantity!r} is missing ({key}), and no channel has it")
-        check_condition(found[name], where=str(run.source))
-    return found
+        check_condition(conditions[name], where=str(run.source))
+    return conditions
 
 
 def _levels(medians: Mapping[str, float], tolerance: Tolerance) -> list[list[str]]:
@@ -175,10 +175,10 @@ def _is_level(run: RigRun, cuts: list[Stretch]) -> bool:
             if np.isfinite(x := channel[cut.first : cut.last]).any()
         }
         level = float(np.median([*middles.values()])) if middles else float(np.nanmedian(channel))
-        away = np.abs(part_means(channel) - level)
+        distance = np.abs(part_means(channel) - level)
         spread = max((abs(middle - level) for middle in middles.values()), default=0.0)
         width = tolerance.width(level)
-        if np.mean(away > 1.5 * width) > LIMITS.astray or spread > width or len(_levels(middles, tolerance)) > 1:
+        if np.mean(distance > 1.5 * width) > LIMITS.astray or spread > width or len(_levels(middles, tolerance)) > 1:
             return False
     return True
 
@@ -200,21 +200,23 @@ def _moving(run: RigRun, parts: int) -> list[tuple[int, int]]:
     heavy = float(np.quantile(load, 0.9))
     on_ground = LIMITS.lifted * heavy
     active &= (load > on_ground) & (np.abs(_change_across(load)) < LIMITS.load_change * np.maximum(load, on_ground))
-    others: list[tuple[Array, Any]] = [(load, lambda level: LIMITS.load_change * level)]
+    held_channels: list[tuple[Array, Any]] = [(load, lambda level: LIMITS.load_change * level)]
     for tolerance in (*TOLERANCES.values(), SPEED):
         channel: Channel | None = getattr(run, tolerance.channel)
         if channel is not None and tolerance.channel != "vertical_load" and np.isfinite(channel).any():
-            others.append((means_between(channel, edges), tolerance.width))
-    found: list[list[int]] = []
+            held_channels.append((means_between(channel, edges), tolerance.width))
+    spans: list[list[int]] = []
     for place in np.flatnonzero(active):
-        near = bool(found) and place - found[-1][1] <= LIMITS.rest
-        if near and all(abs(x[place] - (level := x[slice(*found[-1])].mean())) < width(level) for x, width in others):
-            found[-1][1] = int(place) + 1
+        is_near = bool(spans) and place - spans[-1][1] <= LIMITS.rest
+        if is_near and all(
+            abs(x[place] - (level := x[slice(*spans[-1])].mean())) < width(level) for x, width in held_channels
+        ):
+            spans[-1][1] = int(place) + 1
         else:
-            found.append([int(place), int(place) + 1])
+            spans.append([int(place), int(place) + 1])
     return [
         (int(edges[first]), min(int(edges[last - 1]) + size, count))
-        for first, last in found
+        for first, last in spans
         if np.ptp(slip[max(first - 1, 0) : last + 1]) > 0.05 * span
     ]
 
@@ -226,8 +228,8 @@ def _with_rest(moving: list[tuple[int, int]], place: int, run: RigRun) -> tuple[
     after = moving[place + 1][0] if place + 1 < len(moving) else run.time.size
     within = run.vertical_load[first:last]
     load = float(np.nanmedian(within)) if np.isfinite(within).any() else 0.0
-    near = np.abs(run.vertical_load - load) < 2 * LIMITS.load_change * abs(load)
-    lifted = np.flatnonzero(~near & np.isfinite(run.vertical_load))
+    at_load = np.abs(run.vertical_load - load) < 2 * LIMITS.load_change * abs(load)
+    lifted = np.flatnonzero(~at_load & np.isfinite(run.vertical_load))
     before = max([before, *(lifted[lifted < first][-1:] + 1).tolist()])
     after = min([after, *lifted[lifted >= last][:1].tolist()])
     return int(before), int(after)
@@ -235,13 +237,13 @@ def _with_rest(moving: list[tuple[int, int]], place: int, run: RigRun) -> tuple[
 
 def means_between(channel: Array, edges: NDArray[np.intp]) -> Array:
     """Means between ``edges``, those without a sample filled from the side."""
-    there = np.isfinite(channel)
-    total = np.add.reduceat(np.where(there, channel, 0.0), edges)
-    number = np.add.reduceat(there.astype(float), edges)
-    known = number > 0
-    if not known.any():
+    is_sample = np.isfinite(channel)
+    total = np.add.reduceat(np.where(is_sample, channel, 0.0), edges)
+    number = np.add.reduceat(is_sample.astype(float), edges)
+    has_samples = number > 0
+    if not has_samples.any():
         return np.zeros(edges.size)
-    return np.interp(np.arange(edges.size), np.flatnonzero(known), total[known] / number[known])
+    return np.interp(np.arange(edges.size), np.flatnonzero(has_samples), total[has_samples] / number[has_samples])
 
 
 def _change_across(means: Array) -> Array:

@@ -70,18 +70,18 @@ def _fit_trail(law: Any, slip: Channel, force: Channel, moment: Channel, shift: 
     columns = np.column_stack([-force * shape(begin, slip), np.ones_like(force)])
     begin[:2] = np.linalg.lstsq(columns, moment, rcond=None)[0]
     limits = ([-1.0, -np.inf, *low[:shapes]], [1.0, np.inf, *high[:shapes]])
-    found: Any = scipy.optimize.least_squares(residual, np.clip(begin, *limits), bounds=limits, x_scale="jac")
-    left = residual(found.x)
-    power = max(float(left @ left), 1e-300)
+    solution: Any = scipy.optimize.least_squares(residual, np.clip(begin, *limits), bounds=limits, x_scale="jac")
+    residuals = residual(solution.x)
+    power = max(float(residuals @ residuals), 1e-300)
     # blocks of one branch share slow errors: count the lag-one correlation as fewer independent blocks
-    rho = float(np.clip(left[1:] @ left[:-1] / power, 0.0, 0.95))
-    variance = power / max(left.size - shapes - 2, 1) * (1.0 + rho) / (1.0 - rho)
+    rho = float(np.clip(residuals[1:] @ residuals[:-1] / power, 0.0, 0.95))
+    variance = power / max(residuals.size - shapes - 2, 1) * (1.0 + rho) / (1.0 - rho)
     return _TrailFit(
-        trail=float(found.x[0]),
-        offset=float(found.x[1]),
-        shape_at_zero=float(shape(found.x, np.array([shift]))[0]),
-        covariance=np.linalg.pinv(found.jac.T @ found.jac) * variance,
-        residual=left,
+        trail=float(solution.x[0]),
+        offset=float(solution.x[1]),
+        shape_at_zero=float(shape(solution.x, np.array([shift]))[0]),
+        covariance=np.linalg.pinv(solution.jac.T @ solution.jac) * variance,
+        residual=residuals,
     )
 
 
@@ -111,8 +111,8 @@ def fit_aligning_moment(
     trails = np.array([fit.trail for fit in fits])
     trail = float(weights @ trails)
     variance = float(weights @ [fit.covariance[0, 0] + (fit.trail - trail) ** 2 for fit in fits])
-    there = at_zero.force - parameters["vertical_shift"]
-    row = np.array([-there * best.shape_at_zero, 1.0])
+    force_there = at_zero.force - parameters["vertical_shift"]
+    row = np.array([-force_there * best.shape_at_zero, 1.0])
     total = float(np.sum((moment - moment.mean()) ** 2))
     return AligningMoment(
         pneumatic_trail=trail,
@@ -342,9 +342,9 @@ def _goodness(
     run: RigRun, blocks: sweep_curve.Blocks, parameters: dict[str, float], c: float
 ) -> tuple[float, float, int]:
     """R^2 and standard deviation of the residuals of the samples (not of the block means)."""
-    time, near = run.time, np.clip(np.searchsorted(blocks.time, run.time), 0, blocks.time.size - 1)
-    use = np.isfinite(run.side_force) & blocks.settled[near]
-    force = _curve(blocks, time[use], blocks.rate[near[use]], c, parameters)
+    time, nearest = run.time, np.clip(np.searchsorted(blocks.time, run.time), 0, blocks.time.size - 1)
+    use = np.isfinite(run.side_force) & blocks.settled[nearest]
+    force = _curve(blocks, time[use], blocks.rate[nearest[use]], c, parameters)
     middle = 0.5 * (blocks.time[0] + blocks.time[-1])
     drift = parameters["drift"] * (time[use] - middle) / (blocks.time[-1] - blocks.time[0])
     measured = run.side_force[use]
@@ -412,16 +412,18 @@ def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     scaled = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
     residual, jacobian = model.residuals(scaled)
     brush = _brush_fit(model, solution) - (residual + model.blocks.force[model.blocks.settled])
-    columns, left = np.column_stack([jacobian[:, model.free], brush]), -residual
+    columns, unexplained = np.column_stack([jacobian[:, model.free], brush]), -residual
     steepness = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")]
-    before = _fit_column(columns, brush, left)[1]
-    found: list[tuple[float, Flattening | GainBySign]] = []
+    before = _fit_column(columns, brush, unexplained)[1]
+    faults: list[tuple[float, Flattening | GainBySign]] = []
     for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
         reading = getattr(model.blocks, _READING[channel])[model.blocks.settled]
         largest = float(np.max(np.abs(reading)))
         onsets = [q for q in LIMITS.onsets if np.count_nonzero(np.abs(reading) > q * largest) >= LIMITS.fewest]
-        tried = [(_fit_column(columns, effect * largest * _bend(reading / largest, q), left), q) for q in onsets]
-        rising = [(float(rest @ rest), q) for (size, rest), q in tried if size > 0.0]
+        trials = [
+            (_fit_column(columns, effect * largest * _bend(reading / largest, q), unexplained), q) for q in onsets
+        ]
+        rising = [(float(remainder @ remainder), q) for (size, remainder), q in trials if size > 0.0]
         if not rising or before @ before - min(rising)[0] < LIMITS.gained * min(rising)[0] / len(reading):
             continue  # nothing to be gained, even if the noise were white
         best = min(rising)[1]
@@ -431,14 +433,14 @@ def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
             continue
         deviations, dof = significance() if share > LIMITS.least_flat else (0.0, 1.0)
         if stdtr(dof, -deviations) < LIMITS.p_flat:
-            found.append((cost, Flattening(channel, onset * largest, largest, share)))
+            faults.append((cost, Flattening(channel, onset * largest, largest, share)))
     force = model.blocks.force[model.blocks.settled]
     if min(np.count_nonzero(force > 0), np.count_nonzero(force < 0)) >= LIMITS.fewest:
         cost, size, _, significance = _bent_fit(model, solution, brush, "gain", 0.0)
         deviations, dof = significance() if abs(size) > LIMITS.least_sign else (0.0, 1.0)
         if 2.0 * stdtr(dof, -abs(deviations)) < LIMITS.p_sign:
-            found.append((cost, GainBySign(size, size / deviations)))
-    return min(found, key=lambda one: one[0])[1] if found else None
+            faults.append((cost, GainBySign(size, size / deviations)))
+    return min(faults, key=lambda cost_and_fault: cost_and_fault[0])[1] if faults else None
 
 
 def _bent_fit(
@@ -455,11 +457,11 @@ def _bent_fit(
 
     def parts(z: Array) -> tuple[Array, Array]:
         """Residuals (m,) and their derivatives (m, p + 2) by the curve, the way towards a brush and the share."""
-        scaled, share, there = model.expand(z[:-2]), z[-1], model
+        scaled, share, corrected = model.expand(z[:-2]), z[-1], model
         if channel == "slip_angle":
             missing = largest * _bend(blocks.slip / largest, onset)
-            there = replace(model, blocks=replace(blocks, slip=blocks.slip + share * missing))
-        residual, jacobian = there.residuals(scaled)
+            corrected = replace(model, blocks=replace(blocks, slip=blocks.slip + share * missing))
+        residual, jacobian = corrected.residuals(scaled)
         columns = np.column_stack([jacobian[:, model.free], brush])
         force = residual + blocks.force[used] + z[-2] * brush
         if channel == "slip_angle":
@@ -534,9 +536,9 @@ def without_faults(
 def _slows(model: sweep_curve.SweepModel, onset: float, share: float) -> bool:
     """Tell if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
     blocks = model.blocks
-    same = np.diff(blocks.branch) == 0
-    pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same]
-    middle = np.abs(blocks.slip[1:] + blocks.slip[:-1])[same] / 2.0
+    same_branch = np.diff(blocks.branch) == 0
+    pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same_branch]
+    middle = np.abs(blocks.slip[1:] + blocks.slip[:-1])[same_branch] / 2.0
     if not (middle > onset).any() or not (middle <= onset).any():
         return False
     return bool(np.median(pace[middle > onset]) < (1.0 - share) * np.median(pace[middle <= onset]))
@@ -564,13 +566,13 @@ def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
 
     search: Any = scipy.optimize.least_squares
     limits = ([0.3, 0.7], [3.0, 6.0])
-    found = search(lambda z: force(z) - measured, [1.0, 1.1], bounds=limits, x_scale=[0.1, 0.1], max_nfev=30)
-    return force(found.x)
+    best = search(lambda z: force(z) - measured, [1.0, 1.1], bounds=limits, x_scale=[0.1, 0.1], max_nfev=30)
+    return force(best.x)
 
 
-def _fit_column(columns: Array, further: Array, left: Array) -> tuple[float, Array]:
+def _fit_column(columns: Array, column: Array, target: Array) -> tuple[float, Array]:
     """Size of a further column in the part left over, and the remainder (m,)."""
-    both = np.column_stack([columns, further])
-    scale = np.linalg.norm(both, axis=0)
-    sizes = np.linalg.lstsq(both / np.maximum(scale, 1e-300), left, rcond=1e-10)[0] / np.maximum(scale, 1e-300)
-    return float(sizes[-1]), left - both @ sizes
+    augmented = np.column_stack([columns, column])
+    scale = np.linalg.norm(augmented, axis=0)
+    sizes = np.linalg.lstsq(augmented / np.maximum(scale, 1e-300), target, rcond=1e-10)[0] / np.maximum(scale, 1e-300)
+    return float(sizes[-1]), target - augmented @ sizes

@@ -382,29 +382,29 @@ def _free_parameters(
 ) -> NDArray[np.bool_]:
     first = np.unique(blocks.branch, return_index=True)[1]
     rates = blocks.rate[first][np.unique(blocks.branch[blocks.settled])]
-    both = bool((rates > 0.0).any() and (rates < 0.0).any())
+    both_ways = bool((rates > 0.0).any() and (rates < 0.0).any())
     pace = np.abs(rates)
     if relaxation_length is not None and blocks.speed is None:
         raise InputError(f"{where}: a known relaxation length needs the speed; give speed_km_h in the sidecar")
-    if not both and relaxation_length is None and lag_correction:
+    if not both_ways and relaxation_length is None and lag_correction:
         notes.append("only one direction of sweep: the lag cannot be told from the offset Sh and is not removed")
     free = dict.fromkeys(NAMES, True)
-    free["lag"] = lag_correction and both and relaxation_length is None
+    free["lag"] = lag_correction and both_ways and relaxation_length is None
     # rates in one recording that differ by half tell lag from hysteresis, which does not depend on the rate
-    free["hysteresis"] = bool(lag_correction and both and pace.max() > 1.5 * pace.min())
-    free["drift"] = both and rates.size >= 3
+    free["hysteresis"] = bool(lag_correction and both_ways and pace.max() > 1.5 * pace.min())
+    free["drift"] = both_ways and rates.size >= 3
     free["brush_share"] = False
     return np.array(list(free.values()))
 
 
 def _line_near_zero(blocks: Blocks, where: str) -> tuple[float, float]:
     """Slope (N/rad) and force (N) of a straight line through the blocks near zero slip."""
-    near = np.abs(blocks.slip) < max(np.deg2rad(1.5), 0.25 * float(np.abs(blocks.slip).max()))
-    if blocks.points and near.sum() < 5:
-        near = np.argsort(np.abs(blocks.slip), kind="stable")[:5]
-    elif near.sum() < 5:
+    near_zero = np.abs(blocks.slip) < max(np.deg2rad(1.5), 0.25 * float(np.abs(blocks.slip).max()))
+    if blocks.points and near_zero.sum() < 5:
+        near_zero = np.argsort(np.abs(blocks.slip), kind="stable")[:5]
+    elif near_zero.sum() < 5:
         raise InputError(f"{where}: the sweep does not cross zero slip; its slope there cannot be measured")
-    slope, level = np.polyfit(blocks.slip[near], blocks.force[near], 1)
+    slope, level = np.polyfit(blocks.slip[near_zero], blocks.force[near_zero], 1)
     if slope <= 0.0:
         raise InputError(
             f"{where}: the side force falls with slip ({np.deg2rad(slope):.3g} N/deg after conversion from "
@@ -479,10 +479,10 @@ def law_weights(residuals: Sequence[Channel], numbers: Sequence[int]) -> Channel
     Schwarz, *Ann. Stat.* 6 (1978) 461. Neighbouring blocks share slow errors: the lag-one correlation of what the best
     law leaves counts as fewer independent blocks. Spikes beyond three standard deviations of that count as such.
     """
-    spread = min(1.4826 * float(np.median(np.abs(one))) for one in residuals)
+    spread = min(1.4826 * float(np.median(np.abs(residual))) for residual in residuals)
     margin = _MARGIN * max(spread, 1e-150)
-    robust = [one * np.sqrt(_soft_l1_weight(one, margin)) for one in residuals]
-    powers = np.array([max(float(one @ one), 1e-300) for one in robust])
+    robust = [residual * np.sqrt(_soft_l1_weight(residual, margin)) for residual in residuals]
+    powers = np.array([max(float(residual @ residual), 1e-300) for residual in robust])
     best = robust[int(np.argmin(powers))]
     rho = float(np.clip(best[1:] @ best[:-1] / powers.min(), 0.0, 0.95))
     independent = best.size * (1.0 - rho) / (1.0 + rho)
@@ -501,13 +501,13 @@ def solve_least_squares(
     tolerance: float = 1e-14,
 ) -> Any:
     """Minimise a sum of squares, or of a robust ``loss``; ``parts`` gives residuals (m,) and derivatives (m, p)."""
-    known: dict[bytes, Any] = {}  # scipy asks for both at one point
+    evaluations: dict[bytes, Any] = {}  # scipy asks for both at one point
 
     def at(values: Channel) -> Any:
-        if (key := values.tobytes()) not in known:
-            known.clear()
-            known[key] = parts(values)
-        return known[key]
+        if (key := values.tobytes()) not in evaluations:
+            evaluations.clear()
+            evaluations[key] = parts(values)
+        return evaluations[key]
 
     return scipy.optimize.least_squares(
         lambda z: at(z)[0],
@@ -526,20 +526,20 @@ def solve_least_squares(
 
 def settle_least_squares(
     parts: Callable[[Channel], tuple[Channel, NDArray[np.float64]]],
-    near: Channel,
+    start: Channel,
     *,
     limits: tuple[Channel, Channel],
     margin: float,
 ) -> Channel:
-    """Go from ``near`` a minimum to where the derivatives of the soft L1 loss beyond a ``margin`` vanish.
+    """Go from ``start``, near a minimum, to where the derivatives of the soft L1 loss beyond a ``margin`` vanish.
 
     A search that compares costs stops where their rounding hides the rest of the way: along a narrow valley up to 1e-6
     of a parameter, which the degrees of freedom feel. A parameter on a bound stays there.
     """
     low, high = limits
-    inner = ~_on_bound(near, limits)
-    lengths = np.linalg.norm(parts(near)[1][:, inner], axis=0)  # of the columns: the parameters become alike
-    settled = near.copy()
+    inner = ~_on_bound(start, limits)
+    lengths = np.linalg.norm(parts(start)[1][:, inner], axis=0)  # of the columns: the parameters become alike
+    settled = start.copy()
 
     def derivatives(scaled: Channel) -> Channel:
         settled[inner] = scaled / lengths
@@ -547,9 +547,9 @@ def settle_least_squares(
         return np.asarray(jacobian[:, inner].T @ (_soft_l1_weight(residual, margin) * residual) / lengths)
 
     search: Any = scipy.optimize.root
-    settled[inner] = search(derivatives, near[inner] * lengths, options={"xtol": 1e-13}).x / lengths
-    stayed = np.abs(settled - near) < 1e-4 * (high - low)
-    return settled if np.all(stayed & (low <= settled) & (settled <= high)) else near
+    settled[inner] = search(derivatives, start[inner] * lengths, options={"xtol": 1e-13}).x / lengths
+    stayed = np.abs(settled - start) < 1e-4 * (high - low)
+    return settled if np.all(stayed & (low <= settled) & (settled <= high)) else start
 
 
 def _on_bound(values: Channel, limits: tuple[Channel, Channel]) -> NDArray[np.bool_]:

@@ -48,12 +48,12 @@ def contents_here(path: Path, reading: Reading) -> Contents:
     """List the columns of a recording in this process."""
     form = FORMATS[path.suffix.casefold()]
     module = import_module(f"tyre.formats.{form}")
-    found: Contents = _call_library(path, lambda: getattr(module, f"{form}_contents")(path, reading))
-    if not found.columns:
+    listing: Contents = _call_library(path, lambda: getattr(module, f"{form}_contents")(path, reading))
+    if not listing.columns:
         raise InputError(f"{path}: holds no channels")
-    if (count := len(found.columns)) > 10_000:
+    if (count := len(listing.columns)) > 10_000:
         raise InputError(f"{path}: holds {count:,} channels, at most 10,000 are read; take out what is not measured")
-    return replace(found, load=lambda names, most: _call_library(path, lambda: list(found.load(names, most))))
+    return replace(listing, load=lambda names, most: _call_library(path, lambda: list(listing.load(names, most))))
 
 
 def table_rows(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]]]:
@@ -80,15 +80,15 @@ def read_signals(
     """
     path = Path(path)
     reading = map.reading if map else Reading()
-    found = contents(path, reading=replace(reading, dbc=tuple(dbc)) if dbc else reading)
+    listing = contents(path, reading=replace(reading, dbc=tuple(dbc)) if dbc else reading)
     if map is None:
-        names = [column.name for column in found.columns]
+        names = [column.name for column in listing.columns]
     else:
         clock = map.clock and (map.clock.column or map.clock.index)
-        wanted = [entry.column for entry in map.channels.values()] + ([clock] if clock else [])
-        names = list(dict.fromkeys(find_column(name, found.columns, where=str(path)) for name in wanted))
-    signals = {signal.name: signal for signal in found.load(names, most)}
-    return Signals(str(path), signals, tuple(found.notes), found.rates)
+        mapped = [entry.column for entry in map.channels.values()] + ([clock] if clock else [])
+        names = list(dict.fromkeys(find_column(name, listing.columns, where=str(path)) for name in mapped))
+    signals = {signal.name: signal for signal in listing.load(names, most)}
+    return Signals(str(path), signals, tuple(listing.notes), listing.rates)
 
 
 def _call_library(path: Path, action: Callable[[], T]) -> T:
@@ -104,9 +104,9 @@ def _call_library(path: Path, action: Callable[[], T]) -> T:
     except MemoryError as error:
         raise InputError(f"{path}: takes more memory than is allowed; map fewer channels or cut the file") from error
     except Exception as error:
-        said = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
         raise InputError(
-            f"{path}: cannot be read as {path.suffix.casefold()} ({said}); is it damaged, cut off, or another format?"
+            f"{path}: cannot be read as {path.suffix.casefold()} ({reason}); is it damaged, cut off, or another format?"
         ) from error
 
 

@@ -148,10 +148,10 @@ class Reading:
     @classmethod
     def from_table(cls, content: Any, folder: Path, *, where: str) -> "Reading":
         """Read the table ``[reading]``, whose files lie in ``folder``."""
-        given: Mapping[str, Any] = read(_READING, content, where=where, section="reading")
-        if len(delimiter := given.get("delimiter", "")) > 1 and delimiter != "blanks":
+        settings: Mapping[str, Any] = read(_READING, content, where=where, section="reading")
+        if len(delimiter := settings.get("delimiter", "")) > 1 and delimiter != "blanks":
             raise InputError(f"{where}: [reading]: delimiter = {delimiter!r} {_DELIMITER}")
-        return cls(**(dict(given) | {"dbc": tuple(folder / name for name in given.get("dbc", ()))}))
+        return cls(**(dict(settings) | {"dbc": tuple(folder / name for name in settings.get("dbc", ()))}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,10 +229,10 @@ class ChannelMap:
         if "mounting" in content:
             parts["mountings"] = _mountings(content["mounting"], where)
         if "resampling" in content:
-            given = read(_RESAMPLING, content["resampling"], where=where, section="resampling")
-            if len(given) != 1:
+            settings = read(_RESAMPLING, content["resampling"], where=where, section="resampling")
+            if len(settings) != 1:
                 raise InputError(f"{where}: [resampling]: give either rate_hz or like")
-            parts["resampling"] = Resampling(given.get("rate_hz", 0.0), given.get("like", ""))
+            parts["resampling"] = Resampling(settings.get("rate_hz", 0.0), settings.get("like", ""))
         if "windows" in content:
             parts["windows"] = _windows(content["windows"], where)
         return replace(base, **parts)
@@ -249,43 +249,43 @@ class ChannelMap:
         """Keep the channels of ``names`` alone, and those that turn their sensors or trigger events."""
         mountings = tuple(mounting for mounting in self.mountings if set(mounting.channels) & set(names))
         triggers = [window.trigger.channel for window in self.windows if window.trigger]
-        kept = {*names, *triggers, *(name for mounting in mountings for name in mounting.channels)}
-        channels = {name: entry for name, entry in self.channels.items() if name in kept}
+        kept_names = {*names, *triggers, *(name for mounting in mountings for name in mounting.channels)}
+        channels = {name: entry for name, entry in self.channels.items() if name in kept_names}
         return replace(self, channels=channels, mountings=mountings)
 
     def with_channels(self, texts: Sequence[str]) -> "ChannelMap":
         """Put in channels of the command line, each ``NAME=COLUMN [UNIT] [SIGN]``, or ``time=RATE Hz``."""
         entries: dict[str, Any] = {}
-        for given in texts:
-            name, entry = _from_text(given)
+        for option in texts:
+            name, entry = _from_text(option)
             if name in entries:
-                raise InputError(f"channel {given!r}: {name} is given twice")
+                raise InputError(f"channel {option!r}: {name} is given twice")
             entries[name] = entry
         clock = entries.pop("time", self.clock)
         return replace(self, channels={**self.channels, **entries}, clock=clock)
 
 
 def _channels(content: Any, where: str) -> tuple[dict[str, MappedColumn], Clock | None]:
-    found: dict[str, MappedColumn] = {}
+    columns: dict[str, MappedColumn] = {}
     clock = None
     for name, entry in read(any_table, content, where=where, section="channels").items():
-        given = {"column": entry} if isinstance(entry, str) else entry
-        here = f"{where}: [channels]"
+        keys = {"column": entry} if isinstance(entry, str) else entry
+        place = f"{where}: [channels]"
         if name == "time":
-            clock = _clock(read(_TIME, given, where=here, section=name), f"{here}: time")
+            clock = _clock(read(_TIME, keys, where=place, section=name), f"{place}: time")
             continue
-        channel = found[name] = MappedColumn(**read(_CHANNEL, given, where=here, section=name))
+        channel = columns[name] = MappedColumn(**read(_CHANNEL, keys, where=place, section=name))
         if channel.scale == 0:
-            raise InputError(f"{here}: {name}: scale = 0 makes every sample the same")
+            raise InputError(f"{place}: {name}: scale = 0 makes every sample the same")
         if channel.scaled and not channel.unit:
-            raise InputError(f"{here}: {name}: scale and offset need the unit of their result; add unit = ...")
+            raise InputError(f"{place}: {name}: scale and offset need the unit of their result; add unit = ...")
         if channel.instead_of and not channel.unit:
-            raise InputError(f"{here}: {name}: instead_of needs the right unit; add unit = ...")
-    return found, clock
+            raise InputError(f"{place}: {name}: instead_of needs the right unit; add unit = ...")
+    return columns, clock
 
 
-def _clock(given: Mapping[str, Any], where: str) -> Clock:
-    column, unit, index, rate = (given.get(key) for key in ("column", "unit", "index", "rate_hz"))
+def _clock(keys: Mapping[str, Any], where: str) -> Clock:
+    column, unit, index, rate = (keys.get(key) for key in ("column", "unit", "index", "rate_hz"))
     if column and (index or rate):
         raise InputError(f"{where}: give either a column, or a rate_hz (with or without an index)")
     if not column and not rate:
@@ -298,55 +298,55 @@ def _clock(given: Mapping[str, Any], where: str) -> Clock:
     return Clock(column or "", unit or "", index or "", rate or 0.0)
 
 
-def _from_text(given: str) -> tuple[str, MappedColumn | Clock]:
-    name, equals, rest = (part.strip() for part in given.partition("="))
+def _from_text(option: str) -> tuple[str, MappedColumn | Clock]:
+    name, equals, column_text = (part.strip() for part in option.partition("="))
     try:
-        words = shlex.split(rest, posix=True)
+        words = shlex.split(column_text, posix=True)
     except ValueError:
         words = []
     if name == "time" and len(words) == 2 and words[1].casefold() == "hz":
         rate = number_in(words[0])
         if not 0 < rate < math.inf:
-            raise InputError(f"channel {given!r}: {words[0]!r} is no rate; write time=200 Hz")
+            raise InputError(f"channel {option!r}: {words[0]!r} is no rate; write time=200 Hz")
         return name, Clock(rate=rate)
     how = "write NAME=COLUMN [UNIT] [SIGN], such as roll_rate='Gyro X' deg/s -1"
     if not name or not equals or not 1 <= len(words) <= 3:
-        raise InputError(f"channel {given!r}: {how}")
-    column, *others = words
+        raise InputError(f"channel {option!r}: {how}")
+    column, *unit_and_sign = words
     if name == "time":
-        if len(others) > 1:
-            raise InputError(f"channel {given!r}: write time=COLUMN [UNIT] or time=RATE Hz")
-        return name, Clock(column, unit="".join(others))
-    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(others[-1]) if others else None
-    if len(others) == 2 and sign is None:
-        raise InputError(f"channel {given!r}: the sign {words[-1]!r} must be 1 or -1; {how}")
-    return name, MappedColumn(column, "".join(others[: 1 if sign is None else -1]), sign=sign or 1.0)
+        if len(unit_and_sign) > 1:
+            raise InputError(f"channel {option!r}: write time=COLUMN [UNIT] or time=RATE Hz")
+        return name, Clock(column, unit="".join(unit_and_sign))
+    sign = {"-1": -1.0, "1": 1.0, "+1": 1.0}.get(unit_and_sign[-1]) if unit_and_sign else None
+    if len(unit_and_sign) == 2 and sign is None:
+        raise InputError(f"channel {option!r}: the sign {words[-1]!r} must be 1 or -1; {how}")
+    return name, MappedColumn(column, "".join(unit_and_sign[: 1 if sign is None else -1]), sign=sign or 1.0)
 
 
 def _mountings(content: Any, where: str) -> tuple[Mounting, ...]:
-    found = []
+    mountings = []
     for place, entry in enumerate(read(_MOUNTINGS, content, where=where, section="mounting"), 1):
-        here = f"{where}: [[mounting]] number {place}"
-        given = read(_MOUNTING, entry, where=here)
-        names = tuple(given["channels"])
+        entry_label = f"{where}: [[mounting]] number {place}"
+        keys = read(_MOUNTING, entry, where=entry_label)
+        names = tuple(keys["channels"])
         if len(set(names)) < 3:
-            raise InputError(f"{here}: channels = {list(names)} names a channel twice; give x, y and z")
-        found.append(Mounting(names, _rotation(given, here), float(np.deg2rad(given["sd_deg"]))))
-    return tuple(found)
+            raise InputError(f"{entry_label}: channels = {list(names)} names a channel twice; give x, y and z")
+        mountings.append(Mounting(names, _rotation(keys, entry_label), float(np.deg2rad(keys["sd_deg"]))))
+    return tuple(mountings)
 
 
-def _rotation(given: Mapping[str, Any], where: str) -> Array:
-    if ("matrix" in given) == ("angles_deg" in given):
+def _rotation(keys: Mapping[str, Any], where: str) -> Array:
+    if ("matrix" in keys) == ("angles_deg" in keys):
         raise InputError(f"{where}: give the rotation either as matrix or as angles_deg with their order")
-    if "angles_deg" in given:
-        if "order" not in given:
+    if "angles_deg" in keys:
+        if "order" not in keys:
             raise InputError(f'{where}: angles_deg needs its order, such as order = "ZYX"; see the documentation')
         from scipy.spatial.transform import Rotation
 
-        return np.asarray(Rotation.from_euler(given["order"], given["angles_deg"], degrees=True).as_matrix(), float)
-    if "order" in given:
+        return np.asarray(Rotation.from_euler(keys["order"], keys["angles_deg"], degrees=True).as_matrix(), float)
+    if "order" in keys:
         raise InputError(f"{where}: order belongs to angles_deg; take it out beside a matrix")
-    matrix = np.array(given["matrix"], float)
+    matrix = np.array(keys["matrix"], float)
     if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-3:
         raise InputError(
             f"{where}: the rows of matrix are not three perpendicular unit vectors (within 0.001); it is no rotation"
@@ -360,25 +360,25 @@ def _rotation(given: Mapping[str, Any], where: str) -> Array:
 
 
 def _windows(content: Any, where: str) -> tuple[Window, ...]:
-    found: list[Window] = []
+    windows: list[Window] = []
     for place, entry in enumerate(read(_WINDOWS, content, where=where, section="windows"), 1):
-        here = f"{where}: [[windows]] number {place}"
-        given = read(_WINDOW, entry, where=here)
-        if ("from_s" in given or "to_s" in given) == ("trigger" in given):
-            raise InputError(f"{here}: give either from_s and to_s, or a trigger")
-        name = given.get("name", str(place))
-        if name in [window.name for window in found]:
-            raise InputError(f"{here}: the name {name!r} is given twice")
-        first, last = given.get("from_s", 0.0), given.get("to_s", math.inf)
+        entry_label = f"{where}: [[windows]] number {place}"
+        keys = read(_WINDOW, entry, where=entry_label)
+        if ("from_s" in keys or "to_s" in keys) == ("trigger" in keys):
+            raise InputError(f"{entry_label}: give either from_s and to_s, or a trigger")
+        name = keys.get("name", str(place))
+        if name in [window.name for window in windows]:
+            raise InputError(f"{entry_label}: the name {name!r} is given twice")
+        first, last = keys.get("from_s", 0.0), keys.get("to_s", math.inf)
         if last <= first:
-            raise InputError(f"{here}: to_s = {last:g} must be later than from_s = {first:g}")
-        found.append(Window(name, first, last, _trigger(given["trigger"], here) if "trigger" in given else None))
-    return tuple(found)
+            raise InputError(f"{entry_label}: to_s = {last:g} must be later than from_s = {first:g}")
+        windows.append(Window(name, first, last, _trigger(keys["trigger"], entry_label) if "trigger" in keys else None))
+    return tuple(windows)
 
 
 def _trigger(content: Mapping[str, Any], where: str) -> Trigger:
-    given = read(_TRIGGER, content, where=where, section="trigger")
-    if ("above" in given) == ("below" in given):
+    keys = read(_TRIGGER, content, where=where, section="trigger")
+    if ("above" in keys) == ("below" in keys):
         raise InputError(f"{where}: a trigger needs one level, above or below")
-    above, level = "above" in given, given.get("above", given.get("below"))
-    return Trigger(given["channel"], level, above, given["unit"], given["before_s"], given["after_s"])
+    is_rising, level = "above" in keys, keys.get("above", keys.get("below"))
+    return Trigger(keys["channel"], level, is_rising, keys["unit"], keys["before_s"], keys["after_s"])

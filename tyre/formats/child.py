@@ -55,13 +55,13 @@ def read_rows_in_child(path: Path, kind: str) -> list[tuple[str, tuple[Any, ...]
     return rows
 
 
-def _ask(what: str, path: Path, reading: Reading, *how: Any) -> Any:
+def _ask(task: str, path: Path, reading: Reading, *how: Any) -> Any:
     with _one_at_a_time:
         child = _children.get(os.getpid())
         if child is None or child.process.poll() is not None:  # none yet, or killed by others since
             child = _children[os.getpid()] = _Child()
         try:
-            answer = child.answer((os.getcwd(), what, path, reading, how))
+            answer = child.answer((os.getcwd(), task, path, reading, how))
         except (EOFError, OSError) as error:
             code = child.process.returncode
             why = f"its library failed ({signal.Signals(-code).name if code < 0 else f'code {code}'})"
@@ -120,19 +120,19 @@ def serve(contents: Callable[[Path, Reading], Contents], rows: Callable[[Path, s
     line: Connection[Any, Any] = Connection(int(sys.argv[2]))
     listing: tuple[Any, Contents] | None = None  # of a file in which a load mostly follows
     while True:
-        folder, what, path, reading, how = line.recv()
+        folder, task, path, reading, how = line.recv()
         os.chdir(folder)
         limit(path, reading)
         try:
-            if what == "rows":
+            if task == "rows":
                 line.send(rows(path, *how))
                 continue
             file = (folder, path, reading, path.stat().st_mtime_ns)
             if listing is None or listing[0] != file:
                 listing = file, contents(path, reading)
-            found = listing[1]
-            line.send((found.columns, found.notes, found.own_times) if what == "list" else list(found.load(*how)))
-            listing = listing if what == "list" else None  # it may hold the whole file
+            listed = listing[1]
+            line.send((listed.columns, listed.notes, listed.own_times) if task == "list" else list(listed.load(*how)))
+            listing = listing if task == "list" else None  # it may hold the whole file
         except InputError as error:
             line.send(error)
 

@@ -81,8 +81,8 @@ def csv_contents(path: Path, reading: Reading) -> Contents:
 
     def load(names: Sequence[str], most: int | None) -> list[Signal]:
         places = [layout.names.index(name) for name in names]
-        values, said = _columns(path, layout, places, most)
-        notes.extend(said)
+        values, damage_notes = _columns(path, layout, places, most)
+        notes.extend(damage_notes)
         return [Signal(layout.names[p], x, layout.units[p]) for p, x in zip(places, values, strict=True)]
 
     columns = tuple(Column(name, unit) for name, unit in zip(layout.names, layout.units, strict=True))
@@ -104,13 +104,13 @@ def read_header(
     where: str, rows: list[list[str]], first: int, width: int, reading: Reading, decimal: str
 ) -> tuple[tuple[str, ...], tuple[str, ...], list[str]]:
     """Read names and units of columns from the ``rows`` above the ``first`` one of samples (from 0), and a note."""
-    above = [index for index in range(first) if any(rows[index])]
+    filled_above = [index for index in range(first) if any(rows[index])]
     if reading.names_line:
         if reading.names_line > first:
             raise InputError(f"{where}: [reading]: names_line = {reading.names_line} must be above the samples")
         block = [reading.names_line - 1]
     else:
-        block = _lines_of_names(where, rows, above, width, reading, decimal)
+        block = _lines_of_names(where, rows, filled_above, width, reading, decimal)
     units_row = reading.units_line - 1 if reading.units_line else None
     if units_row is None and len(block) > 1 and _are_units(_strip_row(rows[block[-1]], width)):
         units_row = block.pop()
@@ -128,16 +128,16 @@ def read_header(
     names = [name for name, _ in pairs]
     twice = {name for name in names if names.count(name) > 1}
     names = [f"{name} (column {place})" if name in twice else name for place, name in enumerate(names, 1)]
-    passed = len([index for index in above if index < min(block, default=0)])
+    passed = len([index for index in filled_above if index < min(block, default=0)])
     notes = [f"lines above the names of the columns that were passed over: {passed}"] if passed else []
     used = {*block, units_row}
-    between = len([index for index in above if index > min(block, default=first) and index not in used])
+    between = len([index for index in filled_above if index > min(block, default=first) and index not in used])
     notes += [f"lines of comment below the names of the columns that were passed over: {between}"] if between else []
     return tuple(names), tuple(units), notes
 
 
 def _lines_of_names(
-    where: str, rows: list[list[str]], above: list[int], width: int, reading: Reading, decimal: str
+    where: str, rows: list[list[str]], filled_above: list[int], width: int, reading: Reading, decimal: str
 ) -> list[int]:
     """Lines with names, and perhaps units, right above the samples: as wide as they, without numbers or blank lines.
 
@@ -146,7 +146,7 @@ def _lines_of_names(
     block: list[int] = []
     remarks: list[int] = []  # comments that would fit as names
     fitting = True
-    for index in reversed(above):
+    for index in reversed(filled_above):
         if reading.units_line and index == reading.units_line - 1:
             continue
         row = _strip_row(rows[index], width)
@@ -156,8 +156,10 @@ def _lines_of_names(
             if fitting:
                 remarks.insert(0, index)
             continue
-        apart = bool(block) and (index + 1 not in above or sum(map(bool, row)) < 0.5 * width)  # a title, padded
-        if len(row) != width or apart:
+        is_title = bool(block) and (
+            index + 1 not in filled_above or sum(map(bool, row)) < 0.5 * width
+        )  # a title, padded
+        if len(row) != width or is_title:
             break
         if numbers and not block and len(numbers) < width:
             raise InputError(
@@ -168,10 +170,11 @@ def _lines_of_names(
             break
         block.insert(0, index)
     block = _with_remarks(block, remarks, rows, width)
-    if above and not block and not reading.first_line:
+    if filled_above and not block and not reading.first_line:
+        last = filled_above[-1]
         raise InputError(
-            f"{where}, line {above[-1] + 1}: {len(rows[above[-1]])} cells above samples of {width} columns; no "
-            "names of columns were found: give names_line in [reading]"
+            f"{where}, line {last + 1}: {len(rows[last])} cells above samples of {width} columns; "
+            "no names of columns were found: give names_line in [reading]"
         )
     return block
 
@@ -212,8 +215,8 @@ def _strip_row(row: list[str], width: int) -> list[str]:
 
 def _are_units(cells: list[str], *, strict: bool = False) -> bool:
     """True if at least half of the filled cells of a line (``strict``: all of them) are units, and one is known."""
-    known = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
-    return sum(known) >= (1.0 if strict else 0.5) * len(known) and any(map(quantity_of, cells))
+    are_units = [quantity_of(cell) != "" or cell.strip("[]()") in ("-", "%", "1") for cell in cells if cell]
+    return sum(are_units) >= (1.0 if strict else 0.5) * len(are_units) and any(map(quantity_of, cells))
 
 
 def _are_places(cells: list[str]) -> bool:
@@ -245,14 +248,14 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
         if len(title) != width:
             reading, first = replace(reading, names_line=first + 1), first + 1
     body = [row for row in rows[first : first + _SAMPLE] if any(row)]
-    above = next((row for row in reversed(rows[:first]) if any(row)), [])
+    header_row = next((row for row in reversed(rows[:first]) if any(row)), [])
     trailing = (
         width > 1
         and delimiter != "blanks"
         and all(len(row) == width and row[-1] == "" for row in body)
-        and (len(above) < width or not above[-1])
+        and (len(header_row) < width or not header_row[-1])
     )
-    names, units, said = read_header(str(path), rows, first, width - trailing, reading, decimal)
+    names, units, header_notes = read_header(str(path), rows, first, width - trailing, reading, decimal)
     dates = frozenset(
         place
         for place in range(width - trailing)
@@ -278,7 +281,7 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
         numeric,
         first + 1,
         trailing,
-        (*notes, *said),
+        (*notes, *header_notes),
         rates,
     )
 
@@ -364,8 +367,8 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
         first = _first(lines, filled, delimiter, decimal, width, numeric, start) if numeric else None
         if first is None:
             continue
-        above = [_split(lines[index], delimiter) for index in filled if index < first]
-        named = [row for row in above if not is_comment(row)] or above
+        rows_above = [_split(lines[index], delimiter) for index in filled if index < first]
+        named = [row for row in rows_above if not is_comment(row)] or rows_above
         header = not named or len(named[-1]) in (width, width - 1, width + 1)
         columns = max(width - (delimiter != "blanks" and all(row[-1] == "" for row in whole)), 1)
         filled_share = sum(shares[place] for place in numeric) / columns
@@ -413,11 +416,11 @@ def _first(
 
 
 def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -> tuple[list[Array], list[str]]:
-    found = [np.empty(0) for _ in places]
+    columns = [np.empty(0) for _ in places]
     rows, notes, garbled = 0, [], list[str]()
     size = path.stat().st_size
     with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > _LARGE) as bar:
-        for text, line, done, ended in _blocks(path, layout):
+        for text, line, bytes_read, ended in _blocks(path, layout):
             if not ended:
                 notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
                 continue
@@ -426,15 +429,15 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
             if len(garbled) > max(50, rows / GARBLED):
                 raise InputError(garbled[0])
             count = len(block[0]) if block else 0
-            if block and rows + count > found[0].size:
-                room = int((rows + count) * max(1.25, 1.05 * size / max(done, 1) if not rows else 0.0))
-                for place, x in enumerate(found):
-                    found[place] = np.empty(room)  # pages that are never written take no memory
-                    found[place][:rows] = x[:rows]
-            for x, values in zip(found, block, strict=True):
+            if block and rows + count > columns[0].size:
+                room = int((rows + count) * max(1.25, 1.05 * size / max(bytes_read, 1) if not rows else 0.0))
+                for place, x in enumerate(columns):
+                    columns[place] = np.empty(room)  # pages that are never written take no memory
+                    columns[place][:rows] = x[:rows]
+            for x, values in zip(columns, block, strict=True):
                 x[rows : rows + count] = values
             rows += count
-            bar.update(done)
+            bar.update(bytes_read)
             if most is not None and rows >= most:
                 break
     if len(garbled) * GARBLED > rows + len(garbled):
@@ -444,11 +447,11 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
         notes.append(f"damaged lines that count as missing samples: {len(garbled)}, the first {first}")
     if not rows and places:
         raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
-    found = [x[: rows if most is None else min(rows, most)] for x in found]
+    columns = [x[: rows if most is None else min(rows, most)] for x in columns]
     for k, place in enumerate(places):
         if place in layout.dates:
-            found[k] = since_first(found[k])
-    return found, notes
+            columns[k] = since_first(columns[k])
+    return columns, notes
 
 
 def since_first(seconds: Array) -> Array:
@@ -459,23 +462,23 @@ def since_first(seconds: Array) -> Array:
 
 def _blocks(path: Path, layout: _Layout) -> Iterator[tuple[str, int, int, bool]]:
     """Text of whole lines, number of its first line, bytes read, and whether its last line has an end."""
-    line, rest, ready = 1, "", False
+    line, unfinished, ready = 1, "", False
     with path.open("r", encoding=layout.encoding, errors="replace", newline=layout.line_end) as file:
         while text := file.read(BLOCK):
-            text = (rest + text).replace("\r\n", "\n")
+            text = (unfinished + text).replace("\r\n", "\n")
             cut = text.rfind("\n") + 1
-            text, rest = text[:cut], text[cut:]
+            text, unfinished = text[:cut], text[cut:]
             if not ready:
                 lines = text.split("\n", layout.first_line - 1)
                 if len(lines) < layout.first_line:
-                    rest = text + rest
+                    unfinished = text + unfinished
                     continue
                 text, line, ready = lines[-1], layout.first_line, True
             if text:
                 yield text, line, len(text), True
                 line += text.count("\n")
-    if rest.strip() and (ready or layout.first_line == 1):
-        yield rest, line, len(rest), False
+    if unfinished.strip() and (ready or layout.first_line == 1):
+        yield unfinished, line, len(unfinished), False
 
 
 def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: int) -> tuple[list[Array], list[str]]:
@@ -484,9 +487,9 @@ def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: in
         fast = fast_numbers(text, layout.delimiter, places, width=layout.width, decimal=layout.decimal, missing=MISSING)
         if fast and all(not np.isinf(x).any() for x in fast):
             return fast, []
-    found: list[list[float]] = [[] for _ in places]
+    columns: list[list[float]] = [[] for _ in places]
     damaged: list[str] = []
-    every = dict.fromkeys((*layout.numeric, *places))
+    checked_places = dict.fromkeys((*layout.numeric, *places))
     rows = [(line + k, _split(row, layout.delimiter)) for k, row in enumerate(text.split("\n")) if row.strip()]
     for (number, cells), decimal in zip(rows, _decimals([cells for _, cells in rows], layout), strict=True):
         where = f"{path}, line {number}"
@@ -501,21 +504,21 @@ def _samples(path: Path, layout: _Layout, places: list[int], text: str, line: in
                     if p in layout.dates
                     else _number(cells[p], decimal, f"{where}: {layout.names[p]}")
                 )
-                for p in every
+                for p in checked_places
             }
         except InputError as error:
             damaged.append(str(error))
             continue
-        for place, x in zip(places, found, strict=True):
+        for place, x in zip(places, columns, strict=True):
             x.append(read[place])
-    return [np.array(column, float) for column in found], damaged
+    return [np.array(column, float) for column in columns], damaged
 
 
 def _decimals(rows: list[list[str]], layout: _Layout) -> list[str]:
     """Decimal sign of every row: that of the table, but for a part of it that begins or ends with the other sign."""
-    own, other = layout.decimal, "." if layout.decimal == "," else ","
+    table_sign, other_sign = layout.decimal, "." if layout.decimal == "," else ","
     if layout.delimiter == ",":
-        return [own] * len(rows)
+        return [table_sign] * len(rows)
     places = [place for place in layout.numeric if place not in layout.dates]
     with_own, with_other = (
         [
@@ -523,12 +526,12 @@ def _decimals(rows: list[list[str]], layout: _Layout) -> list[str]:
             for k, cells in enumerate(rows)
             if any(sign in cells[p] and _NUMBER[sign].fullmatch(cells[p]) for p in places if p < len(cells))
         ]
-        for sign in (own, other)
+        for sign in (table_sign, other_sign)
     )
     mixed = with_own and with_other and not (with_own[-1] < with_other[0] or with_other[-1] < with_own[0])
     if len(with_other) < 3 or mixed:  # a few cells are rather damaged, or have a point between thousands
-        return [own] * len(rows)
-    return [other if with_other[0] <= k <= with_other[-1] else own for k in range(len(rows))]
+        return [table_sign] * len(rows)
+    return [other_sign if with_other[0] <= k <= with_other[-1] else table_sign for k in range(len(rows))]
 
 
 def _number(cell: str, decimal: str, where: str) -> float:

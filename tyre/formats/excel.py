@@ -29,8 +29,8 @@ def excel_contents(path: Path, reading: Reading) -> Contents:
     sheets = _sheets(path)
     if reading.sheet:
         if reading.sheet not in sheets:
-            near, there = hint(reading.sheet, sheets), ", ".join(sheets)
-            raise InputError(f"{path}: no sheet {reading.sheet!r}{near}; there are {there}")
+            suggestion, sheet_names = hint(reading.sheet, sheets), ", ".join(sheets)
+            raise InputError(f"{path}: no sheet {reading.sheet!r}{suggestion}; there are {sheet_names}")
         sheets = {reading.sheet: sheets[reading.sheet]}
     sheets = {name: rows for name, rows in sheets.items() if any(map(_filled, rows))}
     if not sheets:
@@ -49,10 +49,10 @@ def excel_contents(path: Path, reading: Reading) -> Contents:
     dates = [any(isinstance(row[place], datetime | time) for row in body[:20]) for place in range(width)]
     units = tuple("datetime" if dated else unit for dated, unit in zip(dates, units, strict=True))
 
-    def load(wanted: Sequence[str], most: int | None) -> list[Signal]:
-        kept = rows[: None if most is None else first + most]
-        places = [names.index(name) for name in wanted]
-        return [Signal(names[p], _column(kept, first, p, where, names[p]), units[p]) for p in places]
+    def load(wanted_names: Sequence[str], most: int | None) -> list[Signal]:
+        rows_read = rows[: None if most is None else first + most]
+        places = [names.index(name) for name in wanted_names]
+        return [Signal(names[p], _column(rows_read, first, p, where, names[p]), units[p]) for p in places]
 
     columns = tuple(Column(name, unit) for name, unit in zip(names, units, strict=True))
     return Contents(columns, load, notes)
@@ -132,7 +132,7 @@ def _first_row(rows: Rows, reading: Reading) -> int | None:
 
 
 def _column(rows: Rows, first: int, place: int, where: str, name: str) -> Array:
-    found, start = list[float](), None
+    samples, start = list[float](), None
     of_day = False
     for line, row in enumerate(rows[first:], first + 1):
         if not _filled(row):
@@ -142,16 +142,16 @@ def _column(rows: Rows, first: int, place: int, where: str, name: str) -> Array:
             cell = datetime.combine(cell, time())
         if isinstance(cell, datetime):
             start = start or cell
-            found.append((cell - start).total_seconds())
+            samples.append((cell - start).total_seconds())
         elif isinstance(cell, timedelta):
-            found.append(cell.total_seconds())
+            samples.append(cell.total_seconds())
         elif isinstance(cell, time):
             of_day = True
-            found.append(3600.0 * cell.hour + 60.0 * cell.minute + cell.second + 1e-6 * cell.microsecond)
+            samples.append(3600.0 * cell.hour + 60.0 * cell.minute + cell.second + 1e-6 * cell.microsecond)
         elif isinstance(cell, int | float) and not isinstance(cell, bool):
-            found.append(float(cell))
+            samples.append(float(cell))
         elif isinstance(cell, str) and cell.strip() in MISSING:
-            found.append(np.nan)
+            samples.append(np.nan)
         else:
             raise InputError(f"{where}, row {line}: {name} = {cell!r:.60} is not a number; empty cells are missing")
-    return since_first(np.array(found)) if of_day else np.array(found, float)
+    return since_first(np.array(samples)) if of_day else np.array(samples, float)

@@ -30,14 +30,14 @@ def hdf5_contents(path: Path, reading: Reading) -> Contents:
         }
 
     def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
-        kept: dict[str, dict[str, Signal]] = {}
+        loaded: dict[str, dict[str, Signal]] = {}
         with h5py.File(path, "r") as file:
             check_budget(path, [file[home].size for home in {columns[name][0] for name in names}])
             for name in names:
                 home, unit = columns[name]
-                if home not in kept:
-                    kept[home] = {signal.name: signal for signal in _signals(home, file[home][()], unit)}
-                signal = kept[home][name]
+                if home not in loaded:
+                    loaded[home] = {signal.name: signal for signal in _signals(home, file[home][()], unit)}
+                signal = loaded[home][name]
                 yield Signal(name, signal.values[:most], signal.unit)
 
     return Contents(tuple(Column(name, unit) for name, (_, unit) in columns.items()), load)
@@ -67,18 +67,18 @@ def refuse_foreign(h5py: Any, path: Path, file: Any) -> None:
 
 
 def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
-    found: list[tuple[str, Any]] = []
+    datasets: list[tuple[str, Any]] = []
 
     def note(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and item.shape is not None:
-            found.append((f"{root}/{name}" if root and name else name or root, item))
+            datasets.append((f"{root}/{name}" if root and name else name or root, item))
 
     start = file[root] if root else file
     if isinstance(start, h5py.Dataset):
         note("", start)
     else:
         start.visititems(note)
-    return found
+    return datasets
 
 
 def _zero_sample(dataset: Any) -> Any:
@@ -99,7 +99,7 @@ def _signals(name: str, values: Any, unit: str) -> Iterator[Signal]:
 def _unit(dataset: Any) -> str:
     for key in _UNITS:
         if key in dataset.attrs:
-            given = dataset.attrs[key]
-            given = given.reshape(-1)[0] if isinstance(given, np.ndarray) and given.size else given
-            return given.decode("utf-8", "replace") if isinstance(given, bytes) else str(given)
+            unit = dataset.attrs[key]
+            unit = unit.reshape(-1)[0] if isinstance(unit, np.ndarray) and unit.size else unit
+            return unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
     return ""

@@ -25,27 +25,27 @@ def matlab_contents(path: Path, reading: Reading) -> Contents:
     if h5py.is_hdf5(path):  # version 7.3
         with h5py.File(path, "r") as file:
             refuse_foreign(h5py, path, file)
-    known = matio.whosmat(str(path))
-    check_budget(path, [math.prod(shape or ()) for name, (shape, _) in known.items() if reading.table in ("", name)])
-    if reading.table and reading.table not in known:
+    shapes = matio.whosmat(str(path))
+    check_budget(path, [math.prod(shape or ()) for name, (shape, _) in shapes.items() if reading.table in ("", name)])
+    if reading.table and reading.table not in shapes:
         raise InputError(
-            f"{path}: no variable {reading.table!r}{hint(reading.table, known)}; there are {', '.join(known)}"
+            f"{path}: no variable {reading.table!r}{hint(reading.table, shapes)}; there are {', '.join(shapes)}"
         )
     content = matio.load_from_mat(str(path), variable_names=reading.table or None, add_table_attrs=True)
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    found = {signal.name: signal for name, value in variables.items() for signal in _signals(name, value)}
+    signals = {signal.name: signal for name, value in variables.items() for signal in _signals(name, value)}
     units = {name: unit for value in variables.values() for name, unit in _listed_units(value)}
-    found |= {name: replace(found[name], unit=unit) for name, unit in units.items() if name in found and unit}
+    signals |= {name: replace(signals[name], unit=unit) for name, unit in units.items() if name in signals and unit}
 
     def load(names: Sequence[str], most: int | None) -> Iterator[Signal]:
         for name in names:
-            signal = found[name]
+            signal = signals[name]
             time = None if signal.time is None else signal.time[:most]
             yield Signal(name, signal.values[:most], signal.unit, time)
 
-    own = bool(found) and all(signal.time is not None for signal in found.values())
-    columns = tuple(Column(signal.name, signal.unit) for signal in found.values())
-    return Contents(columns, load, own_times=own)
+    own_times = bool(signals) and all(signal.time is not None for signal in signals.values())
+    columns = tuple(Column(signal.name, signal.unit) for signal in signals.values())
+    return Contents(columns, load, own_times=own_times)
 
 
 def matlab_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
@@ -62,9 +62,9 @@ def matlab_rows(path: Path) -> list[tuple[str, tuple[Any, ...]]]:
 
 def _unwrap(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _unwrap(one) for key, one in value.items()}
+        return {key: _unwrap(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_unwrap(one) for one in value]
+        return [_unwrap(entry) for entry in value]
     if isinstance(value, np.ndarray):  # what was measured may lie beside the coefficients
         return np.ravel(value).tolist() if value.size <= 1000 else f"{value.size} numbers"
     return getattr(value, "item", lambda: value)()
@@ -87,7 +87,11 @@ def _texts(value: Any) -> list[str]:
         return [value.strip()]
     if getattr(value, "dtype", None) is None or value.dtype.kind not in "OU":
         return []
-    return [text for one in value.reshape(-1) for text in (_texts(one) if not isinstance(one, str) else [one.strip()])]
+    return [
+        text
+        for entry in value.reshape(-1)
+        for text in (_texts(entry) if not isinstance(entry, str) else [entry.strip()])
+    ]
 
 
 def _signals(name: str, value: Any) -> Iterator[Signal]:

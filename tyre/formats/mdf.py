@@ -74,11 +74,11 @@ def _database(file: Path, path: Path) -> Any:
         raise InputError(f"{path}: [reading]: no such database {file}")
     content = file.read_bytes() if file.stat().st_size <= LARGEST else b""
     kind = "dbc" if _DBC.match(content) else "arxml" if b"<AUTOSAR" in content[:4096] and b"<!" not in content else ""
-    found = load_can_database(f"database.{kind}", contents=content) if kind else None
-    if found is None:
+    database = load_can_database(f"database.{kind}", contents=content) if kind else None
+    if database is None:
         most = LARGEST // 1_000_000
         raise InputError(f"{path}: [reading]: {file} is no CAN database in text as .dbc or .arxml, of up to {most} MB")
-    return found
+    return database
 
 
 def _channels(mdf: Any) -> Iterator[Any]:
@@ -88,17 +88,17 @@ def _channels(mdf: Any) -> Iterator[Any]:
 
 def _places(mdf: Any) -> dict[str, tuple[int, int, str]]:
     """Name -> group, index and unit of every channel that is no time and no bus frame."""
-    found = []
+    listed = []
     for place, group in enumerate(mdf.groups):
         title = getattr(group.channel_group, "acq_name", "") or getattr(group.channel_group, "comment", "")
         for index, channel in enumerate(group.channels):
             frame = channel.name.split(".")[0] in _NOT_DECODED
             if channel.channel_type not in _MASTER and not frame and index != mdf.masters_db.get(place):
                 unit = channel.unit or (channel.conversion.unit if channel.conversion else "") or ""
-                found.append((channel.name, title or f"group {place}", place, index, unit.strip()))
+                listed.append((channel.name, title or f"group {place}", place, index, unit.strip()))
     places: dict[str, tuple[int, int, str]] = {}
-    names = [name for name, *_ in found]
-    for name, title, place, index, unit in found:
+    names = [name for name, *_ in listed]
+    for name, title, place, index, unit in listed:
         whole = name if names.count(name) == 1 else f"{title}/{name}"
         places[whole if whole not in places else f"{title} ({place})/{name}"] = (place, index, unit)
     return places
@@ -109,13 +109,13 @@ def _signal(path: Path, mdf: Any, name: str, group: int, index: int, unit: str, 
     formula = str(getattr(conversion, "formula", "") or "")
     if len(formula) > 500 or _POWERS.search(formula) or formula.count("**") + formula.count("^") > 4:
         raise InputError(f"{path}: {name} is converted by the formula {formula[:60]!r}, which is not evaluated")
-    found = mdf.get(group=group, index=index, record_count=most)
-    values, there = found.samples, int(mdf.groups[group].channel_group.cycles_nr)
-    if len(values) != (there if most is None else min(most, there)):
-        raise InputError(f"{path}: {name} announces {there} samples and holds {len(values)}; is the file damaged?")
+    signal = mdf.get(group=group, index=index, record_count=most)
+    values, announced = signal.samples, int(mdf.groups[group].channel_group.cycles_nr)
+    if len(values) != (announced if most is None else min(most, announced)):
+        raise InputError(f"{path}: {name} announces {announced} samples and holds {len(values)}; is the file damaged?")
     if values.ndim != 1 or values.dtype.kind not in "fiub":
         raise InputError(f"{path}: {name} holds no plain numbers; map another channel")
     samples = values.astype(float)
-    if found.invalidation_bits is not None:
-        samples[np.asarray(found.invalidation_bits, bool)] = np.nan
-    return Signal(name, samples, unit, np.asarray(found.timestamps, float))
+    if signal.invalidation_bits is not None:
+        samples[np.asarray(signal.invalidation_bits, bool)] = np.nan
+    return Signal(name, samples, unit, np.asarray(signal.timestamps, float))

@@ -70,22 +70,22 @@ def _read(path: Path, names: list[str], most: int | None) -> list[Array]:
     with parquet.ParquetFile(path, page_checksum_verification=True, pre_buffer=False) as file:
         rows = file.metadata.num_rows if most is None else min(most, file.metadata.num_rows)
         check_budget(path, [rows] * len(names))
-        found = [np.empty(rows) for _ in names]
+        columns = [np.empty(rows) for _ in names]
         starts: list[int | None] = [None] * len(names)
-        done = 0
+        rows_read = 0
         for batch in file.iter_batches(1 << 16, columns=names, use_threads=False):
-            count = min(batch.num_rows, rows - done)
+            count = min(batch.num_rows, rows - rows_read)
             for place, name in enumerate(names):
                 values = batch.column(name)
                 if starts[place] is None and "timestamp" in str(values.type):
                     starts[place] = _ticks(values)[0]
-                found[place][done : done + count] = _numbers(values, starts[place])[:count]
-            done += count
-            if done == rows:
+                columns[place][rows_read : rows_read + count] = _numbers(values, starts[place])[:count]
+            rows_read += count
+            if rows_read == rows:
                 break
-    if done != rows:
-        raise ValueError(f"{done} rows where {rows} are announced")
-    return found
+    if rows_read != rows:
+        raise ValueError(f"{rows_read} rows where {rows} are announced")
+    return columns
 
 
 def _numbers(values: Any, start: int | None) -> Array:

@@ -68,7 +68,7 @@ def _csv(path: Path) -> Rows:
     lines = [
         (n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and not line.startswith("#")
     ]
-    mark = next((one for one in ";\t" if lines and one in lines[0][1]), ",")
+    mark = next((separator for separator in ";\t" if lines and separator in lines[0][1]), ",")
     rows: Rows = []
     for number, line in lines:
         refuse_huge_line(line, where=f"{path}, line {number}")

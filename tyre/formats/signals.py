@@ -102,9 +102,9 @@ _NONE = "{where}: no column {name!r} that holds numbers; there are {names}{hint}
 def find_column(name: str, columns: Iterable[Column], *, where: str) -> str:
     """Find the whole name of a column that is given whole, without its groups, or with its unit in brackets."""
     columns = tuple(columns)
-    wanted = " ".join(name.split())
+    plain_name = " ".join(name.split())
     for spelled in (lambda column: column.spellings[:1], lambda column: column.spellings):
-        fitting = [c.name for c in columns if wanted in [" ".join(text.split()) for text in spelled(c)]]
+        fitting = [c.name for c in columns if plain_name in [" ".join(text.split()) for text in spelled(c)]]
         if len(fitting) > 1:
             raise InputError(_SEVERAL.format(where=where, name=name, fitting=", ".join(fitting)))
         if fitting:
@@ -136,6 +136,6 @@ def seconds(stamps: Any) -> Array:
     """Convert numpy's durations to s, or dates to s since the first one."""
     if stamps.dtype.kind == "M" and stamps.size:
         stamps = stamps - stamps[0]
-    found = stamps.astype("timedelta64[ns]").astype(np.int64) / 1e9
-    found[np.isnat(stamps)] = np.nan
-    return np.asarray(found, float)
+    values = stamps.astype("timedelta64[ns]").astype(np.int64) / 1e9
+    values[np.isnat(stamps)] = np.nan
+    return np.asarray(values, float)

@@ -32,7 +32,7 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
         ]
         cut = getattr(status := getattr(file, "file_status", None), "incomplete_final_segment", False)
         ends = (getattr(status, "channel_statuses", None) or {}).values()
-        if not cut and any(one.read_length < one.expected_length for one in ends):
+        if not cut and any(end.read_length < end.expected_length for end in ends):
             raise InputError(f"{path}: its channels announce more samples than it holds; is it damaged?")
         notes = ["the last segment is incomplete: the recording was cut off"] if cut else []
     homes = {name: (group, channel, unit) for name, group, channel, unit, _ in listed}
@@ -42,8 +42,8 @@ def tdms_contents(path: Path, reading: Reading) -> Contents:
             check_budget(path, [len(file[homes[name][0]][homes[name][1]]) for name in names], most)
             return [_signal(file, name, *homes[name], most) for name in names]
 
-    own = bool(listed) and all(timed for *_, timed in listed)
-    return Contents(tuple(Column(name, unit) for name, _, _, unit, _ in listed), load, notes, own)
+    own_times = bool(listed) and all(timed for *_, timed in listed)
+    return Contents(tuple(Column(name, unit) for name, _, _, unit, _ in listed), load, notes, own_times)
 
 
 def _signal(file: Any, name: str, group: str, short: str, unit: str, most: int | None) -> Signal:

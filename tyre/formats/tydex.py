@@ -134,8 +134,8 @@ def _split_sections(text: str, source: str) -> TydexDocument:
         words = mark.group()[2:].split()
         name = words[0].upper() if words else ""
         if name not in _KEYWORDS:
-            near = nearest(name, _KEYWORDS)
-            hint = f"; did you mean **{near}?" if near else ""
+            suggestion = nearest(name, _KEYWORDS)
+            hint = f"; did you mean **{suggestion}?" if suggestion else ""
             raise InputError(f"{source}: keyword **{name[:40]} is unknown to TYDEX 1.3{hint}")
         names.append(name)
         bodies[name] = bodies.get(name, "") + text[mark.end() : following]
@@ -220,8 +220,8 @@ def _entry(line: str, where: str) -> Entry:
 
 
 def _channel(line: str, where: str) -> ChannelEntry:
-    name, description, unit, rest = _columns(line, where)
-    fields = rest.split()
+    name, description, unit, numbers_text = _columns(line, where)
+    fields = numbers_text.split()
     if len(fields) > 3:
         raise InputError(f"{where}: channel {name} has {len(fields)} numbers after its unit, at most 3 are allowed")
     numbers = [1.0, 0.0, 0.0]
@@ -231,8 +231,8 @@ def _channel(line: str, where: str) -> ChannelEntry:
         try:
             numbers[index] = float(field)
         except ValueError:
-            what = ("conversion factor", "offset of the measured value", "offset of the physical value")[index]
-            raise InputError(f"{where}: {what} of {name} is {field[:40]!r}, not a number") from None
+            field_name = ("conversion factor", "offset of the measured value", "offset of the physical value")[index]
+            raise InputError(f"{where}: {field_name} of {name} is {field[:40]!r}, not a number") from None
     if not np.isfinite(numbers).all() or numbers[0] == 0.0:
         raise InputError(f"{where}: conversion factor of {name} is {numbers[0]:g}, it must be finite and not zero")
     return ChannelEntry(name, description, unit, *numbers)
@@ -261,7 +261,7 @@ def _numbers(body: str, width: int, announced: int | None, source: str) -> Array
 
 def _row(line: str, width: int, source: str) -> list[float]:
     """One row of data the slow way: by blanks, else by fields of ten columns; blames the row."""
-    shown = line.strip()[:80]
+    beginning = line.strip()[:80]
     by_blanks = line.split()
     by_columns = [line[start : start + _FIELD] for start in range(0, len(line.rstrip()), _FIELD)]
     for fields in (by_blanks, by_columns):
@@ -271,8 +271,8 @@ def _row(line: str, width: int, source: str) -> list[float]:
             except ValueError:
                 continue
     if len(by_blanks) == width:
-        raise InputError(f"{source}: row {shown!r} of **MEASURDATA is not made of numbers with decimal points")
+        raise InputError(f"{source}: row {beginning!r} of **MEASURDATA is not made of numbers with decimal points")
     raise InputError(
-        f"{source}: row {shown!r} of **MEASURDATA has {len(by_blanks)} values for {width} channels; "
+        f"{source}: row {beginning!r} of **MEASURDATA has {len(by_blanks)} values for {width} channels; "
         "was the file cut off?"
     )

@@ -10,15 +10,15 @@ from typing import Any
 
 def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Give ``__getattr__`` and ``__dir__`` of a ``package`` whose names stand in other modules, by ``homes``."""
-    own = sys.modules[package].__dict__
+    attributes = sys.modules[package].__dict__
 
     def get(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        own[name] = getattr(import_module(homes[name]), name)
-        return own[name]
+        attributes[name] = getattr(import_module(homes[name]), name)
+        return attributes[name]
 
-    return get, lambda: sorted({*own, *homes})
+    return get, lambda: sorted({*attributes, *homes})
 
 
 def room(package: str, files: Mapping[str, Iterable[str]]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

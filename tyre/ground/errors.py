@@ -15,17 +15,17 @@ class InputError(ValueError):
 def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
     """Say that a name is not known, suggest the nearest known one and list them all."""
     names = sorted(allowed)
-    near = nearest(name, names)
-    suggestion = f"did you mean {near!r}? " if near else ""
+    match = nearest(name, names)
+    suggestion = f"did you mean {match!r}? " if match else ""
     return f"unknown {kind} {shown(str(name))}; {suggestion}known: {', '.join(names) or 'none'}"
 
 
 def refuse_unknown(kind: str, names: Iterable[Any], allowed: Iterable[str], *, where: str = "", more: str = "") -> None:
     """Refuse the first of some names (of a ``kind``: key, column) that is not allowed; ``more`` ends the message."""
-    known = list(allowed)
+    known_names = list(allowed)
     for name in names:
-        if not isinstance(name, str) or name not in known:
-            words = unknown(kind, name, known) + (f"; {more}" if more else "")
+        if not isinstance(name, str) or name not in known_names:
+            words = unknown(kind, name, known_names) + (f"; {more}" if more else "")
             raise InputError(f"{where}: {words}" if where else words)
 
 
@@ -33,15 +33,15 @@ def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str
     """Find the known name most like a mistyped one (a share ``cutoff`` of letters in common), else give ''."""
     import difflib  # here: most runs have no mistyped name
 
-    by_lower_case = {known.lower(): known for known in reversed(list(allowed))}
+    by_lower_case = {allowed_name.lower(): allowed_name for allowed_name in reversed(list(allowed))}
     close = difflib.get_close_matches(str(name).lower(), list(by_lower_case), n=1, cutoff=cutoff)
     return by_lower_case[close[0]] if close else ""
 
 
 def hint(name: object, allowed: Iterable[str]) -> str:
     """End a message with the nearest allowed name as a question; empty without one."""
-    near = nearest(name, allowed)
-    return f"; did you mean {near!r}?" if near else ""
+    suggestion = nearest(name, allowed)
+    return f"; did you mean {suggestion!r}?" if suggestion else ""
 
 
 def is_number(value: Any) -> bool:

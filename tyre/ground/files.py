@@ -21,11 +21,11 @@ _WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys t
 @contextmanager
 def replacing(target: str | Path) -> Iterator[Path]:
     """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
-    asked, target = str(target), Path(target)
+    target_text, target = str(target), Path(target)
     if target.is_symlink():
         target = target.resolve()
     if target.is_dir():
-        raise IsADirectoryError(21, "is a folder; give a file", asked)
+        raise IsADirectoryError(21, "is a folder; give a file", target_text)
     device = target.exists() and not target.is_file()
     part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
     try:
@@ -38,7 +38,7 @@ def replacing(target: str | Path) -> Iterator[Path]:
             os.replace(part, target)
     except OSError as error:
         if error.errno is not None and error.filename in (None, str(part)):  # a full disk says no name
-            error.filename = asked
+            error.filename = target_text
         raise
     finally:
         if not device:
@@ -93,10 +93,10 @@ def write_bytes(target: str | Path, content: bytes) -> None:
 
 def files_below(folder: Path, most: int = 20_000) -> list[Path]:
     """List the files below a ``folder``, sorted; a whole disk is refused."""
-    found = list(islice(folder.rglob("*"), most + 1))
-    if len(found) > most:
+    paths = list(islice(folder.rglob("*"), most + 1))
+    if len(paths) > most:
         raise InputError(f"{folder}: holds more than {most} files and folders; give a folder of what is meant alone")
-    return [path for path in sorted(found) if path.is_file()]
+    return [path for path in sorted(paths) if path.is_file()]
 
 
 def slug(name: str) -> str:
@@ -106,15 +106,17 @@ def slug(name: str) -> str:
 
 def slugs(names: Iterable[str]) -> dict[str, str]:
     """Make names fit for files, no two alike even without capitals: the next one ends in ``_2``."""
-    found: dict[str, str] = {}
-    taken: set[str] = set()
+    slug_by_name: dict[str, str] = {}
+    used_slugs: set[str] = set()
     for name in names:
-        if name in found:
+        if name in slug_by_name:
             continue
         stem = slug(name)
-        found[name] = next(one for n in count(1) if (one := stem if n == 1 else f"{stem}_{n}").casefold() not in taken)
-        taken.add(found[name].casefold())
-    return found
+        slug_by_name[name] = next(
+            candidate for n in count(1) if (candidate := stem if n == 1 else f"{stem}_{n}").casefold() not in used_slugs
+        )
+        used_slugs.add(slug_by_name[name].casefold())
+    return slug_by_name
 
 
 def data_root() -> Traversable:
@@ -149,29 +151,31 @@ def read_text(path: Path | Traversable, *, fallback: str = "") -> str:
 
 def own_ends(files: Iterable[Path]) -> dict[Path, str]:
     """Shorten each path to its end that no other has: ``a/run.csv``, ``b/run.csv``, but ``two.csv``."""
-    every = list(dict.fromkeys(files))
-    found = {}
-    for file in every:
+    distinct = list(dict.fromkeys(files))
+    ends = {}
+    for file in distinct:
         lengths = range(1, len(file.parts) + 1)
-        own = (n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in every if other != file))
-        found[file] = Path(*file.parts[-next(own, len(file.parts)) :]).as_posix()
-    return found
+        unique_lengths = (
+            n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in distinct if other != file)
+        )
+        ends[file] = Path(*file.parts[-next(unique_lengths, len(file.parts)) :]).as_posix()
+    return ends
 
 
 def named_folder(name: str, beside: Path) -> Path:
     """Find the folder that a file names, relative to it, or below an environment variable (``$NAME/...``)."""
-    first, *rest = Path(name).parts or ("",)
+    first, *below_first = Path(name).parts or ("",)
     folder = beside / name
     if first.startswith("$"):
         variable = first.removeprefix("$")
-        given = os.environ.get(variable, "")
-        if not given:
+        root_text = os.environ.get(variable, "")
+        if not root_text:
             raise InputError(
                 f"folder = {name!r}: the environment variable {variable} is not set; set it to the folder that holds "
-                f"{'/'.join(rest) or 'the recordings'}, or write the folder itself"
+                f"{'/'.join(below_first) or 'the recordings'}, or write the folder itself"
             )
-        folder = Path(given, *rest)
-        root = Path(os.path.realpath(given))
+        folder = Path(root_text, *below_first)
+        root = Path(os.path.realpath(root_text))
         if _home_or_root(root) or not Path(os.path.realpath(folder)).is_relative_to(root):
             raise InputError(f"folder = {name!r}: the variable must name a folder, not a home or a disk, that holds it")
     if not folder.is_dir():
@@ -202,21 +206,21 @@ def refuse_outside(content: Any, path: Path) -> None:
     It may name what lies in its own folder or in the one above (neither the root nor the home of a user), in the
     working folder, among the packaged data, and in folders that the environment names as ``VELOTYRE_...``.
     """
-    beside = Path(os.path.realpath(path.parent))
+    own_folder = Path(os.path.realpath(path.parent))
     named = [value for key, value in os.environ.items() if key.startswith("VELOTYRE_") and os.path.isabs(value)]
-    wide = [Path(os.path.realpath(one)) for one in (str(beside.parent), os.getcwd(), *named)]
-    allowed = [beside, *(folder for folder in wide if not _home_or_root(folder)), Path(str(data_root()))]
+    wide = [Path(os.path.realpath(folder)) for folder in (str(own_folder.parent), os.getcwd(), *named)]
+    allowed = [own_folder, *(folder for folder in wide if not _home_or_root(folder)), Path(str(data_root()))]
     for text in texts_in(content):
         if not 1 < len(text) < 1024 or "\0" in text:
             continue
         parts = Path(text).parts
         head = Path(*takewhile(lambda part: not set(part) & set("*?["), parts))  # of a pattern
         depths = accumulate(-1 if part == ".." else 1 for part in parts)
-        if not (os.path.lexists(beside / head) or min(depths) < -1):
+        if not (os.path.lexists(own_folder / head) or min(depths) < -1):
             continue
         places = (
-            os.path.realpath(beside / head),
-            os.path.normpath(beside / text if len(head.parts) < len(parts) else beside),
+            os.path.realpath(own_folder / head),
+            os.path.normpath(own_folder / text if len(head.parts) < len(parts) else own_folder),
         )
         if not all(any(Path(place).is_relative_to(folder) for folder in allowed) for place in places):
             raise InputError(
@@ -229,10 +233,12 @@ def refuse_deep(content: Any, where: str) -> Any:
     """Refuse tables and lists that hold each other deeper, or in larger number, than anyone writes; else give them."""
     level = [content]
     for _ in range(DEEPEST + 1):
-        inside = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
-        if not inside:
+        members = [
+            entry.values() if isinstance(entry, dict) else entry for entry in level if isinstance(entry, dict | list)
+        ]
+        if not members:
             return content
-        level = list(islice(chain.from_iterable(inside), LARGEST))
+        level = list(islice(chain.from_iterable(members), LARGEST))
         if len(level) == LARGEST:  # of lists that YAML names again and again
             break
     raise InputError(f"{where}: lists or tables are more than {DEEPEST} deep, or hold {LARGEST} things; write it flat")

@@ -52,7 +52,7 @@ def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str 
     if len(text) > LONGEST:
         raise InputError(f"{where}: {key} = {text.strip()[:20]!r}... has {len(text)} characters; give fewer digits")
     plain = text.strip().replace("−", "-").replace("+/-", "±").replace("+-", "±")
-    match = next((found for form in _FORMS if (found := form.fullmatch(plain))), None)
+    match = next((candidate for form in _FORMS if (candidate := form.fullmatch(plain))), None)
     if match is None:
         otherwise = f"is not a finite number; write for example {NOTATIONS}"
         bare = plain.replace(" ", "")
@@ -94,12 +94,12 @@ def _fraction(text: str, where: str, key: str) -> Fraction:
 
 def _float(number: Fraction, where: str, key: str, *, negative_zero: bool = False) -> float:
     try:
-        found = float(number)
+        value = float(number)
     except OverflowError:
-        found = math.inf
-    if math.isinf(found):
+        value = math.inf
+    if math.isinf(value):
         raise InputError(f"{where}: {key} is not a finite number")
-    return -0.0 if found == 0 and negative_zero else found
+    return -0.0 if value == 0 and negative_zero else value
 
 
 LINE = re.compile(r"([^:=]*)([:=]?)(.*)")

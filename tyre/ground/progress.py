@@ -23,11 +23,11 @@ def interrupts_arrive() -> Iterator[None]:
     """Let a KeyboardInterrupt that Python swallows (in ``__del__``, in a callback) interrupt the main thread again."""
     before = sys.unraisablehook
 
-    def again(found: "sys.UnraisableHookArgs") -> None:
-        if found.exc_type is not None and issubclass(found.exc_type, KeyboardInterrupt):
+    def again(unraisable: "sys.UnraisableHookArgs") -> None:
+        if unraisable.exc_type is not None and issubclass(unraisable.exc_type, KeyboardInterrupt):
             threading.Timer(0.05, _thread.interrupt_main).start()  # s: by then the callback has returned
         else:
-            before(found)
+            before(unraisable)
 
     sys.unraisablehook = again
     try:
@@ -56,7 +56,7 @@ def install_command(extra: str) -> str:
     from urllib.parse import urlsplit
     from urllib.request import url2pathname
 
-    recorded = (found.read_text("direct_url.json") for found in distributions(name="velotyre"))
+    recorded = (distribution.read_text("direct_url.json") for distribution in distributions(name="velotyre"))
     origin = json.loads(next(filter(None, recorded), "{}"))
     source, option = f"velotyre[{extra}]", ""
     if "dir_info" in origin:

@@ -65,8 +65,8 @@ def number(
     def check(value: Any) -> float:
         if not is_number(value):
             raise refused(value, says)
-        inside = above < value and least <= value <= most
-        if not inside or (math.isinf(value) and not endless):
+        within_bounds = above < value and least <= value <= most
+        if not within_bounds or (math.isinf(value) and not endless):
             raise Refusal(f"= {shown(value).removesuffix('.0')} {outside or says}")
         return float(value)
 

@@ -124,26 +124,28 @@ class Cells:
     def rows(self) -> list[tuple[int, list[str]]]:
         """Line in the file and cells of every row, the header first; a row of another width than the header is
         refused."""
-        found = []
+        rows = []
         for line, text in enumerate(self.text.split("\n"), 1):
             refuse_huge_line(text, where=f"{self.path}, line {line}")
-            kept = text if self.logged else _COMMENT.sub(r"\1", text).strip()
-            if kept and not kept.isspace():
-                quoted = not self.logged and '"' in kept
+            content = text if self.logged else _COMMENT.sub(r"\1", text).strip()
+            if content and not content.isspace():
+                quoted = not self.logged and '"' in content
                 where = f"{self.path}, line {line}"
-                found.append((line, split_quoted(kept, ",", where=where) if quoted else kept.split(self.separator)))
-        width = len(found[0][1]) if found else 0
-        for line, cells in found:
+                rows.append(
+                    (line, split_quoted(content, ",", where=where) if quoted else content.split(self.separator))
+                )
+        width = len(rows[0][1]) if rows else 0
+        for line, cells in rows:
             if len(cells) != width:
                 how = "was the file cut off?" if len(cells) < width else "name every column, separate by commas"
                 if len(cells) > width:
                     how += " and write numbers with a point; decimal commas need semicolons"
-                if self.separator == "," and ";" in "".join(found[0][1]):
+                if self.separator == "," and ";" in "".join(rows[0][1]):
                     how = "columns are separated by commas here, not semicolons, and numbers written with a point"
                 cells_here = f"{len(cells)} {'cell' if len(cells) == 1 else 'cells'}"
                 columns = f"{width} {'column' if width == 1 else 'columns'}"
                 raise InputError(f"{self.path}, line {line}: {cells_here} where the header has {columns}; {how}")
-        return found
+        return rows
 
     @cached_property
     def header(self) -> list[str]:
@@ -178,22 +180,22 @@ class Cells:
 
     def check_column(self, place: int, check: Check) -> Array:
         """Read one column as numbers, each given by a :class:`Check`; an empty cell is checked as ``""``."""
-        found = []
+        numbers = []
         for (line, _), cell in zip(self.rows[1:], self.column(place), strict=True):
             number = number_in(cell)
-            given = cell if math.isnan(number) and cell.lower() != "nan" else number
-            found.append(read(check, given, where=f"{self.path}, line {line}", section=self.header[place]))
-        return np.array(found)
+            value = cell if math.isnan(number) and cell.lower() != "nan" else number
+            numbers.append(read(check, value, where=f"{self.path}, line {line}", section=self.header[place]))
+        return np.array(numbers)
 
     def _numbers(self, place: int, decimal: str, missing: Collection[str]) -> Array:
         column = self.column(place)
-        found = np.array([number_in(cell, decimal=decimal) for cell in column])
-        for row in np.flatnonzero(~np.isfinite(found)):
-            if not missing or (np.isnan(found[row]) and column[row] not in missing):
-                what = "number" if missing else "finite number; correct it or take the row out"
+        numbers = np.array([number_in(cell, decimal=decimal) for cell in column])
+        for row in np.flatnonzero(~np.isfinite(numbers)):
+            if not missing or (np.isnan(numbers[row]) and column[row] not in missing):
+                wanted_kind = "number" if missing else "finite number; correct it or take the row out"
                 where = f"{self.path}, line {self.rows[row + 1][0]}"
-                raise InputError(f"{where}: {self.header[place]} = {column[row][:40]!r} is not a {what}")
-        return found
+                raise InputError(f"{where}: {self.header[place]} = {column[row][:40]!r} is not a {wanted_kind}")
+        return numbers
 
 
 def read_columns(
@@ -218,8 +220,8 @@ def read_columns(
             raise InputError(f"{path}: the column {name} is given twice; keep one")
     missing = [name for name in needed if name not in header]
     if missing:
-        there = f"there are {', '.join(header)}" if others else _UNIT_HINT
-        raise InputError(f"{path}: the column {', '.join(missing)} is missing; {there}")
+        what_there_is = f"there are {', '.join(header)}" if others else _UNIT_HINT
+        raise InputError(f"{path}: the column {', '.join(missing)} is missing; {what_there_is}")
     if not cells.rows[1:]:
         raise InputError(f"{path}: the table has no rows")
     names = [name for name in header if name in numbers]
@@ -240,14 +242,14 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
         raise InputError(f"{path}: no such {kind}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read as a {kind.partition(';')[0]} ({error.strerror})") from error
-    first, below = raw.partition(b"\n")[0] if logged else raw, b""
+    first, body = raw.partition(b"\n")[0] if logged else raw, b""
     try:
-        head, below = first.decode("utf-8"), raw[len(first) :]
-        text = head + below.decode("utf-8")
+        head, body = first.decode("utf-8"), raw[len(first) :]
+        text = head + body.decode("utf-8")
     except UnicodeDecodeError as error:
-        if not below:
+        if not body:
             raise InputError(f"{path}: not text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from error
-        text = head + below.decode("latin-1")
+        text = head + body.decode("latin-1")
     head = text.partition("\n")[0]
     if "\0" in text or (logged and not head.strip()):
         raise InputError(f"{path}: no CSV; the first line must name the columns: {example}, ...")

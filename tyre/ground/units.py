@@ -105,13 +105,15 @@ class Unit:
 
 def factor_to_si(unit: str, si: str, *, where: str) -> Fraction:
     """Find what a number in ``unit`` is multiplied by to be in the SI unit ``si``; another quantity is refused."""
-    found, target = _parse_unit(unit), _parse_unit(si)
+    parsed, target = _parse_unit(unit), _parse_unit(si)
     assert target is not None
-    if found is None or found[1] != target[1]:
-        problem = "is not a unit that is known" if found is None else f"is no unit of what is given in {si}"
-        allowed = next((words for one, words in _EXAMPLES.items() if _parse_unit(one)[1:] == target[1:]), si)  # type: ignore[index]
+    if parsed is None or parsed[1] != target[1]:
+        problem = "is not a unit that is known" if parsed is None else f"is no unit of what is given in {si}"
+        powers = target[1]
+        fitting = (words for name, words in _EXAMPLES.items() if (_parse_unit(name) or target)[1] == powers)
+        allowed = next(fitting, si)
         raise InputError(f"{where}: {unit!r} {problem}; write for example {allowed}{hint(unit, allowed.split(', '))}")
-    return found[0] / target[0]
+    return parsed[0] / target[0]
 
 
 def is_unit(text: str) -> bool:
@@ -123,8 +125,8 @@ def is_si(text: str) -> bool:
     """Tell if ``text`` is a known SI unit without prefixes: ``N m/rad``, ``kg``, ``1/s``, ``1`` for none."""
     if text == "1":
         return True
-    found = _parse_unit(f"rad/{text[2:]}" if text.startswith("1/") else text)
-    return found is not None and found[0] == 1
+    parsed = _parse_unit(f"rad/{text[2:]}" if text.startswith("1/") else text)
+    return parsed is not None and parsed[0] == 1
 
 
 @cache
@@ -142,7 +144,7 @@ def _parse_unit(text: str, *, printed: bool = False) -> tuple[Fraction, tuple[in
                 return None
             power = sign * int(match[2] or 1)
             factor *= symbols[word][0] ** power
-            powers = [have + power * one for have, one in zip(powers, symbols[word][1], strict=True)]
+            powers = [have + power * exponent for have, exponent in zip(powers, symbols[word][1], strict=True)]
     return factor, tuple(powers)
 
 
@@ -182,12 +184,12 @@ def _spellings(quantity: str) -> dict[str, Unit]:
 
 def find_unit(text: str, quantity: str, *, where: str) -> Unit:
     """Look up a printed unit (``deg``, ``kN``, ``km_h``, ``deg C``) of a quantity of :data:`SI`; refuse any other."""
-    known = _spellings(quantity)
+    units = _spellings(quantity)
     plain = _plain_notation(text)
-    if plain in known:
-        return known[plain]
+    if plain in units:
+        return units[plain]
     problem = f"unit {text.strip()!r} is not a unit of {quantity}" if plain else f"no unit of {quantity} is given"
-    raise InputError(f"{where}: {problem} (known: {', '.join(known)}){hint(plain, known)}")
+    raise InputError(f"{where}: {problem} (known: {', '.join(units)}){hint(plain, units)}")
 
 
 def says_nothing(text: str) -> bool:

@@ -178,20 +178,20 @@ class Pacejka89Tyre(FormulaTyre):
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
         """Return the slopes at many conditions, linear in pressure; nothing is checked."""
-        every = [fit.linear(load=load) for fit in self.sets]
-        for quantities in every:
+        slopes_of_sets = [fit.linear(load=load) for fit in self.sets]
+        for quantities in slopes_of_sets:
             if "pneumatic_trail" in quantities:
                 quantities["pneumatic_trail"] = quantities["pneumatic_trail"] * quantities["cornering_stiffness"]
         weights = self._weights(pressure)
-        names = set.intersection(*map(set, every))
-        found: dict[str, Array] = {
-            name: np.sum([quantities[name] for quantities in every] * weights, 0) for name in names
+        names = set.intersection(*map(set, slopes_of_sets))
+        slopes: dict[str, Array] = {
+            name: np.sum([quantities[name] for quantities in slopes_of_sets] * weights, 0) for name in names
         }
-        if "pneumatic_trail" in found:
-            found["pneumatic_trail"] = found["pneumatic_trail"] / found["cornering_stiffness"]
-        if "lateral_stiffness" in found:
-            found["relaxation_length"] = found["cornering_stiffness"] / found["lateral_stiffness"]
-        return found
+        if "pneumatic_trail" in slopes:
+            slopes["pneumatic_trail"] = slopes["pneumatic_trail"] / slopes["cornering_stiffness"]
+        if "lateral_stiffness" in slopes:
+            slopes["relaxation_length"] = slopes["cornering_stiffness"] / slopes["lateral_stiffness"]
+        return slopes
 
     def _weights(self, pressure: ArrayLike) -> Array:
         """Weight of each set (first axis) at every pressure, linear between neighbours and beyond the outer ones."""
@@ -238,8 +238,8 @@ PRESSURES = {"pressure_kpa": 1.0, "pressure_bar": 100.0, "pressure_psi": 4.44822
 
 
 def _coefficients(role: str) -> Check:
-    count, one = COUNT[role], number(least=-LARGEST, most=LARGEST)
-    return list_of(one, f"must be a list of {count} numbers", least=count, most=count)
+    count, coefficient = COUNT[role], number(least=-LARGEST, most=LARGEST)
+    return list_of(coefficient, f"must be a list of {count} numbers", least=count, most=count)
 
 
 def _notes(value: Any) -> Any:
@@ -286,11 +286,11 @@ def check_coefficients(fit: Pacejka89) -> None:
     """Refuse a set that describes no tyre, such as a fit broken off half way."""
     for load in (load for load in LOADS if load <= fit.load_max):
         with np.errstate(all="ignore"):  # values that are not finite are refused
-            held = fit.linear(load=load)
+            slopes = fit.linear(load=load)
             forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
-        stiffness, friction = float(held["cornering_stiffness"]) * DEGREE, float(np.abs(forces).max()) / load
+        stiffness, friction = float(slopes["cornering_stiffness"]) * DEGREE, float(np.abs(forces).max()) / load
         (low, high), most = (limit * load for limit in LIMITS["stiffness per load"]), LIMITS["friction"][1]
-        trail, longest = float(held.get("pneumatic_trail", np.nan)) * 1e3, LIMITS["trail"][1] * 1e3
+        trail, longest = float(slopes.get("pneumatic_trail", np.nan)) * 1e3, LIMITS["trail"][1] * 1e3
         for sound, words in (
             (
                 low <= stiffness <= high,
@@ -304,7 +304,7 @@ def check_coefficients(fit: Pacejka89) -> None:
             ),
             (friction <= most, f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"),
             (
-                0.0 < trail < longest or "pneumatic_trail" not in held,
+                0.0 < trail < longest or "pneumatic_trail" not in slopes,
                 f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {longest:g} mm",
             ),
         ):
@@ -316,14 +316,16 @@ def doubts_about(fit: Pacejka89) -> list[str]:
     """Return a note on shape and peak that the data did not settle, if there is anything to say."""
     shape, load = fit.side_force_coefficients[0], 0.4  # kN, of a bicycle's wheel
     peak = (fit.side_force_coefficients[1] * load + fit.side_force_coefficients[2]) / 1e3
-    found = [
+    unusual = [
         f"{name} = {value:.4g}{at} (usual {LIMITS[name][0]:g} to {LIMITS[name][1]:g})"
         for name, value, at in (("C", shape, ""), ("D", peak, " times the load at 400 N"))
         if not LIMITS[name][0] <= value <= LIMITS[name][1]
     ]
-    if not found:
+    if not unusual:
         return []
-    return [f"{fit.label}: {', '.join(found)}: the data did not settle C, D and E one by one; its slope is what holds"]
+    return [
+        f"{fit.label}: {', '.join(unusual)}: the data did not settle C, D and E one by one; its slope is what holds"
+    ]
 
 
 def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
@@ -339,52 +341,54 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     if file.name.lower().endswith(".mat"):  # a workspace holds other things too
         unused = sorted({*content} - {*FILE.keys})
         content = {key: value for key, value in content.items() if key not in unused}
-    given = read(FILE, content, where=where)
-    notes = [*given["note"]]
+    keys = read(FILE, content, where=where)
+    notes = [*keys["note"]]
     if unused:
         notes.append(f"not used of {file.name}: {', '.join(unused)}")
-    taken = {"slip_unit": "; degrees are taken, as Magic-Formula-89 has them", "surface": "; flat is taken"}
-    silent = [key for key in ("load_max_N", *taken) if key not in given]
-    notes += [f"the file states no {key}{taken.get(key, '')}" for key in silent]
-    tyre, sets = given.get("tyre", stem), []
-    for entry in given["set"]:
+    defaults = {"slip_unit": "; degrees are taken, as Magic-Formula-89 has them", "surface": "; flat is taken"}
+    silent = [key for key in ("load_max_N", *defaults) if key not in keys]
+    notes += [f"the file states no {key}{defaults.get(key, '')}" for key in silent]
+    tyre, sets = keys.get("tyre", stem), []
+    for entry in keys["set"]:
         stiffness = entry.get("lateral_stiffness_N_per_mm")
         fit = Pacejka89(
             label=", ".join(filter(None, (tyre, entry["label"]))),
             pressure=entry["pressure_kPa"] * 1e3,
-            load_max=given.get("load_max_N", float("inf")),
+            load_max=keys.get("load_max_N", float("inf")),
             side_force_coefficients=tuple(entry[SIDE]),
             aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
-            slip_unit=given.get("slip_unit", "deg"),
+            slip_unit=keys.get("slip_unit", "deg"),
             camber_by_square=entry[SQUARE],
             lateral_stiffness=None if stiffness is None else stiffness * 1e3,
         )
         try:
             check_coefficients(fit)
         except InputError as error:
-            other, hint = "rad" if fit.slip_unit == "deg" else "deg", ""
+            other_unit, hint = "rad" if fit.slip_unit == "deg" else "deg", ""
             with suppress(InputError):
-                check_coefficients(replace(fit, slip_unit=other))
-                hint = f"; with slip in {other} it would be one: write slip_unit = {other}"
+                check_coefficients(replace(fit, slip_unit=other_unit))
+                hint = f"; with slip in {other_unit} it would be one: write slip_unit = {other_unit}"
             raise InputError(f"{where}: {error}{hint}") from error
         sets.append(fit)
         if fit.camber_by_square:
             notes.append(f"a112 = {fit.camber_by_square:g} is taken: camber force with the square of the load")
         notes += doubts_about(fit)
-    without = [fit for fit in sets if fit.lateral_stiffness is None]
-    if without and len(without) < len(sets):
-        raise InputError(f"{where}: lateral_stiffness_N_per_mm is missing in {without[0].label}; give it in every set")
+    incomplete = [fit for fit in sets if fit.lateral_stiffness is None]
+    if incomplete and len(incomplete) < len(sets):
+        raise InputError(
+            f"{where}: lateral_stiffness_N_per_mm is missing in {incomplete[0].label}; give it in every set"
+        )
     if len({fit.pressure for fit in sets}) < len(sets):
         raise InputError(f"{where}: two sets have one pressure_kPa; keep one of them")
-    found = Pacejka89Tyre(
+    parsed = Pacejka89Tyre(
         tyre=tyre,
-        surface=given.get("surface", "flat"),
+        surface=keys.get("surface", "flat"),
         sets=tuple(sorted(sets, key=lambda fit: fit.pressure)),
-        source=given["source"],
+        source=keys["source"],
         notes=tuple(notes),
-        surface_stated="surface" in given,
+        surface_stated="surface" in keys,
     )
-    return replace(found, notes=(*found.notes, *found.doubts))
+    return replace(parsed, notes=(*parsed.notes, *parsed.doubts))
 
 
 def _one_mapping(content: Any, stem: str) -> Any:
@@ -409,7 +413,8 @@ def _one_mapping(content: Any, stem: str) -> Any:
         top["set"] = [top["set"]]
     if isinstance(top.get("set"), list):
         top["set"] = [
-            _with_pressure(_normalise_keys(one), stem) if isinstance(one, Mapping) else one for one in top["set"]
+            _with_pressure(_normalise_keys(entry), stem) if isinstance(entry, Mapping) else entry
+            for entry in top["set"]
         ]
     return top
 
@@ -418,9 +423,9 @@ def _normalise_keys(content: Mapping[str, Any]) -> dict[str, Any]:
     """Keys in one spelling; coefficients by name (a0, ..., a111 for a11) as lists."""
     content_by_key = {KEYS.get(str(key).lower(), str(key)): value for key, value in content.items()}
     for letter, role in (("a", SIDE), ("c", MOMENT)):
-        own = re.compile(rf"{letter}(\d+)", re.IGNORECASE)
+        numbered = re.compile(rf"{letter}(\d+)", re.IGNORECASE)
         named = {
-            int(match[1]): content_by_key.pop(key) for key in list(content_by_key) if (match := own.fullmatch(key))
+            int(match[1]): content_by_key.pop(key) for key in list(content_by_key) if (match := numbered.fullmatch(key))
         }
         if letter == "a" and 111 in named:  # Sv = (a111 Fz + a112 Fz^2) camber + ...
             if 11 in named:
@@ -441,18 +446,20 @@ def _normalise_keys(content: Mapping[str, Any]) -> dict[str, Any]:
 def _flat(value: Any) -> Any:
     """Coefficients that MATLAB's writers of YAML nest in rows or columns, with exponents that YAML takes for text."""
     if isinstance(value, list):
-        return [one for part in value for one in (_flat(part) if isinstance(part, list) else [_flat(part)])]
+        return [
+            coefficient for part in value for coefficient in (_flat(part) if isinstance(part, list) else [_flat(part)])
+        ]
     return float(value) if isinstance(value, str) and EXPONENT.fullmatch(value.strip()) else value
 
 
-def _with_pressure(one: dict[str, Any], stem: str) -> dict[str, Any]:
-    for key in list(one):
-        if (factor := PRESSURES.get(key.lower())) and is_number(one[key]):
-            one["pressure_kPa"] = one.pop(key) * factor
+def _with_pressure(entry: dict[str, Any], stem: str) -> dict[str, Any]:
+    for key in list(entry):
+        if (factor := PRESSURES.get(key.lower())) and is_number(entry[key]):
+            entry["pressure_kPa"] = entry.pop(key) * factor
     named = re.search(r"_p(\d{2,4})(?!\d)", stem)  # of the authors' files: OptParameterMF_T03R01_camber0_p300
-    if "pressure_kPa" not in one and named:
-        one["pressure_kPa"] = float(named[1])
-    return one
+    if "pressure_kPa" not in entry and named:
+        entry["pressure_kPa"] = float(named[1])
+    return entry
 
 
 def _read(file: Path | Traversable) -> Any:

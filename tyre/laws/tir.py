@@ -43,10 +43,10 @@ class TirText:
     @cached_property
     def values(self) -> dict[str, float | str]:
         """Values by key; of a key in several sections the first."""
-        found: dict[str, float | str] = {}
+        values: dict[str, float | str] = {}
         for section in self.sections.values():
-            found = section | found
-        return found
+            values = section | values
+        return values
 
     @cached_property
     def factors(self) -> dict[str, float]:
@@ -56,14 +56,14 @@ class TirText:
         if angle not in ("radian", "radians", "rad"):
             raise InputError(f"{self.source}, [UNITS]: ANGLE = {angle!r}; only coefficients in radians are understood")
         plain = {"pascal": "pa", "kpascal": "kpa", "millimeter": "mm", "centimeter": "cm", "kilonewton": "kn"}
-        found = {}
+        factors = {}
         for quantity, default in (("force", "newton"), ("length", "meter"), ("pressure", "")):
             text = str(units.get(quantity.upper(), default)).casefold()
             where = f"{self.source}, [UNITS] {quantity.upper()}"
             if text or quantity.upper() in units:
-                found[quantity] = find_unit(plain.get(text, text), quantity, where=where).factor
-        stiffness = found["force"] / found["length"]
-        return {"pressure": stiffness / found["length"], "stiffness": stiffness} | found
+                factors[quantity] = find_unit(plain.get(text, text), quantity, where=where).factor
+        stiffness = factors["force"] / factors["length"]
+        return {"pressure": stiffness / factors["length"], "stiffness": stiffness} | factors
 
     def number(self, key: str, default: float | None = None, *, positive: bool = False) -> float:
         """Return one number in SI units."""
@@ -94,8 +94,8 @@ def parse(text: str, *, source: str) -> TirText:
         where = f"{source}, line {number}"
         stripped = line.strip()
         if not stripped or stripped[0] in "$!#":
-            if found := re.match(r"^!\s*:?\s*(TYRE|SURFACE)\s*:\s*(.+)$", stripped):
-                comments.setdefault(found[1], found[2].strip())
+            if comment := re.match(r"^!\s*:?\s*(TYRE|SURFACE)\s*:\s*(.+)$", stripped):
+                comments.setdefault(comment[1], comment[2].strip())
             continue
         if stripped[0] == "[":
             current = sections.setdefault(stripped.partition("]")[0][1:].strip().upper(), {})
@@ -143,24 +143,26 @@ LATER = ("PKY4", "PKY5", "PKY6", "PKY7")  # coefficients that MF-Tyre 5.2 does n
 
 def version_of(file: TirText) -> Version:
     """Tell the model of a file by its name (FITTYP or PROPERTY_FILE_FORMAT) and by its coefficients."""
-    stated = file.values.get("FITTYP", file.values.get("PROPERTY_FILE_FORMAT"))
-    model = re.sub(r"[\W_]", "", stated).upper() if isinstance(stated, str) else stated
+    model_name = file.values.get("FITTYP", file.values.get("PROPERTY_FILE_FORMAT"))
+    model = re.sub(r"[\W_]", "", model_name).upper() if isinstance(model_name, str) else model_name
     later = [name for name in LATER if file.values.get(name)]
     if model is not None and model not in (*NEW, *OLD, *EITHER, *MOTORCYCLE):
         raise InputError(
-            f"{file.source}: tyre model FITTYP or PROPERTY_FILE_FORMAT = {stated!r} is neither MF-Tyre 5.2 (5, 6, 21, "
-            "PAC2002, MF_05, MF-TYRE), nor 6.1 or 6.2 (60, 61, 62), nor of a motorcycle tyre (PAC_MC, MF-MCTyre)"
+            f"{file.source}: tyre model FITTYP or PROPERTY_FILE_FORMAT = {model_name!r} is neither MF-Tyre 5.2 (5, 6, "
+            "21, PAC2002, MF_05, MF-TYRE), nor 6.1 or 6.2 (60, 61, 62), nor of a motorcycle tyre (PAC_MC, MF-MCTyre)"
         )
     if file.values.get("PCY2") or model in MOTORCYCLE:
         if model in NEW:
-            raise InputError(f"{file.source}: PCY2 is of a motorcycle tyre, FITTYP = {stated:g} is not; correct one")
+            raise InputError(
+                f"{file.source}: PCY2 is of a motorcycle tyre, FITTYP = {model_name:g} is not; correct one"
+            )
         return "motorcycle"
     if model in NEW or (model is None and later):
         return "6.1"
     if later:
         raise InputError(
-            f"{file.source}: {later[0]} is no coefficient of MF-Tyre 5.2 ({stated!r}); write FITTYP = 61 if it is of "
-            "6.1, or give PCY2 if it is of a motorcycle tyre"
+            f"{file.source}: {later[0]} is no coefficient of MF-Tyre 5.2 ({model_name!r}); write FITTYP = 61 if it is "
+            "of 6.1, or give PCY2 if it is of a motorcycle tyre"
         )
     return "5.2"
 
@@ -181,13 +183,15 @@ def coefficients_of(file: TirText, *, camber_in_trail: bool = False) -> Coeffici
         for name in dict.fromkeys(("FNOMIN", "UNLOADED_RADIUS", *TAKEN[version], *sorted(needed)))
         if (name in file.values and name not in zero) or name in needed
     }
-    stated = {name: file.number(name) for name in PRESSURES if isinstance(file.values.get(name), float)}
-    for name, pressure in stated.items():
+    pressures_of_file = {name: file.number(name) for name in PRESSURES if isinstance(file.values.get(name), float)}
+    for name, pressure in pressures_of_file.items():
         if not POSSIBLE_PRESSURE[0] <= pressure <= POSSIBLE_PRESSURE[1]:
             raise InputError(f"{file.source}: {name} is {pressure:g} Pa, tyres have 2e4 to 2.5e6 Pa; check [UNITS]")
-    nominal = stated.get("NOMPRES", stated.get("IP_NOM", nan))
+    nominal = pressures_of_file.get("NOMPRES", pressures_of_file.get("IP_NOM", nan))
     if version != "6.1" and not (nominal > 0 and any(values.get(name) for name in PRESSURE_LAW)):
-        nominal = stated.get("INFLPRES", stated.get("IP", nominal))  # the only one for which the file holds
+        nominal = pressures_of_file.get(
+            "INFLPRES", pressures_of_file.get("IP", nominal)
+        )  # the only one for which the file holds
         values = {name: value for name, value in values.items() if name not in PRESSURE_LAW}
     values |= {"NOMPRES": nominal} if nominal > 0 else {}
     pressures = file.range("PRESMIN", "PRESMAX") if version == "6.1" else (0.0, inf)
@@ -227,7 +231,7 @@ class TirTyre(FormulaTyre):
         width, nominal, pressure_range = file.number("WIDTH", 0.0), model["NOMPRES"], model.pressure_range
         if not model.by_pressure and nominal > 0:
             pressure_range = (1 - self.same_pressure) * nominal, (1 + self.same_pressure) * nominal
-        own = file.number("IP", nan) if model.by_pressure and isinstance(file.values.get("IP"), float) else nan
+        inflation = file.number("IP", nan) if model.by_pressure and isinstance(file.values.get("IP"), float) else nan
         lines = [line.lower() for line in file.text.splitlines() if line.startswith(("!", "$"))]
         label = f"{tyre} on {surface} ({Path(file.source).name})"
         vars(self).update(
@@ -242,7 +246,7 @@ class TirTyre(FormulaTyre):
             pressure_range=pressure_range,
             range_kind=f"for which {label} holds",
             loads=_sort_positive(*model.load_range, model["FNOMIN"]),
-            pressures=_sort_positive(*model.pressure_range, nominal, own),
+            pressures=_sort_positive(*model.pressure_range, nominal, inflation),
             default_pressure=None if model.by_pressure else nominal,
             surface_stated="SURFACE" in file.comments,
             synthetic=any("synthetic" in line for line in lines),
@@ -256,9 +260,9 @@ class TirTyre(FormulaTyre):
         changes = zip(LEAST_CHANGE.items(), model.change_by_shifts, strict=True)
         shifted = [f"{name} {100 * by:+.1f} %" for (name, least), by in changes if abs(by) > least]
         leans = model.version == "6.1" and model.has("PKY6", "PKY7") and model.has("QDZ1", "QDZ2")
-        trail, other = ("the side force without camber (4.E32, 4.E74)", "book")
+        trail, other_choice = ("the side force without camber (4.E32, 4.E74)", "book")
         if model.camber_in_trail:
-            trail, other = "the whole side force (4.E49)", "software"
+            trail, other_choice = "the whole side force (4.E49)", "software"
         names_model = bool({"FITTYP", "PROPERTY_FILE_FORMAT"} & set(file.values))
         length_from_stiffness = model.old and model["PTY1"] <= 0 and isfinite(model["LATERAL_STIFFNESS"])
         no_pressure = self.default_pressure is not None and any_pressure
@@ -291,8 +295,8 @@ class TirTyre(FormulaTyre):
             ),
             (
                 leans,
-                f"moment of camber: -t times {trail} and the residual moment; camber_moment = '{other}' takes the "
-                "other",
+                f"moment of camber: -t times {trail} and the residual moment; camber_moment = '{other_choice}' takes "
+                "the other",
             ),
             (bool(unused), f"not used of the file: {', '.join(unused)}"),
             (bool(shifted), f"its shifts of the curve are left out; with them {' and '.join(shifted)}"),
@@ -308,9 +312,9 @@ class TirTyre(FormulaTyre):
     def _pressure_in_comments(self) -> str:
         """Words of the first comment that names a pressure; it is shown, not used."""
         for line in self.file.text.splitlines():
-            found = re.match(r"\s*[!$#][\s:]*(?:COMMENT\s*:)?\s*(.*\bpress.*\d.*)", line, re.IGNORECASE)
-            if found:
-                return f"; a comment says {found[1].strip()[:80]!r}"
+            comment = re.match(r"\s*[!$#][\s:]*(?:COMMENT\s*:)?\s*(.*\bpress.*\d.*)", line, re.IGNORECASE)
+            if comment:
+                return f"; a comment says {comment[1].strip()[:80]!r}"
         return ""
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
@@ -364,11 +368,11 @@ def fit_mf61(
     *, load: ArrayLike, pressure: ArrayLike, cornering_stiffness: ArrayLike, lateral_stiffness: ArrayLike
 ) -> Coefficients:
     """Fit the MF-Tyre 6.1 form to measured stiffnesses: the coefficients are those of the trends of a `TyreMap`."""
-    fz, p, c, k = (np.asarray(one, float) for one in (load, pressure, cornering_stiffness, lateral_stiffness))
+    fz, p, c, k = (np.asarray(column, float) for column in (load, pressure, cornering_stiffness, lateral_stiffness))
     cornering, lateral = mf61.fit(mf61.CORNERING, fz, p, c), mf61.fit(mf61.LATERAL, fz, p, k)
-    found = cornering.coefficients | lateral.coefficients | cornering.nominal | {"PKY4": 2.0}
-    found["PKY1"] *= -1
-    return Coefficients(found, "6.1", (float(fz.min()), float(fz.max())), (float(p.min()), float(p.max())))
+    coefficients = cornering.coefficients | lateral.coefficients | cornering.nominal | {"PKY4": 2.0}
+    coefficients["PKY1"] *= -1
+    return Coefficients(coefficients, "6.1", (float(fz.min()), float(fz.max())), (float(p.min()), float(p.max())))
 
 
 def fit_mf52(
@@ -380,13 +384,13 @@ def fit_mf52(
     unloaded_radius: float,
 ) -> Coefficients:
     """Fit the MF-Tyre 5.2 form at one pressure."""
-    fz, c, k = (np.asarray(one, float) for one in (load, cornering_stiffness, lateral_stiffness))
+    fz, c, k = (np.asarray(column, float) for column in (load, cornering_stiffness, lateral_stiffness))
     nominal = float(fz.min() + fz.max()) / 2.0
     height, position = _arch(fz / nominal, c / nominal)
     length, place = _arch(fz / nominal, c / k / unloaded_radius)
-    found = {"FNOMIN": nominal, "NOMPRES": float(pressure), "UNLOADED_RADIUS": float(unloaded_radius)}
-    found |= {"PKY1": -height, "PKY2": position, "PTY1": length, "PTY2": place}
-    return Coefficients(found, "5.2", (float(fz.min()), float(fz.max())))
+    coefficients = {"FNOMIN": nominal, "NOMPRES": float(pressure), "UNLOADED_RADIUS": float(unloaded_radius)}
+    coefficients |= {"PKY1": -height, "PKY2": position, "PTY1": length, "PTY2": place}
+    return Coefficients(coefficients, "5.2", (float(fz.min()), float(fz.max())))
 
 
 def _arch(relative_load: Array, value: Array) -> tuple[float, float]:
@@ -436,8 +440,10 @@ def write_tir(
     radius = model.values.get("UNLOADED_RADIUS", unloaded_radius)
     if radius is None or not radius > 0.0:
         raise InputError(f"{path}: the unloaded radius (m) of the tyre is needed in a .tir file, got {radius}")
-    own = {"UNLOADED_RADIUS": float(radius), "INFLPRES": model["NOMPRES"]}
-    own |= dict(zip(("FZMIN", "FZMAX", "PRESMIN", "PRESMAX"), model.load_range + model.pressure_range, strict=True))
+    operating = {"UNLOADED_RADIUS": float(radius), "INFLPRES": model["NOMPRES"]}
+    operating |= dict(
+        zip(("FZMIN", "FZMAX", "PRESMIN", "PRESMAX"), model.load_range + model.pressure_range, strict=True)
+    )
     comments = (f": TYRE : {tyre}", f": SURFACE : {surface}", *notes, "lateral stiffness and relaxation length only")
     lines = ["[MDI_HEADER]", "FILE_TYPE = 'tir'", "FILE_VERSION = 3.0", "FILE_FORMAT = 'ASCII'"]
     lines += [f"! {' '.join(comment.split())}" for comment in comments]
@@ -445,7 +451,7 @@ def write_tir(
     lines += ["[MODEL]", *(["FITTYP = 52", "PROPERTY_FILE_FORMAT = 'PAC2002'"] if model.old else ["FITTYP = 61"])]
     for section, names in LAYOUT.items():
         of_others = ONLY_NEW if model.old else ONLY_OLD
-        values = {name: own.get(name, model[name]) for name in names if name not in of_others}
+        values = {name: operating.get(name, model[name]) for name in names if name not in of_others}
         lines += [f"$ {'-' * (69 - len(section))} {section.lower()}", f"[{section}]"] if values else []
         lines += [f"{name:<28} = {value!r}" for name, value in values.items() if isfinite(value)]
     write_text(path, "\n".join(lines) + "\n")

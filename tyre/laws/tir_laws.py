@@ -241,7 +241,7 @@ class Coefficients:
         """Relative change of C_Fy and of the moment of camber by the shifts of the curve; NaN without a curve."""
         at = {"load": np.array([self.nominal_load]), "pressure": np.array([self["NOMPRES"]])}
         shifts = ("PHY1", "PHY2", "PVY1", "PVY2", "QHZ1", "QHZ2", "QDZ6", "QDZ7")
-        straight, found = replace(self, values={k: v for k, v in self.values.items() if k not in shifts}), []
+        straight, changes = replace(self, values={k: v for k, v in self.values.items() if k not in shifts}), []
         for curve, angle in (("side_force", "slip_angle"), ("aligning_moment", "camber")):
             slopes = []
             for law in (self, straight):
@@ -250,8 +250,8 @@ class Coefficients:
                 except InputError:
                     ends = [nan, nan]
                 slopes.append(ends[0] - ends[1])
-            found.append(slopes[0] / slopes[1] - 1 if slopes[1] else nan)
-        return found[0], found[1]
+            changes.append(slopes[0] / slopes[1] - 1 if slopes[1] else nan)
+        return changes[0], changes[1]
 
 
 @dataclass(frozen=True)

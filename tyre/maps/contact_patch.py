@@ -24,8 +24,8 @@ def half_length_under_load(*, load: float, pressure: float, wheel_radius: float,
     The air carries the load, pi a b = N/p, and the ellipse has the ratio of a torus of the radii R and rho = width/2
     pressed on a plane, a/b = sqrt(R/rho). A stiff casing shortens the contact, thick rubber lengthens it.
     """
-    given = {"load": load, "pressure": pressure, "wheel_radius": wheel_radius, "tyre_width": tyre_width}
-    for name, value in given.items():
+    arguments = {"load": load, "pressure": pressure, "wheel_radius": wheel_radius, "tyre_width": tyre_width}
+    for name, value in arguments.items():
         if not is_number(value) or not 0 < value < math.inf:
             raise InputError(f"{name} = {shown(value)} must be a positive number in SI units")
     return math.sqrt(load / (math.pi * pressure) * math.sqrt(2 * wheel_radius / tyre_width))

@@ -61,10 +61,12 @@ def read_tyre(tyre: str | Path, *, surface: str | None = None, camber_moment: st
         return TyreMap.load(name, surface=surface or "flat")
     if not is_file_name(name) and name not in formulas:
         raise no_tyre(name, [*tables, *formulas], f"; or give a file ({', '.join(FILE_ENDINGS)})")
-    found = _from_file(Path(name), choice) if is_file_name(name) else formulas[name]
-    if surface and surface != found.surface:
-        raise InputError(f"{name} was not measured on surface '{surface}', only on: {found.surface}; leave surface out")
-    return found
+    source = _from_file(Path(name), choice) if is_file_name(name) else formulas[name]
+    if surface and surface != source.surface:
+        raise InputError(
+            f"{name} was not measured on surface '{surface}', only on: {source.surface}; leave surface out"
+        )
+    return source
 
 
 @cache

@@ -66,16 +66,18 @@ def read_sidecar(path: Traversable) -> dict[str, Any]:
 
 def without_sidecar(table: Path, words: Mapping[str, str]) -> dict[str, Any]:
     """Keys of a table that has no sidecar: ``words`` of its columns, comments such as ``# tyre: ...``, else assumed."""
-    said = dict(words)
+    statements = dict(words)
     for line in read_text(table, fallback="latin-1").splitlines():
         match = re.fullmatch(r"\s*#\s*(tyre|surface|source|description)\s*[:=]\s*(.*?)\s*", line)
         if match:
-            said.setdefault(match[1], match[2].strip("\"'"))
-    assumed = [f"{key} = {value!r}" for key, value in (("tyre", table.stem), ("surface", "flat")) if key not in said]
+            statements.setdefault(match[1], match[2].strip("\"'"))
+    assumed = [
+        f"{key} = {value!r}" for key, value in (("tyre", table.stem), ("surface", "flat")) if key not in statements
+    ]
     notes = [f"{table.name} has no sidecar {table.stem}.toml; taken is {' and '.join(assumed)}"] if assumed else []
-    given = {"tyre": table.stem, "surface": "flat", "source": "not stated"} | said
-    keys: dict[str, Any] = read(SIDECAR, given, where=table.name, dotted=True)
-    return keys | {"notes": notes, "surface_stated": "surface" in said}
+    content = {"tyre": table.stem, "surface": "flat", "source": "not stated"} | statements
+    keys: dict[str, Any] = read(SIDECAR, content, where=table.name, dotted=True)
+    return keys | {"notes": notes, "surface_stated": "surface" in statements}
 
 
 REQUIRED = ("load_N", "pressure_bar", "cornering_stiffness_N_per_deg")
@@ -137,8 +139,10 @@ def read_table(file: str | Path) -> MeasuredTable:
     """Read a tyre table from its CSV (or the path of its sidecar); ``two_tyres.csv#NAME`` is one tyre of several."""
     file, tyre = split_row(str(file))
     if file.suffix not in (".csv", ".toml"):
-        others = "(read_tyre reads .tir and Pacejka-89 files)"
-        raise InputError(f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either {others}.")
+        formula_hint = "(read_tyre reads .tir and Pacejka-89 files)"
+        raise InputError(
+            f"{file}: a tyre table is a .csv with a .toml beside it; give the path of either {formula_hint}."
+        )
     return _parse(file.with_suffix(".csv"), file.with_suffix(".toml"), tyre)
 
 
@@ -200,11 +204,11 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
     values = {field: columns[column] * factor for field, (column, factor) in FIELDS.items() if column in columns}
     length_sd, relative_sd = "relaxation_length_sd_mm", np.zeros_like(values["load"])
     if "relaxation_length_mm" in columns:
-        for given in ("calibration", CORRELATION, *DOF):
-            if given in keys or given in columns:
+        for name_of_both in ("calibration", CORRELATION, *DOF):
+            if name_of_both in keys or name_of_both in columns:
                 raise InputError(
-                    f"{name}: {given} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in place "
-                    "of relaxation_length_mm."
+                    f"{name}: {name_of_both} is about both stiffnesses; give the column lateral_stiffness_N_per_mm in "
+                    "place of relaxation_length_mm."
                 )
         if length_sd in columns and length_sd in keys:
             raise InputError(f"{name}: relaxation_length_sd_mm stands in the table and in its sidecar; keep one.")
@@ -218,9 +222,9 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
         values["lateral_stiffness_sd"] = relative_sd * values["lateral_stiffness"]
     trail, length = _read_column(name, TRAIL, columns), values["cornering_stiffness"] / values["lateral_stiffness"]
     camber = _camber_column(name, columns)
-    beside = {TRAIL: trail, CAMBER: camber}
+    further_columns = {TRAIL: trail, CAMBER: camber}
     judged = {**values, "relaxation_length": length}
-    judged |= {quantity: column.value for quantity, column in beside.items() if column is not None}
+    judged |= {quantity: column.value for quantity, column in further_columns.items() if column is not None}
     doubts = table_doubts(values["load"], judged, where=name, places=plain.places)
     doubts += negative_quantities(values["load"], judged)
     if resolution := keys.get("resolution"):
@@ -253,17 +257,19 @@ def _columns(path: Traversable, tyre: str) -> PlainTable:
     names = next((line for line in header.splitlines() if line.strip() and not line.startswith("#")), "")
     refuse_huge_line(names, where=f"{path}, names of the columns")
     try:
-        own = [name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells]
+        header_names = [
+            name.strip() for cells in csv.reader([names.partition("#")[0]], skipinitialspace=True) for name in cells
+        ]
     except csv.Error as error:
         raise InputError(f"{path}: the names of the columns are not CSV ({error}); see the quotation marks") from error
-    others = [name for name in own if name not in COLUMNS]
-    if not (names and isinstance(path, Path) and (others or tyre)):
+    foreign = [name for name in header_names if name not in COLUMNS]
+    if not (names and isinstance(path, Path) and (foreign or tyre)):
         columns = read_columns(path, numbers=COLUMNS, needed=REQUIRED)
         return PlainTable(columns.numbers, [f"line {line}" for line in columns.lines], {}, [])
-    for name in own:
+    for name in header_names:
         if name in ONLY_OWN:
             raise InputError(
-                f"{path}: {name} is read only where all columns have names of velotyre; take out {', '.join(others)}"
+                f"{path}: {name} is read only where all columns have names of velotyre; take out {', '.join(foreign)}"
             )
     plain = read_plain_table(path, tyre=tyre)
     missing = [name for name in REQUIRED if name not in plain.columns]
@@ -318,30 +324,31 @@ def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, .
         A table of the folder that cannot be read.
     """
     surfaces: dict[str, tuple[str, ...]] = {}
-    for one in read_folder(folder):
-        surfaces[one.tyre] = (*surfaces.get(one.tyre, ()), one.surface)
+    for measured_table in read_folder(folder):
+        known_surfaces = surfaces.get(measured_table.tyre, ())
+        surfaces[measured_table.tyre] = (*known_surfaces, measured_table.surface)
     return {tyre: tuple(sorted(measured, reverse=True)) for tyre, measured in sorted(surfaces.items())}
 
 
-def no_tyre(tyre: str, known: Iterable[str], more: str = "") -> InputError:
-    """Make the error of a ``tyre`` that is none of the ``known`` ones; ``more`` ends it."""
-    near = nearest(tyre, names := sorted(known))
-    hint = f" (did you mean '{near}'?)" if near else ""
+def no_tyre(tyre: str, available: Iterable[str], more: str = "") -> InputError:
+    """Make the error of a ``tyre`` that is none of the ``available`` ones; ``more`` ends it."""
+    suggestion = nearest(tyre, names := sorted(available))
+    hint = f" (did you mean '{suggestion}'?)" if suggestion else ""
     return InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}{more}.")
 
 
 def find_table(tyre: str, *, surface: str, folder: Traversable | None = None) -> MeasuredTable:
     """Return the table of a tyre on a surface, checked against those it shares pull tests with."""
     tables = read_folder(folder)
-    mine = [table for table in tables if table.tyre == tyre]
-    if not mine:
+    of_tyre = [table for table in tables if table.tyre == tyre]
+    if not of_tyre:
         raise no_tyre(tyre, {table.tyre for table in tables})
-    chosen = [table for table in mine if table.surface == surface]
+    chosen = [table for table in of_tyre if table.surface == surface]
     if not chosen:
-        known = ", ".join(sorted((table.surface for table in mine), reverse=True))
-        raise InputError(f"{tyre} was not measured on surface '{surface}', only on: {known}.")
+        surfaces = ", ".join(sorted((table.surface for table in of_tyre), reverse=True))
+        raise InputError(f"{tyre} was not measured on surface '{surface}', only on: {surfaces}.")
     if len(chosen) > 1:
         raise InputError(f"{chosen[0].label} is defined by {len(chosen)} files; keep one.")
-    across = [table for table in mine if "surface" in table.lateral_stiffness_shared_over]
+    across = [table for table in of_tyre if "surface" in table.lateral_stiffness_shared_over]
     common_lateral_stiffness(across if chosen[0] in across else chosen)
     return chosen[0]

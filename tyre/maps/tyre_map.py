@@ -41,9 +41,9 @@ def grid_weights(
     """
     weights = np.ones(())
     other_load, other_pressure = other or (grid_load, grid_pressure)
-    for grid, one, two in ((grid_load, load, other_load), (grid_pressure, pressure, other_pressure)):
+    for grid, points, other_points in ((grid_load, load, other_load), (grid_pressure, pressure, other_pressure)):
         lines = np.unique(grid)
-        distance = np.abs(_line_number(lines, one)[:, None] - _line_number(lines, two)[None, :])
+        distance = np.abs(_line_number(lines, points)[:, None] - _line_number(lines, other_points)[None, :])
         weights = weights * np.maximum(0.0, 1.0 - distance)
     return weights
 
@@ -53,9 +53,9 @@ def _line_number(lines: Array, value: Array) -> Array:
     if lines.size == 1:
         return np.asarray(value / lines[0] - 1.0)
     number = np.interp(value, lines, np.arange(lines.size))
-    below = np.minimum(value - lines[0], 0.0) / (lines[1] - lines[0])
-    above = np.maximum(value - lines[-1], 0.0) / (lines[-1] - lines[-2])
-    return np.asarray(number + below + above)
+    steps_below = np.minimum(value - lines[0], 0.0) / (lines[1] - lines[0])
+    steps_above = np.maximum(value - lines[-1], 0.0) / (lines[-1] - lines[-2])
+    return np.asarray(number + steps_below + steps_above)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,23 +108,23 @@ class Trend:
         weights = grid_weights(*grid, load, pressure)
         smooth, gradient = self.evaluate(load, pressure)
         # what the interpolated differences do not take off the error of the model
-        left = gradient - weights @ self.evaluate(*grid)[1]
+        uncorrected = gradient - weights @ self.evaluate(*grid)[1]
         error = grid_weights(*grid, load, pressure, other=(load, pressure)) - weights @ weights.T
-        moved = left @ self.sensitivity
-        error += moved @ moved.T
+        added_weights = uncorrected @ self.sensitivity
+        error += added_weights @ added_weights.T
         return Prediction(
-            smooth + weights @ self.residuals, weights + moved, self.misfit**2 * error, self.degrees_of_freedom
+            smooth + weights @ self.residuals, weights + added_weights, self.misfit**2 * error, self.degrees_of_freedom
         )
 
 
 def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
     """Fit a law of MF6.1 to measured stiffness (:func:`tyre.laws.magic_formula.fit`)."""
     fit = mf61.fit(law, load, pressure, value)
-    known = fit.coefficients | fit.nominal
+    coefficients = fit.coefficients | fit.nominal
 
     def evaluate(at_load: Array, at_pressure: Array) -> tuple[Array, Array]:
-        slopes = law.gradient(at_load, at_pressure, **known)[:, fit.free]
-        return law.value(at_load, at_pressure, **known), slopes
+        slopes = law.gradient(at_load, at_pressure, **coefficients)[:, fit.free]
+        return law.value(at_load, at_pressure, **coefficients), slopes
 
     parameters = {law.names[n]: fit.coefficients[law.names[n]] for n in fit.free} | fit.nominal
     return Trend(parameters, evaluate, load, pressure, value)
@@ -134,30 +134,32 @@ def predicted_column(
     table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array, name: str = ""
 ) -> tuple[list[Estimate | None], JointCovariance]:
     """Predict a column of a table; unknown at another load or pressure than the only one measured."""
-    here = column.known
-    if not here.any():
+    measured_rows = column.known
+    if not measured_rows.any():
         return [None] * load.size, JointCovariance()
-    trend = _linear_trend(table.load[here], table.pressure[here], column.value[here])
-    told = np.ones(load.size, dtype=bool)
-    for asked, measured in ((load, trend.load), (pressure, trend.pressure)):
+    trend = _linear_trend(table.load[measured_rows], table.pressure[measured_rows], column.value[measured_rows])
+    predictable = np.ones(load.size, dtype=bool)
+    for targets, measured in ((load, trend.load), (pressure, trend.pressure)):
         if np.ptp(measured) == 0.0:
-            told &= np.isclose(asked, measured[0], rtol=1e-9)
-    prediction = trend.at(load[told], pressure[told])
+            predictable &= np.isclose(targets, measured[0], rtol=1e-9)
+    prediction = trend.at(load[predictable], pressure[predictable])
     if not column.stated:
         values = iter(prediction.value.tolist())
-        return [Estimate(next(values), np.nan) if there else None for there in told], JointCovariance()
-    covariance = prediction.carry @ np.diag(column.sd[here] ** 2) @ prediction.carry.T + prediction.error
+        return [
+            Estimate(next(values), np.nan) if is_predictable else None for is_predictable in predictable
+        ], JointCovariance()
+    covariance = prediction.carry @ np.diag(column.sd[measured_rows] ** 2) @ prediction.carry.T + prediction.error
     spread = [
         np.outer(carry, carry) * sd**2 / np.sqrt(dof)
-        for carry, sd, dof in zip(prediction.carry.T, column.sd[here], column.dof[here], strict=True)
+        for carry, sd, dof in zip(prediction.carry.T, column.sd[measured_rows], column.dof[measured_rows], strict=True)
         if np.isfinite(dof)
     ]
     if prediction.error_dof > 0:
         spread.append(prediction.error / np.sqrt(prediction.error_dof))
-    joint = JointCovariance(tuple(f"{name}.{row}" for row in np.flatnonzero(told)), covariance, tuple(spread))
+    joint = JointCovariance(tuple(f"{name}.{row}" for row in np.flatnonzero(predictable)), covariance, tuple(spread))
     values = zip(prediction.value.tolist(), joint.sd.items(), strict=True)
-    found = iter([Estimate(value, sd, joint.dof(row)) for value, (row, sd) in values])
-    return [next(found) if there else None for there in told], joint
+    estimates = iter([Estimate(value, sd, joint.dof(row)) for value, (row, sd) in values])
+    return [next(estimates) if is_predictable else None for is_predictable in predictable], joint
 
 
 def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
@@ -205,7 +207,7 @@ def stiffness_covariance(table: MeasuredTable, *, assumed: float) -> StiffnessCo
     rounding = 1e-9  # of a file's digits, relative
     c, k = table.cornering_stiffness, table.lateral_stiffness
     keys = [table.sharing_key(row) for row in range(k.size)]
-    same = np.array([[one == other for other in keys] for one in keys], dtype=np.float64)
+    shares_error = np.array([[row_key == column_key for column_key in keys] for row_key in keys], dtype=np.float64)
     c_sd, k_sd = (
         np.full_like(value, assumed) if sd is None else sd / value
         for value, sd in ((c, table.cornering_stiffness_sd), (k, table.lateral_stiffness_sd))
@@ -216,36 +218,40 @@ def stiffness_covariance(table: MeasuredTable, *, assumed: float) -> StiffnessCo
         common = table.calibration.relative_covariance
     c_left = _left_over(table, "cornering stiffness", c_sd, float(common[0, 0]), rounding)
     k_left = _left_over(table, "lateral stiffness", k_sd, float(common[1, 1]), rounding)
-    both = np.zeros_like(c)
+    cross = np.zeros_like(c)
     if table.stiffness_correlation is not None:
-        both = table.stiffness_correlation * c_sd * k_sd - common[0, 1]
-        for row in np.flatnonzero(np.abs(both) > np.sqrt(c_left * k_left) + rounding * c_sd * k_sd):
+        cross = table.stiffness_correlation * c_sd * k_sd - common[0, 1]
+        for row in np.flatnonzero(np.abs(cross) > np.sqrt(c_left * k_left) + rounding * c_sd * k_sd):
             raise InputError(
                 f"{table.condition(int(row))}: a correlation of {table.stiffness_correlation[row]:.3g} between "
                 "cornering and lateral stiffness cannot be, with these standard deviations and the common calibration; "
                 "correct stiffness_correlation or leave it out"
             )
-    own = np.diag(c_left), np.sqrt(np.outer(k_left, k_left)) * same
-    relative = np.kron(common, np.ones_like(same)) + np.block([[own[0], np.diag(both)], [np.diag(both), own[1]]])
+    separate = np.diag(c_left), np.sqrt(np.outer(k_left, k_left)) * shares_error
+    relative = np.kron(common, np.ones_like(shares_error)) + np.block(
+        [[separate[0], np.diag(cross)], [np.diag(cross), separate[1]]]
+    )
     if np.linalg.eigvalsh(relative)[0] < -rounding * np.abs(relative).max():
         raise InputError(
             f"{table.label}: a lateral stiffness that conditions share (lateral_stiffness_shared_over) cannot have "
             "these correlations with their cornering stiffnesses; leave stiffness_correlation out"
         )
     values = np.append(c, k)
-    return StiffnessCovariance(relative * np.outer(values, values), (own[0] * np.outer(c, c), own[1] * np.outer(k, k)))
+    return StiffnessCovariance(
+        relative * np.outer(values, values), (separate[0] * np.outer(c, c), separate[1] * np.outer(k, k))
+    )
 
 
 def _left_over(table: MeasuredTable, name: str, relative_sd: Array, common: float, rounding: float) -> Array:
     """Relative variance of each condition alone."""
-    left = relative_sd**2 - common
-    for row in np.flatnonzero(left < -rounding * common):
+    variance = relative_sd**2 - common
+    for row in np.flatnonzero(variance < -rounding * common):
         raise InputError(
             f"{table.condition(int(row))}: the standard deviation of the {name} is "
             f"{100 * relative_sd[row]:.3g} %, less than the {100 * np.sqrt(common):.3g} % of the calibration that is "
             "common to all conditions; standard deviations hold the calibration, so add it or lower [calibration]"
         )
-    return np.maximum(left, 0.0)
+    return np.maximum(variance, 0.0)
 
 
 def joint_covariance(
@@ -262,16 +268,16 @@ def joint_covariance(
         np.stack(blocks, 1).reshape(3 * c.size, -1)
         for blocks in ((unit, zero, np.diag(1 / k)), (zero, unit, np.diag(-c / k**2)))
     ]
-    carried = np.hstack([half @ one.carry for half, one in zip(halves, predictions, strict=True)])
-    errors = [half @ one.error @ half.T for half, one in zip(halves, predictions, strict=True)]
+    carried = np.hstack([half @ prediction.carry for half, prediction in zip(halves, predictions, strict=True)])
+    errors = [half @ prediction.error @ half.T for half, prediction in zip(halves, predictions, strict=True)]
     covariance = carried @ measured.whole @ carried.T + sum(errors)
     totals, spread = np.diag(measured.whole).reshape(2, -1), []
     for number, freedom in enumerate(dof):
         # a stated number of degrees of freedom is that of the whole standard deviation: own^4/dof_own = sd^4/dof
-        own, part = measured.own[number], carried[:, number * len(freedom) :][:, : len(freedom)]
-        ratio = np.divide(totals[number], np.diag(own), out=np.zeros(len(own)), where=np.diag(own) > 0)
+        separate, part = measured.own[number], carried[:, number * len(freedom) :][:, : len(freedom)]
+        ratio = np.divide(totals[number], np.diag(separate), out=np.zeros(len(separate)), where=np.diag(separate) > 0)
         root = np.sqrt(ratio) / freedom**0.25
-        spread += [part @ (own * np.outer(root, root)) @ part.T]
+        spread += [part @ (separate * np.outer(root, root)) @ part.T]
         if predictions[number].error_dof > 0:
             spread += [errors[number] / np.sqrt(predictions[number].error_dof)]
     return JointCovariance(stiffness_names(range(c.size)), (covariance + covariance.T) / 2, tuple(spread))
@@ -412,12 +418,13 @@ class TyreMap(TyreSource):
         table = self.measured
         c, k, length = table.cornering_stiffness, table.lateral_stiffness, table.relaxation_length
         cornering, lateral = np.diag(self._covariance.whole).reshape(2, -1)
-        both = np.diag(self._covariance.whole, len(c))
-        relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * both / (c * k), 0.0))
+        cross = np.diag(self._covariance.whole, len(c))
+        relative = np.sqrt(np.maximum(cornering / c**2 + lateral / k**2 - 2 * cross / (c * k), 0.0))
         if not self.relative_cornering_stiffness_sd:
             cornering = np.full_like(c, np.nan) if table.cornering_stiffness_sd is None else cornering
             lateral, relative = (
-                np.full_like(k, np.nan) if table.lateral_stiffness_sd is None else one for one in (lateral, relative)
+                np.full_like(k, np.nan) if table.lateral_stiffness_sd is None else column
+                for column in (lateral, relative)
             )
         columns = {
             "tyre": table.tyre,
@@ -475,19 +482,23 @@ class TyreMap(TyreSource):
         joint = joint_covariance(cornering, lateral, self._covariance, dof)
         trails: list[Estimate | None] = [None] * load.size
         if table.pneumatic_trail is not None:
-            trails, beside = predicted_column(table, table.pneumatic_trail, load, pressure, "pneumatic_trail")
-            joint = joint.and_also(beside)
+            trails, camber_covariance = predicted_column(
+                table, table.pneumatic_trail, load, pressure, "pneumatic_trail"
+            )
+            joint = joint.and_also(camber_covariance)
         cambers: list[Estimate | None] = [None] * load.size
         if table.camber_stiffness is not None:
-            cambers, beside = predicted_column(table, table.camber_stiffness, load, pressure, "camber_stiffness")
-            joint = joint.and_also(beside)
+            cambers, camber_covariance = predicted_column(
+                table, table.camber_stiffness, load, pressure, "camber_stiffness"
+            )
+            joint = joint.and_also(camber_covariance)
         routes = {
             name: predicted_column(table, column, load, pressure)[0]
             for name, column in table.direct_relaxation_length.items()
         }
         properties = []
         for row in range(load.size):
-            origin, here = self.origin(load=load[row], pressure=pressure[row]), trails[row]
+            origin, trail = self.origin(load=load[row], pressure=pressure[row]), trails[row]
             leaning = cambers[row]
             names = stiffness_names([row])
             properties.append(
@@ -508,8 +519,8 @@ class TyreMap(TyreSource):
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
                     lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
                     surface_stated=table.surface_stated,
-                    pneumatic_trail=here.value if here else None,
-                    pneumatic_trail_sd=here.sd if here else None,
+                    pneumatic_trail=trail.value if trail else None,
+                    pneumatic_trail_sd=trail.sd if trail else None,
                     camber_stiffness=leaning.value if leaning else None,
                     direct_relaxation_lengths={
                         name: length for name, lengths in routes.items() if (length := lengths[row]) is not None
@@ -556,9 +567,9 @@ class TyreMap(TyreSource):
             f"cornering stiffness {way}: MF6.1 form through the measured values, "
             f"misfit {np.radians(cornering.misfit):.1f} N/deg"
         )
-        jumps, stated = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
-        if lateral.misfit > stated > 0:
-            jumps = f", more than its measured {stated / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
+        jumps, measured_sd = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
+        if lateral.misfit > measured_sd > 0:
+            jumps = f", more than its measured {measured_sd / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
         notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")
         for name, trend in (("cornering", cornering), ("lateral", lateral)):
             if trend.degrees_of_freedom < 1:

@@ -92,10 +92,10 @@ def read_plain_table(path: Path, *, tyre: str = "") -> PlainTable:
         row: dict[str, float] = {}
         for n in order:
             where = f"{path}, {place}, column {sheet.header[n]!r}"
-            given = _cell(cells[n], columns[n], row, where=where)
-            if twice := set(given) & set(row):
+            cell = _cell(cells[n], columns[n], row, where=where)
+            if twice := set(cell) & set(row):
                 raise InputError(f"{where}: two columns give {twice.pop()}; keep one")
-            row |= given
+            row |= cell
         numbers.append(row)
         if odd := set(row) ^ set(numbers[0]):
             raise InputError(f"{path}, {place}: {min(odd)} is there in some rows only; give it in all or in none")
@@ -115,20 +115,20 @@ def _rows_of_one_tyre(sheet: Sheet, tyre: str, notes: list[str]) -> tuple[Rows, 
     about = {WORDS[name]: n for n, column in enumerate(sheet.header) if (name := _plain_name(column)) in WORDS}
     if tyre and "tyre" not in about:
         raise InputError(f"{sheet.path}: no column says which rows are of the tyre {tyre!r}; name it tyre")
-    for what, n in sorted(about.items(), reverse=True):  # the tyre first
-        every = list(dict.fromkeys(str(cells[n]).strip() for _, cells in rows))
-        chosen = tyre if what == "tyre" and tyre else every[0]
-        if "" in every:
+    for key, n in sorted(about.items(), reverse=True):  # the tyre first
+        texts = list(dict.fromkeys(str(cells[n]).strip() for _, cells in rows))
+        chosen = tyre if key == "tyre" and tyre else texts[0]
+        if "" in texts:
             raise InputError(f"{sheet.path}: column {sheet.header[n]!r} is empty in a row; fill it in all rows")
-        if chosen not in every:
-            raise InputError(f"{sheet.path}: no tyre {chosen!r}{hint(chosen, every)}; there are {', '.join(every)}")
-        if len(every) > 1 and what == "tyre" and not tyre:
+        if chosen not in texts:
+            raise InputError(f"{sheet.path}: no tyre {chosen!r}{hint(chosen, texts)}; there are {', '.join(texts)}")
+        if len(texts) > 1 and key == "tyre" and not tyre:
             raise InputError(
-                f"{sheet.path}: holds the tyres {', '.join(every)}; choose one, as {sheet.path.name}{ROW}{chosen}"
+                f"{sheet.path}: holds the tyres {', '.join(texts)}; choose one, as {sheet.path.name}{ROW}{chosen}"
             )
-        if len(every) > 1 and what == "surface":
-            raise InputError(f"{sheet.path}: holds the surfaces {', '.join(every)}; write a table for each")
-        words[what] = chosen
+        if len(texts) > 1 and key == "surface":
+            raise InputError(f"{sheet.path}: holds the surfaces {', '.join(texts)}; write a table for each")
+        words[key] = chosen
         rows = [(place, cells) for place, cells in rows if str(cells[n]).strip() == chosen]
     for n, name in enumerate(sheet.header):
         if _plain_name(name) in CAMBERS:
@@ -179,17 +179,21 @@ def _column(name: str, path: Path) -> Column | None:
     for count in range(len(parts) - 1, 0, -1):
         if unit:
             break
-        start, rest = parts[:count], "_".join(parts[count:])
+        start, unit_text = parts[:count], "_".join(parts[count:])
         sd = len(start) > 1 and start[-1].lower() in ("sd", "std")
-        if "_".join(start[: len(start) - sd]).lower() in NAMES and is_unit(rest):
-            base, spread, unit = "_".join(start[: len(start) - sd]), spread or sd, rest
+        if "_".join(start[: len(start) - sd]).lower() in NAMES and is_unit(unit_text):
+            base, spread, unit = "_".join(start[: len(start) - sd]), spread or sd, unit_text
             break
     quantity = NAMES.get(base.strip().lower().replace(" ", "_"))
     where = f"{path}, column {name!r}"
     if quantity is None:
-        near = nearest(_plain_name(name), [*(_key(one) for one in UNITS), *NAMES], cutoff=TYPING_ERROR)
-        if near:
-            raise InputError(f"{path}: unknown column {shown(name)}; did you mean {near!r}? else give it another name")
+        suggestion = nearest(
+            _plain_name(name), [*(_key(known_unit) for known_unit in UNITS), *NAMES], cutoff=TYPING_ERROR
+        )
+        if suggestion:
+            raise InputError(
+                f"{path}: unknown column {shown(name)}; did you mean {suggestion!r}? else give it another name"
+            )
         return None
     if not unit:
         raise InputError(f"{where}: no unit; write it in brackets, {base} [{UNITS[quantity]}]")

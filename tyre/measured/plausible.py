@@ -101,10 +101,10 @@ def _middle(typical: tuple[float, float]) -> float:
 
 def refuse_absurd(doubts: Iterable[Doubt], *, where: str) -> None:
     """Refuse the first doubt that is far beyond its typical range; ``where`` is the file that may allow it."""
-    for found in doubts:
-        if found.absurd:
+    for doubt in doubts:
+        if doubt.absurd:
             raise InputError(
-                f"{found.text}; give it in SI units, or write {WAY_OUT} = true at the top of the {where} if it is "
+                f"{doubt.text}; give it in SI units, or write {WAY_OUT} = true at the top of the {where} if it is "
                 "meant so"
             )
 
@@ -149,35 +149,35 @@ NOT_NEGATIVE: Mapping[str, tuple[str, str]] = {
 
 def doubts(values: Mapping[str, float | None], *, at: str = "") -> tuple[Doubt, ...]:
     """Return a doubt for every unusual value of a tyre."""
-    found = []
+    unusual = []
     for name, band in BANDS.items():
         value = values.get(name)
         if value is not None and np.isfinite(value):
-            said = doubt(band.words + at, float(value), unit=band.unit, typical=band.typical, slips=band.slips)
-            found += [said] if said else []
-    return tuple(found)
+            unusual_value = doubt(band.words + at, float(value), unit=band.unit, typical=band.typical, slips=band.slips)
+            unusual += [unusual_value] if unusual_value else []
+    return tuple(unusual)
 
 
 def table_doubts(
     load: Array, values: Mapping[str, Array], *, where: str, places: Sequence[str] = ()
 ) -> tuple[str, ...]:
     """Return one note a quantity that is unusual at some of many conditions; refuse the impossible."""
-    every = {name: np.asarray(value, float) for name, value in values.items() if name in BANDS}
+    columns = {name: np.asarray(value, float) for name, value in values.items() if name in BANDS}
     if "cornering_stiffness" in values:
-        every["cornering_stiffness_per_load"] = np.asarray(values["cornering_stiffness"]) / load
+        columns["cornering_stiffness_per_load"] = np.asarray(values["cornering_stiffness"]) / load
     notes = []
-    for name, column in every.items():
-        found = [
-            (said, place)
+    for name, column in columns.items():
+        unusual = [
+            (unusual_value, place)
             for place, (value, force) in enumerate(zip(column, load, strict=True))
-            for said in doubts({name: float(value)}, at=f" at {force:g} N")
+            for unusual_value in doubts({name: float(value)}, at=f" at {force:g} N")
         ]
-        for said, place in found:
-            if said.absurd:
+        for unusual_value, place in unusual:
+            if unusual_value.absurd:
                 row = f", {places[place]}" if len(places) else ""
-                raise InputError(f"{where}{row}: {said.text}; no tyre has that, correct the value or its unit")
-        if found:
-            notes.append(f"{found[0][0].text}{_and_more(len(found))}")
+                raise InputError(f"{where}{row}: {unusual_value.text}; no tyre has that, correct the value or its unit")
+        if unusual:
+            notes.append(f"{unusual[0][0].text}{_and_more(len(unusual))}")
     return tuple(notes)
 
 
@@ -185,12 +185,12 @@ def negative_quantities(load: Array, values: Mapping[str, Array]) -> tuple[str, 
     """Return one note a quantity that is negative at some of many conditions, though no effect takes it so."""
     notes = []
     for name, (words, unit) in NOT_NEGATIVE.items():
-        below = np.flatnonzero(np.asarray(values.get(name, ())) < 0)
-        if below.size:
-            value, force = np.asarray(values[name])[below[0]], load[below[0]]
+        negative = np.flatnonzero(np.asarray(values.get(name, ())) < 0)
+        if negative.size:
+            value, force = np.asarray(values[name])[negative[0]], load[negative[0]]
             notes.append(
-                f"{words} is negative, {value:.4g} {unit} at {force:g} N{_and_more(below.size)}: no effect takes it; "
-                "is its sign in the source that of the other quantities?"
+                f"{words} is negative, {value:.4g} {unit} at {force:g} N{_and_more(negative.size)}: no effect takes "
+                "it; is its sign in the source that of the other quantities?"
             )
     return tuple(notes)
 

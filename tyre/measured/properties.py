@@ -55,7 +55,7 @@ def combine_uncertainties(parts: Sequence[tuple[float, float]]) -> tuple[float, 
 REPEATABILITY_DOF = 8.0
 
 
-def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[float, float]:
+def weighed_scatter(stated_sd: float, squares: float, repeats: float) -> tuple[float, float]:
     """Standard deviation of one recording from what is stated and from repeats, with its degrees of freedom.
 
     sd^2 = (nu0 s0^2 + nu s^2) / (nu0 + nu), for the stated s0 that counts nu0 = :data:`REPEATABILITY_DOF` and the
@@ -64,10 +64,10 @@ def weighed_scatter(stated: float, squares: float, repeats: float) -> tuple[floa
     """
     from scipy.special import fdtrc
 
-    if stated == 0.0 or fdtrc(repeats, REPEATABILITY_DOF, squares / repeats / stated**2) < 0.05:
+    if stated_sd == 0.0 or fdtrc(repeats, REPEATABILITY_DOF, squares / repeats / stated_sd**2) < 0.05:
         return float(np.sqrt(squares / repeats)), repeats
     dof = REPEATABILITY_DOF + repeats
-    return float(np.sqrt((REPEATABILITY_DOF * stated**2 + squares) / dof)), dof
+    return float(np.sqrt((REPEATABILITY_DOF * stated_sd**2 + squares) / dof)), dof
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class Calibration(CommonCalibration):
     displacement: float = 0.002  # gain of the dial gauges
     repeatability: float = 0.01  # of a stiffness from one recording to the next
 
-    def estimate(self, value: float, fit_sd: float, dof: float, other: float) -> Estimate:
+    def estimate(self, value: float, fit_sd: float, dof: float, sensor: float) -> Estimate:
         """A fitted value with its repeatability, and the gains of the load cell and of another sensor, in its sd."""
-        gains = float(np.hypot(self.force, other)) * value
+        gains = float(np.hypot(self.force, sensor)) * value
         parts = [(fit_sd, dof), (self.repeatability * value, REPEATABILITY_DOF), (gains, np.inf)]
         return Estimate(value, *combine_uncertainties(parts))
 
@@ -201,20 +201,20 @@ QUANTITIES = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")  
 
 def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, Any]:
     """Add the properties of `TyreProperties` that follow from its fields, as far as those are there."""
-    found = dict(values)
+    parameters = dict(values)
     if "pneumatic_trail" in values:
-        found["aligning_stiffness"] = values["pneumatic_trail"] * values["cornering_stiffness"]
+        parameters["aligning_stiffness"] = values["pneumatic_trail"] * values["cornering_stiffness"]
     if "overturning_stiffness" in values:
-        found["crown_radius"] = values["overturning_stiffness"] / load
-    return found
+        parameters["crown_radius"] = values["overturning_stiffness"] / load
+    return parameters
 
 
 def stiffness_note(relative_sd: float, quantity: str = "cornering") -> str:
     """Return the note on a source that states no uncertainty of a stiffness, for the assumed ``relative_sd``."""
-    taken = "none is assumed, so it counts as exact where it was measured"
+    assumption = "none is assumed, so it counts as exact where it was measured"
     if relative_sd:
-        taken = "assumed is {:g} % (one standard deviation)"
-    return UNSTATED.format(quantity) + taken.format(100 * relative_sd)
+        assumption = "assumed is {:g} % (one standard deviation)"
+    return UNSTATED.format(quantity) + assumption.format(100 * relative_sd)
 
 
 UNSTATED = "the source states no uncertainty of the {} stiffness; "
@@ -279,14 +279,16 @@ class JointCovariance:
 
     def renamed(self, names: Mapping[str, str]) -> "JointCovariance":
         """Part of the covariance under other names (own name -> new one)."""
-        own = tuple(names)
-        spread = tuple(self._among(part, own) for part in self.variance_spread)
-        return JointCovariance(tuple(names.values()), self.among(own), spread)
+        own_names = tuple(names)
+        spread = tuple(self._among(part, own_names) for part in self.variance_spread)
+        return JointCovariance(tuple(names.values()), self.among(own_names), spread)
 
     def and_also(self, other: "JointCovariance") -> Self:
         """This and the covariance of numbers that have nothing in common with it."""
         names = (*self.names, *other.names)
-        spread = tuple(one._among(part, names) for one in (self, other) for part in one.variance_spread)
+        spread = tuple(
+            covariance._among(part, names) for covariance in (self, other) for part in covariance.variance_spread
+        )
         return replace(self, names=names, matrix=self.among(names) + other.among(names), variance_spread=spread)
 
 
@@ -372,26 +374,26 @@ class TyreSource(ABC):
         pressure = self.default_pressure if pressure is None else pressure
         if pressure is None:
             raise InputError(f"{self.label}: give a pressure (Pa), {stated_range(self)} {self.range_kind}")
-        found = self.jointly([(load, pressure)]).properties[0]
-        beyond = None if extrapolate else out_of_reach(self, load=load, pressure=pressure)
+        properties = self.jointly([(load, pressure)]).properties[0]
+        refusal = None if extrapolate else out_of_reach(self, load=load, pressure=pressure)
         low, high = POSSIBLE_PRESSURE
-        if beyond is None and not extrapolate and not low <= pressure <= high and pressure == pressure:
-            beyond = f"a pressure of {pressure:g} Pa is no tyre's"
-        if beyond is None:
-            return found
-        given = (("pressure", pressure, "Pa", PRESSURE_SLIPS), ("load", load, "N", LOAD_SLIPS))
+        if refusal is None and not extrapolate and not low <= pressure <= high and pressure == pressure:
+            refusal = f"a pressure of {pressure:g} Pa is no tyre's"
+        if refusal is None:
+            return properties
+        condition = (("pressure", pressure, "Pa", PRESSURE_SLIPS), ("load", load, "N", LOAD_SLIPS))
         meant = [
             f"is the {name} in {unit}? give {value * factor:g} {si}"
-            for name, value, si, slips in given
+            for name, value, si, slips in condition
             for unit, factor in slips
             if _usual(self, name, value * factor) and not _usual(self, name, value)
         ]
-        raise InputError(f"{self.label}: {'; '.join([beyond, *meant[:1]])}; extrapolate=True takes it as it is")
+        raise InputError(f"{self.label}: {'; '.join([refusal, *meant[:1]])}; extrapolate=True takes it as it is")
 
     def joint(self, conditions: Sequence[tuple[float, float]]) -> tuple[tuple[TyreProperties, ...], Array]:
         """Return the properties at ``conditions`` (load N, pressure Pa) and their covariance, (3 n, 3 n)."""
-        found = self.jointly(conditions)
-        return found.properties, found.covariance
+        joint = self.jointly(conditions)
+        return joint.properties, joint.covariance
 
     @abstractmethod
     def jointly(self, conditions: Sequence[tuple[float, float]]) -> JointProperties:

@@ -276,8 +276,8 @@ def common_lateral_stiffness(tables: Iterable[MeasuredTable]) -> dict[tuple[floa
         high = (table.cornering_stiffness + stiffness_half) / (table.relaxation_length - length_half)
         for row in range(table.load.size):
             key = table.sharing_key(row)
-            below, above = common.get(key, (0.0, math.inf))
-            common[key] = (max(below, float(low[row])), min(above, float(high[row])))
+            lowest, highest = common.get(key, (0.0, math.inf))
+            common[key] = (max(lowest, float(low[row])), min(highest, float(high[row])))
             if common[key][0] > common[key][1]:
                 raise InputError(
                     f"{table.condition(row)}: the lateral stiffness, {table.lateral_stiffness[row] / 1e3:.2f} N/mm, "

@@ -70,9 +70,9 @@ def records(
         values |= mounting.turned(values)
         known_to = f" (known to {np.rad2deg(mounting.sd):g} deg, 1 sd)" if mounting.sd else ""
         notes = (*notes, f"{', '.join(mounting.channels)} turned from the axes of their sensor{known_to}")
-    kept = {name: x for name, x in values.items() if name in quantities}  # others turned a sensor or were a trigger
+    mapped = {name: x for name, x in values.items() if name in quantities}  # others turned a sensor or were a trigger
     notes = (*signals.notes, *notes)
-    whole = Record(where, time, kept, channel_map.mountings, notes, timed=not untimed)
+    whole = Record(where, time, mapped, channel_map.mountings, notes, timed=not untimed)
     if not channel_map.windows:
         return (whole,)
     levels = {}
@@ -89,7 +89,7 @@ def records(
         samples = span.stop - span.start
         if samples < 2:
             raise InputError(f"{where}: event {name} holds {samples} samples; make its window longer")
-        cut = {key: x[span] for key, x in kept.items()}
+        cut = {key: x[span] for key, x in mapped.items()}
         source = f"{where}#{name}" if len(events) > 1 else where
         cut_out.append(
             replace(whole, source=source, time=time[span], values=cut, event=name, notes=(*whole.notes, *more))

@@ -122,13 +122,17 @@ def one_time_base(
     times = _times(signals, channel_map, values)
     times, values, lost = _drop_damaged(times, values)
     first = next(iter(times.values()))
-    alike = all(own is first or np.array_equal(own, first) for own in times.values())
+    alike = all(time_base is first or np.array_equal(time_base, first) for time_base in times.values())
     if alike and channel_map.resampling is None:
         return first, dict(values), (*lost, *check_clock(first, where=where))
     notes = [*lost]
-    notes += [note for own in {id(t): t for t in times.values()}.values() for note in check_clock(own, where=where)]
+    notes += [
+        note
+        for time_base in {id(t): t for t in times.values()}.values()
+        for note in check_clock(time_base, where=where)
+    ]
     if channel_map.resampling is None:
-        counts = ", ".join(f"{name} {own.size} samples" for name, own in times.items())
+        counts = ", ".join(f"{name} {time_base.size} samples" for name, time_base in times.items())
         raise InputError(
             f"{where}: the channels were sampled at different times ({counts}); {how_to(*times.values())}, or "
             "like = CHANNEL for the times of one of them"
@@ -156,13 +160,13 @@ def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array
     where, clock = signals.source, channel_map.clock
     if clock is None:
         times = {name: signals[entry.column].time for name, entry in channel_map.channels.items()}
-        silent = next((name for name, own in times.items() if own is None), "")
+        silent = next((name for name, time in times.items() if time is None), "")
         if silent:
             raise InputError(
                 f"{where}: the file gives no times of {silent}; add time = {{column = ..., unit = ...}} or "
                 "time = {rate_hz = ...} to [channels]"
             )
-        return {name: own for name, own in times.items() if own is not None}
+        return {name: time for name, time in times.items() if time is not None}
     column = clock.column or clock.index
     stamps = signals[column] if column else None
     lengths = {name: x.size for name, x in values.items()} | ({"time": stamps.values.size} if stamps else {})

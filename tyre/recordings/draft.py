@@ -153,8 +153,8 @@ def looking(path: Path) -> Iterator[None]:
     except InputError as error:
         if not path.is_file():
             raise
-        there = f"`velotyre look {quote(str(path))}` shows what is in it and what it can be used for"
-        raise InputError(f"{error}; {there}") from error
+        how_to_look = f"`velotyre look {quote(str(path))}` shows what is in it and what it can be used for"
+        raise InputError(f"{error}; {how_to_look}") from error
 
 
 def _guess(name: str, quantity: str, columns: Sequence[Column]) -> Column | None:

@@ -85,21 +85,21 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
     return float((1.0 - share) * variance * width), float(share * variance / averaging), phi
 
 
-def _settle_minimum(function: Callable[[Channel], float], near: Channel) -> Channel:
+def _settle_minimum(function: Callable[[Channel], float], start: Channel) -> Channel:
     """Return where central differences of a function vanish, beside a point (k,) at which a search ended.
 
     A search that compares values stops where their rounding hides the rest of the way. Here that moved the degrees of
     freedom by 5e-8 from one processor to another.
     """
-    steps = 1e-3 * np.eye(near.size)  # so long that rounding is 1e-10 of a slope
+    steps = 1e-3 * np.eye(start.size)  # so long that rounding is 1e-10 of a slope
 
     def slopes(z: Channel) -> list[float]:
         return [(function(z + step) - function(z - step)) / 2e-3 for step in steps]
 
     search: Any = scipy.optimize.root
-    settled = search(slopes, near, options={"xtol": 1e-12}).x
-    is_beside = np.all(np.abs(settled - near) < 0.05)
-    return settled if is_beside else near
+    settled = search(slopes, start, options={"xtol": 1e-12}).x
+    is_beside = np.all(np.abs(settled - start) < 0.05)
+    return settled if is_beside else start
 
 
 def draw_ar1(n: int, *, memory: float, rng: np.random.Generator) -> Channel:

@@ -237,9 +237,9 @@ def _check_condition(verdict: Preflight, run: RigRun) -> None:
 def part_means(channel: Channel) -> Channel:
     """Means of about a hundred equal parts of a channel, without those that have no sample."""
     edges = np.arange(0, channel.size, max(channel.size // 100, 5))
-    there = np.isfinite(channel)
-    number = np.add.reduceat(there.astype(float), edges)
-    total = np.add.reduceat(np.where(there, channel, 0.0), edges)
+    is_sample = np.isfinite(channel)
+    number = np.add.reduceat(is_sample.astype(float), edges)
+    total = np.add.reduceat(np.where(is_sample, channel, 0.0), edges)
     return np.asarray(total[number > 0] / number[number > 0])
 
 

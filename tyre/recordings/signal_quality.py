@@ -66,9 +66,9 @@ class Quality:
             cause = "a set value, or dead" if self.lowest else "dead, or not connected"
             phrases.append(f"constant {self.lowest:.6g}: {cause}?")
         phrases += self.losses
-        for held, value, name in ((self.held_high, self.highest, "highest"), (self.held_low, self.lowest, "lowest")):
-            if held:
-                phrases.append(f"{held} samples stay at its {name} value {value:.6g}: saturated?")
+        for is_held, value, name in ((self.held_high, self.highest, "highest"), (self.held_low, self.lowest, "lowest")):
+            if is_held:
+                phrases.append(f"{is_held} samples stay at its {name} value {value:.6g}: saturated?")
         if self.frozen:
             phrases.append(f"repeats one value {self.frozen} times from sample {self.frozen_from}: frozen?")
         if self.spikes:
@@ -157,16 +157,16 @@ def _find_still(values: Array, low: float, high: float, step: float) -> tuple[in
     value_of_run = values[starts]
     between_extremes = (value_of_run != low) & (value_of_run != high)
     usual = float(np.median(np.append(lengths[between_extremes], np.ones(values.size - int(lengths.sum())))))
-    held = []
+    is_held = []
     for extreme in (low, high):
         count = int(lengths[(value_of_run == extreme) & (lengths >= max(4, 5 * usual))].sum())
         near_extreme = np.abs(values - extreme) < max(1.5 * step, 0.01 * (high - low))
         near_only = np.count_nonzero(near_extreme) - np.count_nonzero(values == extreme)  # many, where a peak is round
         at_rest = extreme == 0 or count > 0.5 * values.size  # standing still, or a set value
-        held.append(0 if at_rest or count <= 2 * near_only else count)
+        is_held.append(0 if at_rest or count <= 2 * near_only else count)
     longest = int(np.where(between_extremes, lengths, 0).argmax())
     frozen = int(lengths[longest]) if between_extremes[longest] and lengths[longest] >= max(20, 20 * usual) else 0
-    return held[0], held[1], frozen, int(starts[longest]) + 1 if frozen else 0
+    return is_held[0], is_held[1], frozen, int(starts[longest]) + 1 if frozen else 0
 
 
 def _dropouts(values: Array, noise: float, low: float, high: float) -> tuple[int, int, int, float]:

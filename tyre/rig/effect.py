@@ -215,10 +215,12 @@ class RigEffect:
 
 def register(effect: type[RigEffect]) -> type[RigEffect]:
     """Make an ``effect`` of another package known; a decorator."""
-    others = [other for other in rig_effects().values() if other is not effect]
-    taken = {other.identifier() for other in others} | {term.identifier for other in others for term in other.terms}
+    other_effects = [other for other in rig_effects().values() if other is not effect]
+    taken_names = {other.identifier() for other in other_effects} | {
+        term.identifier for other in other_effects for term in other.terms
+    }
     for name in (effect.identifier(), *(term.identifier for term in effect.terms)):
-        if name in taken:
+        if name in taken_names:
             raise InputError(f"a rig effect or term {name!r} exists already; give {effect.__name__} another name")
     OUTSIDE[effect.identifier()] = effect
     return effect
@@ -230,7 +232,9 @@ def rig_effects() -> dict[str, type[RigEffect]]:
     effects = dict(OUTSIDE)
     for info in pkgutil.iter_modules(package.__path__):
         module = importlib.import_module(f"{package.__name__}.{info.name}")
-        classes = (thing for thing in vars(module).values() if isinstance(thing, type) and issubclass(thing, RigEffect))
+        classes = (
+            member for member in vars(module).values() if isinstance(member, type) and issubclass(member, RigEffect)
+        )
         effects |= {effect.identifier(): effect for effect in classes if effect.__module__ == module.__name__}
     return dict(sorted(effects.items()))
 

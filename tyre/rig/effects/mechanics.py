@@ -64,9 +64,9 @@ class RigFriction(RigEffect):
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
         travel = np.diff(channels["plate_displacement"] - channels["rim_displacement"], prepend=0.0)
-        left, share = np.exp(-np.abs(travel) / self.presliding), 0.0
+        remaining, share = np.exp(-np.abs(travel) / self.presliding), 0.0
         for n, way in enumerate(np.sign(travel)):  # presliding dT/d(travel) = sign - T, exactly along each reading
-            share = way + (share - way) * left[n]
+            share = way + (share - way) * remaining[n]
             channels["side_force"][n] += self.force * share
 
 
