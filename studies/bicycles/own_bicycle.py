@@ -75,13 +75,13 @@ class Asked:
         options = {"w": "wheelbase", "c": "trail", "lam": "head-angle", "rR": "wheel"}
         if self.fork_offset is not None:
             options["c"] = f"fork-offset {self.fork_offset:g}"
-        for one in doubts_about({"w": self.wheelbase, "lam": lam, "rR": radius}):
-            if one.key == "lam":
+        for doubt in doubts_about({"w": self.wheelbase, "lam": lam, "rR": radius}):
+            if doubt.key == "lam":
                 raise InputError(f"--head-angle {self.head_angle:g}: give degrees from the horizontal, 56 to 90")
-            raise InputError(f"--{options[one.key]}: {one.text}")
+            raise InputError(f"--{options[doubt.key]}: {doubt.text}")
         trail = self._trail(lam, radius)
-        for one in doubts_about({"c": trail}):
-            raise InputError(f"--{options['c']}: {one.text}")
+        for doubt in doubts_about({"c": trail}):
+            raise InputError(f"--{options['c']}: {doubt.text}")
         if not 4 <= self.mass <= 60:
             raise InputError(f"--mass {self.mass:g} is the bicycle's without rider, 4 to 60 kg")
         return scaled.Geometry(self.wheelbase, trail, lam, radius, radius, self.mass)
@@ -122,13 +122,13 @@ class Asked:
     @property
     def weighed(self) -> dict[str, tuple[float, float]]:
         """Features that the owner has measured, with their sd."""
-        known, q = {}, self.geometry
+        weighed, q = {}, self.geometry
         masses = {"mF": ("front-wheel-mass", self.front_wheel_mass), "mH": ("fork-mass", self.fork_mass)}
         for key, (option, value) in masses.items():
             if value is not None and not 0.02 * self.mass < value < 0.5 * self.mass:
                 raise InputError(f"--{option} {value:g} kg is no such part of a bicycle of {self.mass:g} kg")
             if value is not None:
-                known[key] = (scaled.feature(key, value, q), DEFAULTS[key][0])
+                weighed[key] = (scaled.feature(key, value, q), DEFAULTS[key][0])
         if self.front_wheel_inertia is not None:
             if self.front_wheel_mass is None:
                 raise InputError("--front-wheel-inertia goes with --front-wheel-mass; weigh the wheel too")
@@ -139,8 +139,8 @@ class Asked:
                     "0.3 to 0.9 of it about its axle"
                 )
             inertia = scaled.feature("IFyy", self.front_wheel_inertia, q, self.front_wheel_mass)
-            known["IFyy"] = (inertia, DEFAULTS["IFyy"][0])
-        return known
+            weighed["IFyy"] = (inertia, DEFAULTS["IFyy"][0])
+        return weighed
 
 
 @dataclass(frozen=True)
@@ -167,65 +167,71 @@ class OwnBicycle:
     """A bicycle from what one has, and what follows from it."""
 
     bicycle: Bicycle  # measured and guessed parameters with their covariance
-    given: tuple[str, ...]  # keys that were measured
+    measured_keys: tuple[str, ...]  # keys of the bicycle's parameters that were measured
     weave: Band  # speeds at which it becomes stable
     capsize: Band  # speeds at which it becomes unstable
     wobble: Band | None  # onset; its share is a probability; None where no front is known
     helps: tuple[Help, ...]  # measurements that would reduce the uncertainty, the easiest first
-    beyond: Mapping[str, tuple[float, float, float]]  # what no measured bicycle is like: value, their least and largest
+    outside_measured: Mapping[
+        str, tuple[float, float, float]
+    ]  # what no measured bicycle is like: value, their least and largest
 
 
-def own_bicycle(asked: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
+def own_bicycle(measurements: Asked, name: str, *, seed: int = 45) -> OwnBicycle:
     """Guess what the owner did not measure, and compute critical speeds and which measurement would help."""
-    guess = scaled.guess_bicycle(asked.geometry).condition_on(asked.weighed)
-    rider, causes = _rider(asked, guess)
+    guess = scaled.guess_bicycle(measurements.geometry).condition_on(measurements.weighed)
+    rider, causes = _rider(measurements, guess)
     bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
     nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
     plausible = [_vary_rider(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
-    found = [critical_speeds(Model(_make_bicycle(values)), LIMITS.fastest) for values in plausible]
-    weave, capsize = (_band(nominal, found, mode) for mode in ("weave", "capsize"))
+    crossings = [critical_speeds(Model(_make_bicycle(values)), LIMITS.fastest) for values in plausible]
+    weave, capsize = (_band(nominal, crossings, mode) for mode in ("weave", "capsize"))
     wobble = None
     if assumed_front(bicycle):
         onsets = np.array([_onset(values, rng) for values in plausible[: LIMITS.wobble_draws]])
         wobbles = np.isfinite(onsets)
         ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
         wobble = Band(math.nan, *ends, float(wobbles.mean()))
-    given = ("w", "c", "lam", "rR", "rF", *asked.weighed)
-    helps, beyond = _helps(asked, guess, rider, causes), _find_outside_measured(guess.geometry)
-    return OwnBicycle(bicycle, given, weave, capsize, wobble, helps, beyond)
+    measured_keys = ("w", "c", "lam", "rR", "rF", *measurements.weighed)
+    helps, outside = _helps(measurements, guess, rider, causes), _find_outside_measured(guess.geometry)
+    return OwnBicycle(bicycle, measured_keys, weave, capsize, wobble, helps, outside)
 
 
-def _find_outside_measured(own: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
+def _find_outside_measured(geometry: scaled.Geometry) -> dict[str, tuple[float, float, float]]:
     """Find what lies a tenth or more outside of all measured bicycles: its value, their least and their largest."""
-    others = [asdict(scaled.Geometry.of(one.values)) for one in scaled.measured_bicycles().values()]
-    ends = {key: (min(one[key] for one in others), max(one[key] for one in others)) for key in asdict(own)}
-    found = {key: (value, *ends[key]) for key, value in asdict(own).items()}
-    return {key: ends for key, ends in found.items() if not 0.9 * ends[1] <= ends[0] <= 1.1 * ends[2]}
+    measured = [asdict(scaled.Geometry.of(bicycle.values)) for bicycle in scaled.measured_bicycles().values()]
+    value_and_ends = {}
+    for key, value in asdict(geometry).items():
+        values = [bicycle[key] for bicycle in measured]
+        value_and_ends[key] = value, min(values), max(values)
+    return {key: ends for key, ends in value_and_ends.items() if not 0.9 * ends[1] <= ends[0] <= 1.1 * ends[2]}
 
 
-def _rider(asked: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
+def _rider(measurements: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, dict[str, Array]]:
     """Make the rider's body on the bicycle, and changes of the rear frame by one sd of each of its causes."""
-    if asked.rider_place is not None or asked.rider_inertia is not None:
-        return _placed_rider(asked), {}
-    if asked.rider_height is None and asked.rider_mass is None:
+    if measurements.rider_place is not None or measurements.rider_inertia is not None:
+        return _placed_rider(measurements), {}
+    if measurements.rider_height is None and measurements.rider_mass is None:
         return None, {}
-    if asked.rider_height is None or asked.rider_mass is None:
+    if measurements.rider_height is None or measurements.rider_mass is None:
         raise InputError("--rider-height and --rider-mass go together; leave both out for a bicycle without rider")
     from bicycle.rider.rider_body import scaled_rider
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.rider_posture import SeatGeometry
 
-    person = scaled_rider(height=asked.rider_height, mass=asked.rider_mass)
-    found = rider_on_bicycle(_make_bicycle(guess.values()), person, posture=asked.posture, geometry=SeatGeometry())
-    return found.body, dict(found.causes)
+    person = scaled_rider(height=measurements.rider_height, mass=measurements.rider_mass)
+    seated = rider_on_bicycle(
+        _make_bicycle(guess.values()), person, posture=measurements.posture, geometry=SeatGeometry()
+    )
+    return seated.body, dict(seated.causes)
 
 
-def _placed_rider(asked: Asked) -> RigidBody:
+def _placed_rider(measurements: Asked) -> RigidBody:
     """The rider by mass, place and perhaps inertia, which count as exact."""
-    if asked.rider_place is None or asked.rider_mass is None or asked.rider_height is not None:
+    if measurements.rider_place is None or measurements.rider_mass is None or measurements.rider_height is not None:
         raise InputError("--rider-place and --rider-inertia go with --rider-mass and without --rider-height")
-    entry: dict[str, Any] = {"mass": asked.rider_mass, "place": list(asked.rider_place), "name": "rider"}
-    inertia = {} if asked.rider_inertia is None else {"inertia": list(asked.rider_inertia)}
+    entry: dict[str, Any] = {"mass": measurements.rider_mass, "place": list(measurements.rider_place), "name": "rider"}
+    inertia = {} if measurements.rider_inertia is None else {"inertia": list(measurements.rider_inertia)}
     return read_body(entry | inertia)
 
 
@@ -237,25 +243,27 @@ def _vary_rider(values: dict[str, float], causes: Mapping[str, Array], rng: np.r
     """Draw a rider near the guessed one: the ``values`` (SI) with each of the ``causes`` moved by a normal number."""
     from bicycle.rider.rider_frame import FRAME_KEYS
 
-    moved = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(FRAME_KEYS)))
-    return values | {key: values[key] + float(by) for key, by in zip(FRAME_KEYS, moved, strict=True) if key in values}
+    changes = sum((rng.standard_normal() * np.nan_to_num(step) for step in causes.values()), np.zeros(len(FRAME_KEYS)))
+    return values | {key: values[key] + float(by) for key, by in zip(FRAME_KEYS, changes, strict=True) if key in values}
 
 
-def _speed(found: tuple[CriticalSpeed, ...], mode: str) -> float:
-    """Find the last speed (m/s) at which weave settles, or the first at which capsize begins; NaN without one."""
-    ordered, wanted = (found[::-1], STABILISING) if mode == "weave" else (found, DESTABILISING)
-    return next((one.speed for one in ordered if one.mode == mode and one.direction == wanted), math.nan)
+def _speed(crossings: tuple[CriticalSpeed, ...], mode: str) -> float:
+    """Last speed (m/s) at which weave becomes stable, or the first at which capsize becomes unstable; NaN: none."""
+    ordered, direction = (crossings[::-1], STABILISING) if mode == "weave" else (crossings, DESTABILISING)
+    return next((c.speed for c in ordered if c.mode == mode and c.direction == direction), math.nan)
 
 
 def _ends(speeds: Array) -> tuple[float, float]:
+    """Quantiles :attr:`Limits.spread` of ``speeds`` (m/s) without those that are NaN; NaN without any."""
     if not np.isfinite(speeds).any():
         return math.nan, math.nan
     low, high = np.nanquantile(speeds, LIMITS.spread)
     return float(low), float(high)
 
 
-def _band(nominal: tuple[CriticalSpeed, ...], found: list[tuple[CriticalSpeed, ...]], mode: str) -> Band:
-    speeds = np.array([_speed(one, mode) for one in found])
+def _band(nominal: tuple[CriticalSpeed, ...], samples: list[tuple[CriticalSpeed, ...]], mode: str) -> Band:
+    """The speed of a ``mode`` of the ``nominal`` bicycle, its interval and share in the ``samples``."""
+    speeds = np.array([_speed(crossings, mode) for crossings in samples])
     return Band(_speed(nominal, mode), *_ends(speeds), float(np.isfinite(speeds).mean()))
 
 
@@ -264,7 +272,7 @@ def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
     bicycle, per_wheel = _make_bicycle(values), ("cornering_stiffness", "relaxation_length")
     condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
     tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
-    contact = {key: dict(zip(WHEELS, (getattr(one, key) for one in tyres), strict=True)) for key in per_wheel}
+    contact = {key: dict(zip(WHEELS, (getattr(tyre, key) for tyre in tyres), strict=True)) for key in per_wheel}
     stiffness, damping = (math.exp(rng.uniform(*np.log(ends))) for ends in (LIMITS.stiffness, LIMITS.damping))
     height = rng.uniform(*LIMITS.height)
     hinge = effect_class("front_compliance")(
@@ -273,49 +281,54 @@ def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
         joint_z=-height,
         joint_x=values["w"] + values["c"] - height * math.tan(values["lam"]),
     )
-    found = critical_speeds(Model(bicycle, (effect_class("relaxation_length")(**contact), hinge)), LIMITS.ridden)
-    return next((one.speed for one in found if one.mode == "wobble" and one.direction == DESTABILISING), math.nan)
+    crossings = critical_speeds(Model(bicycle, (effect_class("relaxation_length")(**contact), hinge)), LIMITS.ridden)
+    onsets = (c.speed for c in crossings if c.mode == "wobble" and c.direction == DESTABILISING)
+    return next(onsets, math.nan)
 
 
-def _helps(asked: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: Mapping[str, Array]) -> tuple[Help, ...]:
+def _helps(
+    measurements: Asked, guess: scaled.Guess, rider: RigidBody | None, causes: Mapping[str, Array]
+) -> tuple[Help, ...]:
     """List the measurements that are not made yet, from the easiest on, with the sds that each would leave."""
     options = {"mF": "--front-wheel-mass KG", "mH": "--fork-mass KG", "IFyy": "--front-wheel-inertia KG_M2"}
     bicycle = guess.bicycle("nominal", "", "", rider=rider, causes=causes)
-    before, found = _sds(bicycle, bicycle), {}
+    before, helps = _sds(bicycle, bicycle), {}
     for keys in (("mF",), ("mH",), ("mF", "mH"), ("mF", "mH", "IFyy")):
-        new = [key for key in keys if key not in asked.weighed]
+        new = [key for key in keys if key not in measurements.weighed]
         words = " ".join(options[key] for key in new)
-        if new and words not in found:
-            known = {key: (float(guess.mean[scaled.FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
-            better = guess.condition_on(known).bicycle("known", "", "", rider=rider, causes=causes)
+        if new and words not in helps:
+            measured = {key: (float(guess.mean[scaled.FEATURES.index(key)]), DEFAULTS[key][0]) for key in new}
+            better = guess.condition_on(measured).bicycle("known", "", "", rider=rider, causes=causes)
             after = _sds(bicycle, better)
-            found[words] = Help(words, (before[0], after[0]), (before[1], after[1]))
-    return tuple(found.values())
+            helps[words] = Help(words, (before[0], after[0]), (before[1], after[1]))
+    return tuple(helps.values())
 
 
 def _sds(bicycle: Bicycle, spread: Bicycle) -> tuple[float, float]:
-    """Compute sds (m/s) of weave and capsize of a bicycle with the covariance of ``spread``, to first order."""
-    every = critical_speeds(Model(bicycle), LIMITS.fastest)
+    """Sd (m/s) of the weave and the capsize speed of a bicycle by the covariance of ``spread``, to first order."""
+    crossings = critical_speeds(Model(bicycle), LIMITS.fastest)
     names, covariance = model_covariance(Model(spread))
-    at = [[one for one in every if one.speed == _speed(every, mode)] for mode in ("weave", "capsize")]
-    slopes = [critical_speed_gradients(Model(bicycle), one, names) for one in at]
-    weave, capsize = (float(standard_deviation(s[0], covariance)) if len(s) else math.nan for s in slopes)
-    return weave, capsize
+    sds = []
+    for mode in ("weave", "capsize"):
+        speed = _speed(crossings, mode)
+        slopes = critical_speed_gradients(Model(bicycle), [c for c in crossings if c.speed == speed], names)
+        sds.append(float(standard_deviation(slopes[0], covariance)) if len(slopes) else math.nan)
+    return sds[0], sds[1]
 
 
-def file_text(own: OwnBicycle, asked: Asked, command: str) -> str:
+def file_text(guessed: OwnBicycle, measurements: Asked, command: str) -> str:
     """Text of the bicycle's file."""
-    matrix = own.bicycle.covariance.matrix
+    matrix = guessed.bicycle.covariance.matrix
     sd = np.sqrt(np.diag(matrix))
     values, vectors = np.linalg.eigh(matrix / np.outer(sd, sd))
-    kept = values > 1e-6 * values[-1]
-    factor = (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))[:, kept]
-    forks = {} if asked.fork_offset is None else {FORK_OFFSET: asked.fork_offset}
+    significant = values > 1e-6 * values[-1]
+    factor = (sd[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))[:, significant]
+    forks = {} if measurements.fork_offset is None else {FORK_OFFSET: measurements.fork_offset}
     sd_of = {"w": "w", FORK_OFFSET if forks else "c": "c", "lam": "lam"}
     exact = {key: DEFAULTS[like][0] for key, like in sd_of.items()} | dict.fromkeys(("rR", "rF"), LIMITS.rim_sd)
     content: dict[str, Any] = {
-        "own": own,
-        "asked": asked,
+        "own": guessed,
+        "asked": measurements,
         "forks": forks,
         "command": command,
         "units": UNITS,

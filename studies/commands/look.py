@@ -35,7 +35,7 @@ def command(
 ) -> None:
     from contextlib import nullcontext
 
-    from studies.look import drafts, draw, look, recordings_of, stems, steps, tell, tell_several, write_drafts
+    from studies.look import drafts, draw, look, print_look, print_looks, recordings_of, stems, steps, write_drafts
     from studies.model_space.channel_options import chosen_map
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
@@ -74,10 +74,10 @@ def command(
                 all_written += [str(path) for path in written]
             all_steps.append(steps(found, made, out))
             if json_file != "-" and len(looks) == 1:
-                tell(found, all_steps[-1])
+                print_look(found, all_steps[-1])
                 click.echo("\n".join([*lines, ""]) if lines else "", nl=False)
         if json_file != "-" and len(looks) > 1:
-            tell_several(looks, all_steps, all_written)
+            print_looks(looks, all_steps, all_written)
     if json_file:
         write_json({"files": [found.as_json() for found in looks]}, json_file)
     if failed:

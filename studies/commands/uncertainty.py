@@ -57,7 +57,14 @@ def command(
     from studies.model_space.outputs import scalar_output
     from studies.model_space.sampling import left_out
     from studies.reporting import output
-    from studies.uncertainty import Uncertainty, assumed, counted_as_exact, remarks, stands_alone, total_effects
+    from studies.uncertainty import (
+        Uncertainty,
+        assumed_sd,
+        counted_as_exact,
+        dropped_correlations,
+        remarks,
+        total_effects,
+    )
     from tyre.ground.errors import InputError
 
     # Read the options.
@@ -73,11 +80,11 @@ def command(
 
     # Compute.
     quantities = uncertainty.quantities(grid, max_speed=max_speed, samples=samples, seed=seed, outputs=further_outputs)
-    unlisted = uncertainty.unlisted(quantities, max_speed=max_speed, samples=samples, seed=seed)
+    unlisted = uncertainty.count_unlisted(quantities, max_speed=max_speed, samples=samples, seed=seed)
     impossible = uncertainty.left_out(samples=samples, seed=seed)
     possible = samples - sum(impossible.values())
     notes: list[str] = [left_out(impossible, samples)] if impossible else []
-    notes += [*stands_alone(uncertainty), *remarks(quantities, unlisted, possible, max_speed)]
+    notes += [*dropped_correlations(uncertainty), *remarks(quantities, unlisted, possible, max_speed)]
     effects = dict[str, tuple[float, float, float]]()
     failure = None
     try:
@@ -97,7 +104,7 @@ def command(
                 key: {"sd": d.sd, "origin": d.origin, "why": d.why} for key, d in uncertainty.deviations.items()
             },
             "counted_as_exact": counted_as_exact(uncertainty),
-            "assumed": assumed(uncertainty),
+            "assumed": assumed_sd(uncertainty),
             "draws_left_out": {"count": sum(impossible.values()), "reasons": impossible},
             "samples_with_further_critical_speeds": unlisted,
             "notes": notes,
@@ -119,7 +126,7 @@ def command(
 def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: list[str]) -> None:
     """Print the quantities, notes, shares of the linear variance, and what is counted as exact or assumed."""
     from studies.reporting.output import print_table
-    from studies.uncertainty import stated
+    from studies.uncertainty import describe_assumptions
 
     rows = []
     for q in quantities:
@@ -132,7 +139,7 @@ def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: 
     _print_shares(uncertainty, quantities)
     for measurement, names in uncertainty.measurements.items():
         _print_joint_measurement(uncertainty, measurement, names, quantities)
-    for paragraph in stated(uncertainty):
+    for paragraph in describe_assumptions(uncertainty):
         click.echo(f"\n{paragraph}")
 
 

@@ -78,10 +78,10 @@ def certainty(
 ) -> Certainty:
     """Draw bicycles about a design and see which of them keep the demands at rising speeds (k,), m/s."""
     draw = uncertain.matched_draw if matched and uncertain.can_match(samples) else uncertain.draw
-    z, left_out = uncertain.possible(draw(samples, seed))
+    z, left_out = uncertain.filter_possible(draw(samples, seed))
     names = Rules.of(uncertain.nominal.linear_model()).names
     excess = {demand: np.full(len(z), np.nan) for demand in demands}
-    for rows, named, refused in uncertain.named(z, speeds):
+    for rows, named, refused in uncertain.name_modes(z, speeds):
         for demand in demands:
             place = names.index(demand.mode)
             own = (named.first == place) | (named.second == place)

@@ -31,7 +31,10 @@ def stubs() -> dict[str, str]:
         "]\n",
     ]
     head = [HEAD, _import("bicycle.effects.effect", ["Effect", "PerWheel", "PerWheelValue"])]
-    return {"__init__.pyi": "".join(door), "effects.pyi": "".join([*head, *(f"\n{_stub(one)}" for one in effects)])}
+    return {
+        "__init__.pyi": "".join(door),
+        "effects.pyi": "".join([*head, *(f"\n{_stub(effect)}" for effect in effects)]),
+    }
 
 
 def _import(module: str, names: list[str]) -> str:
@@ -55,8 +58,8 @@ def _argument(p: Parameter) -> str:
     kind = "PerWheelValue" if p.per_wheel else "float"
     if p.default is None:
         return f"        {p.name}: {kind},"
-    known = isinstance(p.default, float) and math.isfinite(p.default)
-    return f"        {p.name}: {kind} = {repr(p.default) if known else '...'},"
+    is_finite = isinstance(p.default, float) and math.isfinite(p.default)
+    return f"        {p.name}: {kind} = {repr(p.default) if is_finite else '...'},"
 
 
 def _order(name: str) -> tuple[bool, str]:

@@ -47,8 +47,8 @@ def content_of(model: AnyModel) -> dict[str, Any]:
             name: {p.name: _plain(getattr(e, p.name)) for p in e.parameters if hasattr(e, p.name)}
             for name, e in effects.items()
         }
-        found: dict[str, Any] = {"bicycle": model_table(model.bicycle), WAY_OUT: True, "effects": tables}
-        return found | covariance_table(_beside_bicycle(model))
+        content: dict[str, Any] = {"bicycle": model_table(model.bicycle), WAY_OUT: True, "effects": tables}
+        return content | covariance_table(_beside_bicycle(model))
     if hasattr(model, "state_matrix"):
         raise InputError("a LinearModel has no parameters any more; give the Model it was made of")
     if hasattr(model, "keys"):
@@ -60,10 +60,10 @@ def content_of(model: AnyModel) -> dict[str, Any]:
 
 def _beside_bicycle(model: Model) -> ParameterCovariance:
     """What a model states of its parameters beside its bicycle: their covariance, and sd that stand alone."""
-    alone = {name: sd for name, sd in model.sd.items() if name not in model.covariance.names}
+    uncorrelated = {name: sd for name, sd in model.sd.items() if name not in model.covariance.names}
     together = [name for name in model.covariance.names if name not in model.bicycle.covariance.names]
-    variances = [0.0] * len(together) + [sd**2 for sd in alone.values()]
-    names = (*together, *alone)
+    variances = [0.0] * len(together) + [sd**2 for sd in uncorrelated.values()]
+    names = (*together, *uncorrelated)
     return ParameterCovariance(names, model.covariance.among(names) + np.diag(variances))
 
 
@@ -137,11 +137,11 @@ def sweep(
     from tyre.ground.progress import optional_module
 
     optional_module("xarray", extra="sweeps")
-    given = by_key({**(numbers or {}), **more})
+    runs = by_key({**(numbers or {}), **more})
     content: dict[str, Any] = {
         "model": content_of(model),
         "outputs": [outputs] if isinstance(outputs, str) else list(outputs),
-        "grid": {k: v if isinstance(v, str) else np.atleast_1d(v).tolist() for k, v in given.items()},
+        "grid": {k: v if isinstance(v, str) else np.atleast_1d(v).tolist() for k, v in runs.items()},
         "samples": samples,
         "seed": seed,
         "sampled": dict(sampled or {}),
@@ -149,19 +149,19 @@ def sweep(
     }
     if speeds is not None:
         content["grid"]["speed_m_s"] = np.atleast_1d(_numbers("speeds", speeds)).tolist()
-    asked = build_sweep(content)
-    check_memory("points", asked.items * asked.points_per_item, 64 * build_model(asked.model).linear_model().order)
-    parts = [compute(asked, *piece) for piece in pieces(asked, max(1, 65536 // asked.points_per_item))]
-    data = label_rows(asked, {name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
-    single = [key for key, value in given.items() if not np.ndim(value) and not isinstance(value, str)]
+    plan = build_sweep(content)
+    check_memory("points", plan.items * plan.points_per_item, 64 * build_model(plan.model).linear_model().order)
+    parts = [compute(plan, *piece) for piece in pieces(plan, max(1, 65536 // plan.points_per_item))]
+    data = label_rows(plan, {name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+    single = [key for key, value in runs.items() if not np.ndim(value) and not isinstance(value, str)]
     return data.squeeze(single)
 
 
-def _numbers(name: str, given: ArrayLike) -> Any:
+def _numbers(name: str, values: ArrayLike) -> Any:
     try:
-        return np.asarray(given, float)
+        return np.asarray(values, float)
     except (TypeError, ValueError):
-        raise InputError(f"{name} = {shown(given)}: give numbers") from None
+        raise InputError(f"{name} = {shown(values)}: give numbers") from None
 
 
 def modes(
@@ -196,12 +196,12 @@ def modes(
 
     if not numbers and not more:
         return modes_of_one(_linear(model), _numbers("speeds", speeds))
-    asked: Any = model  # a LinearModel is refused there
-    found = sweep(asked, ["modes", "frequencies", "damping_ratios"], {**(numbers or {}), **more}, speeds=speeds)
+    any_model: Any = model  # a LinearModel is refused there
+    data = sweep(any_model, ["modes", "frequencies", "damping_ratios"], {**(numbers or {}), **more}, speeds=speeds)
     names = {"modes": "eigenvalue", "frequencies": "frequency", "damping_ratios": "damping_ratio", "speed_m_s": "speed"}
-    found = found.rename(names).drop_vars(["tyre_extrapolated", "impossible"], errors="ignore")
-    there = np.isfinite(found.eigenvalue).any([dim for dim in found.eigenvalue.dims if dim != "mode"])
-    return found.sel(mode=there).squeeze([] if np.ndim(speeds) else "speed")
+    data = data.rename(names).drop_vars(["tyre_extrapolated", "impossible"], errors="ignore")
+    has_root = np.isfinite(data.eigenvalue).any([dim for dim in data.eigenvalue.dims if dim != "mode"])
+    return data.sel(mode=has_root).squeeze([] if np.ndim(speeds) else "speed")
 
 
 def critical_speeds(
@@ -233,10 +233,12 @@ def critical_speeds(
     from studies.model_space.lasting_motions import with_onsets
 
     if not numbers and not more:
-        found = speeds_of_one(_linear(model), max_speed)
-        return found if hasattr(model, "state_matrix") else with_onsets(model_of(model), content_of(model), found)
-    asked: Any = model  # a LinearModel is refused there
-    return sweep(asked, "critical_speeds", {**(numbers or {}), **more}, max_speed=max_speed).critical_speeds
+        crossings = speeds_of_one(_linear(model), max_speed)
+        return (
+            crossings if hasattr(model, "state_matrix") else with_onsets(model_of(model), content_of(model), crossings)
+        )
+    any_model: Any = model  # a LinearModel is refused there
+    return sweep(any_model, "critical_speeds", {**(numbers or {}), **more}, max_speed=max_speed).critical_speeds
 
 
 def limit_cycles(
@@ -280,8 +282,8 @@ def limit_cycles(
     from bicycle.motion.limit_cycles import find_limit_cycles
     from studies.model_space.lasting_motions import curves_of
 
-    own = curves_of(content_of(model))
-    rear, front = rear or own.get("rear"), front or own.get("front")
+    tyre_curves = curves_of(content_of(model))
+    rear, front = rear or tyre_curves.get("rear"), front or tyre_curves.get("front")
     return find_limit_cycles(model_of(model), rear=rear, front=front, max_speed=max_speed, dry_friction=dry_friction)
 
 
@@ -347,8 +349,8 @@ def sensitivity(
 
     from studies.model_space.ranking import rank, record
 
-    found = rank(model_of(model), mode=mode, speed=speed, given_sd=by_key(sd or {}), max_speed=max_speed)
-    return pd.DataFrame(record(found)["parameters"])
+    ranking = rank(model_of(model), mode=mode, speed=speed, given_sd=by_key(sd or {}), max_speed=max_speed)
+    return pd.DataFrame(record(ranking)["parameters"])
 
 
 def uncertainty(

@@ -4,8 +4,8 @@ from tyre.ground.door import room
 
 HOME = {
     "draft_files": ("Draft", "drafts", "stems", "steps", "write_drafts"),
-    "overview": ("Look", "draw", "look", "tell"),
-    "several": ("recordings_of", "tell_several"),
+    "overview": ("Look", "draw", "look", "print_look"),
+    "several": ("recordings_of", "print_looks"),
     "rig_uses": ("USES", "Event", "Use"),
 }
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""

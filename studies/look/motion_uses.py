@@ -14,7 +14,7 @@ from bicycle.identification import recording
 from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
-from studies.look.rig_uses import Event, Use, short
+from studies.look.rig_uses import Event, Use, shorten_error
 from tyre.formats.channel_map import ChannelMap, Window
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
@@ -41,22 +41,22 @@ def _response(replay: Use, runs: Sequence[recording.Run], command: str) -> Use:
     column = next(iter(motions.values()))
     longest = max(float(run.time[-1] - run.time[0]) for run in runs)
     segment = min(USUAL_SEGMENT, int(longest / SEGMENTS * 10) / 10)
-    told, reasons = [], []
+    events, reasons = [], []
     for run, event in zip(runs, replay.events, strict=True):
         try:
             if segment < SHORTEST_SEGMENT:
                 least = SEGMENTS * SHORTEST_SEGMENT
                 raise InputError(f"{longest:.3g} s are too short; {least:g} s or more are needed")
             torque, motion = run.inputs[f"{source}_N_m"], run.channels[column]
-            found = spectral_response([torque], [motion], run.step, segment_s=segment)
+            response = spectral_response([torque], [motion], run.step, segment_s=segment)
         except InputError as error:
             reasons.append(f"{event.name or 'the whole recording'}: {error}")
             continue
-        what = f"{found.averages:.1f} independent segments of {segment:g} s"
-        if found.lines:
-            what = f"a {source.replace('_', ' ')} of {found.lines} lines"
-        told.append(replace(event, notes=(what,)))
-    if not told:
+        note = f"{response.averages:.1f} independent segments of {segment:g} s"
+        if response.lines:
+            note = f"a {source.replace('_', ' ')} of {response.lines} lines"
+        events.append(replace(event, notes=(note,)))
+    if not events:
         return Use(RESPONSE, (), tuple(reasons), ("record longer, or use replay: it fits the same samples in time",))
     step = f"{command} --input {source} --output {','.join(motions)}"
     if segment != USUAL_SEGMENT:
@@ -64,7 +64,7 @@ def _response(replay: Use, runs: Sequence[recording.Run], command: str) -> Use:
     step += " --out responses.csv"
     closed = "where a rider or controller answered the motion, name a reference with --instrument"
     speed = "the forward speed in m/s, after @" if "@SPEED" in command else ""
-    return Use(RESPONSE, tuple(told), tuple(reasons), (closed,), step, speed, windows=replay.windows)
+    return Use(RESPONSE, tuple(events), tuple(reasons), (closed,), step, speed, windows=replay.windows)
 
 
 @dataclass(frozen=True)
@@ -79,31 +79,33 @@ class Motion:
 
 def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
     """Judge the three uses of a bicycle's recording, and fill what the drafts say of it."""
-    wanted = (*MOTION, *TORQUES)
-    there, path = roles.names(wanted), roles.opened.path
+    channels = (*MOTION, *TORQUES)
+    columns, path = roles.names(channels), roles.opened.path
 
     def unusable(reasons: Sequence[str], remedies: Sequence[str]) -> list[Use]:
         return [Use(name, (), tuple(reasons), tuple(remedies)) for name in (DECAY, REPLAY, RESPONSE)]
 
-    moved = any(name in there for name in MOTION)
-    timed = roles.is_timed(there)
-    if not moved or not timed:
-        reasons = [] if moved else ["no channel could be a motion of the bicycle"]
-        remedies = [] if moved else [roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way"]
+    has_motion = any(name in columns for name in MOTION)
+    timed = roles.is_timed(columns)
+    if not has_motion or not timed:
+        reasons = [] if has_motion else ["no channel could be a motion of the bicycle"]
+        remedies = (
+            [] if has_motion else [roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way"]
+        )
         reasons += [] if timed else ["no channel could be the time"]
         return unusable(reasons, remedies if timed else [*remedies, roles.lacking("time")]), None
-    unsure = roles.unknown_units([*wanted, "time"])
-    known = [name for name in wanted if name not in unsure]
-    if not any(name in there for name in MOTION if name in known) or "time" in unsure:
-        said = ", ".join(f"{name.replace('_', ' ')} ({column})" for name, column in unsure.items())
+    unsure = roles.unknown_units([*channels, "time"])
+    with_unit = [name for name in channels if name not in unsure]
+    if not any(name in columns for name in MOTION if name in with_unit) or "time" in unsure:
+        without_unit = ", ".join(f"{name.replace('_', ' ')} ({column})" for name, column in unsure.items())
         remedy = "write the units into the draft or a map for --channels"
-        return unusable([f"no unit is known of {said}"], [remedy]), Motion()
+        return unusable([f"no unit is known of {without_unit}"], [remedy]), Motion()
     speed = _speed(roles.opened, roles)
     try:
-        channel_map, part = _complete(roles, roles.map_of(known))
+        channel_map, part = _complete(roles, roles.map_of(with_unit))
         runs, whole = _runs(roles, channel_map, speed or 5.0)
     except InputError as error:
-        return unusable([short(error, path)], ["mend that in the file or in the map"]), Motion(speed)
+        return unusable([shorten_error(error, path)], ["mend that in the file or in the map"]), Motion(speed)
     decay, windows = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
     if part:  # windows are counted from the first sample of the file
@@ -137,19 +139,19 @@ def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[rec
     if _is_native(roles):
         run = recording.read_run(path, speed)
         return [run], run
-    channel_map = channel_map.only(recording.QUANTITIES) if roles.given is None else channel_map
-    found = [recording.run_of(record, path, speed) for record in records(signals, channel_map, recording.QUANTITIES)]
+    channel_map = channel_map.only(recording.QUANTITIES) if roles.command_map is None else channel_map
+    runs = [recording.run_of(record, path, speed) for record in records(signals, channel_map, recording.QUANTITIES)]
     if not channel_map.windows or roles.map is None:
-        return found, found[0]
+        return runs, runs[0]
     whole = records(signals, replace(channel_map, windows=()), recording.QUANTITIES)[0]
-    return found, recording.run_of(whole, path, speed)
+    return runs, recording.run_of(whole, path, speed)
 
 
 def _is_native(roles: Roles) -> bool:
     """Tell if ``modal`` reads the file as it is, without a map."""
     names = {column.name for column in roles.opened.signals.columns}
-    known = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS}
-    return known and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"
+    own_names = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS}
+    return own_names and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"
 
 
 def _speed(opened: Opened, roles: Roles) -> float | None:
@@ -158,8 +160,8 @@ def _speed(opened: Opened, roles: Roles) -> float | None:
     if guess is None or quantity_of(guess.unit or guess.column.unit) != "speed":
         return None
     unit = find_unit(guess.unit or guess.column.unit, "speed", where=str(opened.path))
-    found = unit.factor * opened.quality[guess.column.name].median
-    return found if 0 < found <= recording.FASTEST else None
+    speed = unit.factor * opened.quality[guess.column.name].median
+    return speed if 0 < speed <= recording.FASTEST else None
 
 
 def _event(run: recording.Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
@@ -190,10 +192,10 @@ def _try_identify(run: recording.Run, **settings: Any) -> tuple[Decay | None, st
     if run.time.size > MOST_SAMPLES:
         return None, f"{run.time.size} samples at once are more than a decay has, and are not tried as one"
     try:
-        found = identify(run, **settings)
+        decay = identify(run, **settings)
     except (InputError, ArithmeticError, ValueError) as error:
         return None, str(error).removeprefix(f"{run.name}: ")
-    return found, found.rejected
+    return decay, decay.rejected
 
 
 def _decay(
@@ -206,15 +208,15 @@ def _decay(
     kicks, searched = None, roles.map is None or not roles.map.windows
     quick = [{"drift": "parabola", "thorough": False}] if searched else []  # enough if kicks tell much more
     for settings in (*quick, {}):
-        events, reasons, fits = _as_they_are(runs, file, **settings)
+        events, reasons, fits = _fit_whole_runs(runs, file, **settings)
         poorest = min((fit.r_squared for fit in fits), default=0.0)
         if poorest < 0.95 and searched:
             kicks = kicks or _kicks(whole, file)
-            within, found, better = kicks
-            if found and (not fits or max(map(_doubt, better)) < 0.5 * min(map(_doubt, fits))):
+            kick_windows, kick_events, kick_fits = kicks
+            if kick_events and (not fits or max(map(_doubt, kick_fits)) < 0.5 * min(map(_doubt, fits))):
                 if events:
                     reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
-                windows, events = within, found
+                windows, events = kick_windows, kick_events
                 break
             reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
@@ -236,15 +238,17 @@ def _doubt(fit: Decay) -> float:
     return max(fit.sd) / abs(fit.eigenvalue)
 
 
-def _as_they_are(runs: list[recording.Run], file: Array, **settings: Any) -> tuple[list[Event], list[str], list[Decay]]:
+def _fit_whole_runs(
+    runs: list[recording.Run], file: Array, **settings: Any
+) -> tuple[list[Event], list[str], list[Decay]]:
     """Fit runs as ``modal`` does: events that it uses, why not the others, and the fits."""
     events, reasons, fits = [], [], []
     for run in runs:
-        found, problem = _try_identify(run, **settings)
+        decay, problem = _try_identify(run, **settings)
         name = run.name.partition("#")[2]
-        if found is not None and not problem:
-            events.append(_event(run, file, name, 0.0, np.inf, _describe_decay(found)))
-            fits.append(found)
+        if decay is not None and not problem:
+            events.append(_event(run, file, name, 0.0, np.inf, _describe_decay(decay)))
+            fits.append(decay)
         else:
             reasons.append(f"{name or 'the whole recording'}: {problem}")
     return events, reasons, fits
@@ -255,10 +259,10 @@ def _kicks(whole: recording.Run, file: Array) -> tuple[tuple[Window, ...], list[
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
-        _event(whole, file, window.name, window.first, window.last, _describe_decay(found))
-        for window, (_, _, found) in zip(windows, kicks, strict=True)
+        _event(whole, file, window.name, window.first, window.last, _describe_decay(decay))
+        for window, (_, _, decay) in zip(windows, kicks, strict=True)
     ]
-    return windows, events, [found for _, _, found in kicks]
+    return windows, events, [decay for _, _, decay in kicks]
 
 
 def decays(run: recording.Run) -> list[tuple[float, float, Decay]]:
@@ -270,16 +274,16 @@ def decays(run: recording.Run) -> list[tuple[float, float, Decay]]:
     peaks = scipy.signal.find_peaks(np.concatenate([[0.0], x, [0.0]]), height=height, distance=distance)[0] - 1
     peaks = _after_rest(x, peaks, max(int(run.time.size and 1.0 / run.step), 1))
     peaks = np.sort(peaks[np.argsort(-x[peaks])][:12])
-    found: list[tuple[float, float, Decay]] = []
+    stretches: list[tuple[float, float, Decay]] = []
     free = 0.0
     for number, peak in enumerate(peaks):
         begin = float(run.time[peak] - run.time[0])
         ends = run.time[peaks[number + 1]] - 0.2 if number + 1 < len(peaks) else run.time[-1]
         best = _find_best_window(run, begin, float(ends - run.time[0])) if begin >= free else None
         if best is not None:
-            found.append(best)
+            stretches.append(best)
             free = best[1]
-    return found
+    return stretches
 
 
 def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.intp]:
@@ -319,8 +323,8 @@ def _find_best_window(run: recording.Run, begin: float, end: float) -> tuple[flo
 def _recording(roles: Roles, speed: float | None) -> str:
     """The file, its speed and the channel map as a command takes them."""
     at = quote(f"{roles.opened.path}@{f'{speed:.2f}' if speed else 'SPEED'}")
-    if roles.given is not None:
-        return f"{at} --channels {quote(str(roles.given.source))}"
+    if roles.command_map is not None:
+        return f"{at} --channels {quote(str(roles.command_map.source))}"
     return at if _is_native(roles) else f"{at} --channels MAP.toml"
 
 

@@ -59,10 +59,10 @@ def open_recording(path: Path, channel_map: ChannelMap | None = None, dbc: Seque
         reading = replace(reading, dbc=tuple(dbc))
     source = contents(path, reading=reading)
     columns, (signals, unread) = source.columns, _load(path, source)
-    there = signals.columns
+    columns_read = signals.columns
     clock, time, notes = _time(signals, channel_map)
-    found = {column.name: quality(signals.signals[column.name].values) for column in there}
-    return Opened(path, signals, unread, columns, found, clock, time, notes, reading)
+    qualities = {column.name: quality(signals.signals[column.name].values) for column in columns_read}
+    return Opened(path, signals, unread, columns, qualities, clock, time, notes, reading)
 
 
 def _load(path: Path, source: Contents) -> tuple[Signals, dict[str, str]]:
@@ -88,10 +88,14 @@ def _load(path: Path, source: Contents) -> tuple[Signals, dict[str, str]]:
 
 def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | None, Array | None, tuple[str, ...]]:
     """The column of times, the times in s, and what is odd about them."""
-    own = {id(s.time): s.time for s in signals.signals.values() if s.time is not None}
+    times_of_channels = {id(s.time): s.time for s in signals.signals.values() if s.time is not None}
     clock, guess = channel_map.clock if channel_map else None, None
-    if own and clock is None:
-        return None, None, tuple(dict.fromkeys(note for time in own.values() for note in _clock_oddities(time)))
+    if times_of_channels and clock is None:
+        return (
+            None,
+            None,
+            tuple(dict.fromkeys(note for time in times_of_channels.values() for note in _clock_oddities(time))),
+        )
     if clock is None:
         guess = guess_clock(signals)
         if guess is None:
@@ -109,34 +113,36 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
     except InputError as error:
         return None, None, (str(error).removeprefix(f"{signals.source}: "),)
     guess = guess or (Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None)
-    said = (f"{guess.column.name or 'no column'}: {guess.doubt}",) if guess and guess.doubt else ()
-    return guess, time, (*said, *_clock_oddities(time), *_against_header(signals, time))
+    doubts = (f"{guess.column.name or 'no column'}: {guess.doubt}",) if guess and guess.doubt else ()
+    return guess, time, (*doubts, *_clock_oddities(time), *_against_header(signals, time))
 
 
 def _against_header(signals: Signals, time: Array) -> list[str]:
     """Say that the times (s) have another rate than every one that the header states."""
     rate = usual_rate(time)
-    if not signals.rates or not np.isfinite(rate) or any(_alike(rate, stated) for stated in signals.rates):
+    if not signals.rates or not np.isfinite(rate) or any(_alike(rate, header_rate) for header_rate in signals.rates):
         return []
-    stated = " and ".join(f"{stated:.6g}" for stated in signals.rates)
-    return [f"the header states {stated} Hz, the times make it {rate:.6g} Hz: which of them is right?"]
+    header_rates = " and ".join(f"{header_rate:.6g}" for header_rate in signals.rates)
+    return [f"the header states {header_rates} Hz, the times make it {rate:.6g} Hz: which of them is right?"]
 
 
-def _alike(rate: float, other: float) -> bool:
+def _alike(rate: float, other_rate: float) -> bool:
     """Tell if two rates (Hz) mean the same."""
-    return abs(rate / other - 1) < SAME_RATE
+    return abs(rate / other_rate - 1) < SAME_RATE
 
 
 def guess_clock(signals: Signals) -> Guess | None:
     """Guess the column of the time: one whose unit is known, else one that is plausible in s, ms, µs or ns."""
     candidates: list[Guess] = []
-    while found := guesses([c for c in signals.columns if c not in [g.column for g in candidates]], {"time": "time"}):
-        candidates.append(found["time"])
+    columns = list(signals.columns)
+    while guess := guesses(columns, {"time": "time"}).get("time"):
+        candidates.append(guess)
+        columns.remove(guess.column)
     values = {name: signal.values for name, signal in signals.signals.items()}
     rising = [name for name, x in values.items() if x.size > 1 and (np.diff(x) > 0).all()]
     if not candidates:
-        known = ("time", "datetime")
-        timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in known]
+        time_quantities = ("time", "datetime")
+        timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in time_quantities]
         if timed:
             return Guess(timed[0], "", "a rising column in a unit of time, its name says little")
         return _at_equal_steps(signals)
@@ -234,7 +240,7 @@ class Roles:
     """Channels of one file."""
 
     opened: Opened  # the file
-    given: ChannelMap | None  # of the command line
+    command_map: ChannelMap | None  # given in the command line
     sidecar: Sidecar | None  # beside the file
     guessed: Mapping[str, Guess]  # channels guessed, where no map is given; their units may be unknown
 
@@ -242,24 +248,24 @@ class Roles:
     def origin(self) -> str:
         """Source of the channels."""
         mapped = self.sidecar is not None and self.sidecar.channel_map is not None
-        case = "map" if self.given else "sidecar's map" if mapped else "sidecar" if self.sidecar else "guess"
-        source = self.given.source if self.given else ""
+        case = "map" if self.command_map else "sidecar's map" if mapped else "sidecar" if self.sidecar else "guess"
+        source = self.command_map.source if self.command_map else ""
         return ORIGINS[case].format(source=source, sidecar=self.opened.path.with_suffix(".toml").name)
 
     @property
     def map(self) -> ChannelMap | None:
         """The map that is given, by the command line or by the sidecar."""
-        own = self.sidecar.channel_map if self.sidecar else None
-        return own if own is not None and own.channels else self.given
+        sidecar_map = self.sidecar.channel_map if self.sidecar else None
+        return sidecar_map if sidecar_map is not None and sidecar_map.channels else self.command_map
 
-    def names(self, wanted: Sequence[str]) -> dict[str, str]:
-        """Channel -> column, of the channels ``wanted`` that there are."""
+    def names(self, channels: Sequence[str]) -> dict[str, str]:
+        """Channel -> column, of the ``channels`` that there are."""
         if self.map is not None:
-            return {name: entry.column for name, entry in self.map.channels.items() if name in wanted}
-        return {name: self.guessed[name].column.name for name in wanted if name in self.guessed}
+            return {name: entry.column for name, entry in self.map.channels.items() if name in channels}
+        return {name: self.guessed[name].column.name for name in channels if name in self.guessed}
 
-    def unknown_units(self, wanted: Sequence[str]) -> dict[str, str]:
-        """Channel -> column, of those ``wanted`` whose unit only the user knows."""
+    def unknown_units(self, channels: Sequence[str]) -> dict[str, str]:
+        """Channel -> column, of those ``channels`` whose unit only the user knows."""
         if self.map is not None:
             return {}
         by_channel: dict[str, Guess] = dict(self.guessed)
@@ -267,47 +273,49 @@ class Roles:
             by_channel["time"] = self.opened.clock
         return {
             name: guess.column.name
-            for name in wanted
+            for name in channels
             if (guess := by_channel.get(name)) is not None and guess.unit == UNKNOWN
         }
 
-    def lines(self, wanted: Sequence[str]) -> list[str]:
-        """Lines of a channel map for the channels ``wanted``, with the time; where no map is given."""
+    def lines(self, channels: Sequence[str]) -> list[str]:
+        """Lines of a channel map for the ``channels``, with the time; where no map is given."""
         clock = self.opened.clock
         time = [clock.line("time")] if clock is not None else []
-        return [*time, *(self.guessed[name].line(name) for name in wanted if name in self.guessed)]
+        return [*time, *(self.guessed[name].line(name) for name in channels if name in self.guessed)]
 
-    def map_of(self, wanted: Sequence[str]) -> ChannelMap:
-        """The map given, else that of the guesses for the channels ``wanted`` whose units are known."""
+    def map_of(self, channels: Sequence[str]) -> ChannelMap:
+        """The map given, else that of the guesses for the ``channels`` whose units are known."""
         if self.map is not None:
             return self.map
-        unsure = self.unknown_units([*wanted, "time"])
-        lines = [line for line in self.lines(wanted) if line.partition(" ")[0] not in unsure]
-        content = tomllib.loads("\n".join(["[channels]", *lines, *self.resampling(wanted)]))
-        made = ChannelMap.from_table(content, self.opened.path.parent, where=str(self.opened.path))
-        return replace(made, reading=self.opened.reading)
+        unsure = self.unknown_units([*channels, "time"])
+        lines = [line for line in self.lines(channels) if line.partition(" ")[0] not in unsure]
+        content = tomllib.loads("\n".join(["[channels]", *lines, *self.resampling(channels)]))
+        guessed_map = ChannelMap.from_table(content, self.opened.path.parent, where=str(self.opened.path))
+        return replace(guessed_map, reading=self.opened.reading)
 
-    def resampling(self, wanted: Sequence[str]) -> list[str]:
-        """Lines of a map that bring the channels ``wanted`` to one rate, where the file holds several."""
-        unsure = self.unknown_units(wanted)
-        columns = [column for name, column in self.names(wanted).items() if name not in unsure]
+    def resampling(self, channels: Sequence[str]) -> list[str]:
+        """Lines of a map that bring the ``channels`` to one rate, where the file holds several."""
+        unsure = self.unknown_units(channels)
+        columns = [column for name, column in self.names(channels).items() if name not in unsure]
         times = [self.opened.time_of(column) for column in columns]
         rates = []
         for column, time in zip(columns, times, strict=True):
-            seen = self.opened.quality[column]
-            regular = seen.missing > 0.2 * seen.samples and seen.longest_missing < GAP  # at a lower rate than the rows
-            rates.append(usual_rate(time) * (1 - seen.missing / seen.samples if regular else 1.0))
-        sparse = any(own < 0.99 * usual_rate(time) for own, time in zip(rates, times, strict=True))
-        same = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
-        holes = any(name in MOTION for name in wanted) and any(map(_is_uneven, times))
-        if not times or (same and not sparse and not holes) or not min(rates) > 0:
+            samples = self.opened.quality[column]
+            regular = (
+                samples.missing > 0.2 * samples.samples and samples.longest_missing < GAP
+            )  # at a lower rate than the rows
+            rates.append(usual_rate(time) * (1 - samples.missing / samples.samples if regular else 1.0))
+        sparse = any(rate < 0.99 * usual_rate(time) for rate, time in zip(rates, times, strict=True))
+        one_time = all(time.size == times[0].size and np.array_equal(time, times[0]) for time in times)
+        holes = any(name in MOTION for name in channels) and any(map(_is_uneven, times))
+        if not times or (one_time and not sparse and not holes) or not min(rates) > 0:
             return []
         return ["", "[resampling]", f"rate_hz = {min(rates):.6g}  # CHECK: the lowest rate of these channels"]
 
-    def is_timed(self, there: Mapping[str, str]) -> bool:
-        """Tell if the times of the channels ``there`` (channel -> column) are known."""
+    def is_timed(self, columns: Mapping[str, str]) -> bool:
+        """Tell if the times of the channels ``columns`` (channel -> column) are known."""
         clock = self.map.clock if self.map else self.opened.clock
-        return clock is not None or all(self.opened.signals[column].time is not None for column in there.values())
+        return clock is not None or all(self.opened.signals[column].time is not None for column in columns.values())
 
     def lacking(self, *names: str) -> str:
         """Remedy for the channels ``names`` that no column could be."""
@@ -319,19 +327,19 @@ class Roles:
 
     def _free(self, quantity: str) -> list[str]:
         """Columns that are no channel yet and measure a ``quantity`` (empty: in no unit that is known)."""
-        taken = set(self.names([*QUANTITIES]).values())
-        taken |= {self.opened.clock.column.name} if self.opened.clock else set()
+        used_columns = set(self.names([*QUANTITIES]).values())
+        used_columns |= {self.opened.clock.column.name} if self.opened.clock else set()
         return [
             column.name
             for column in self.opened.signals.columns
-            if column.name not in taken
+            if column.name not in used_columns
             and quantity_of(column.unit) == quantity
             and not self.opened.quality[column.name].dead
         ]
 
 
-def roles(opened: Opened, given: ChannelMap | None) -> Roles:
-    """Find the channels of an opened file; ``given`` is the map of the command line."""
+def roles(opened: Opened, command_map: ChannelMap | None) -> Roles:
+    """Find the channels of an opened file; ``command_map`` is that of the command line."""
     sidecar = _sidecar(opened.path)
     columns = [c for c in opened.signals.columns if opened.clock is None or c.name != opened.clock.column.name]
     live = [c for c in columns if opened.quality[c.name].samples > opened.quality[c.name].missing]
@@ -343,8 +351,8 @@ def roles(opened: Opened, given: ChannelMap | None) -> Roles:
             guessed |= _by_unit(live, guessed, needed)
     guessed |= _by_unit(live, guessed, ("speed", "temperature", "pressure"))
     if "side_force" not in guessed:
-        guessed |= _by_unit(live, guessed, PULL, both=True)
-    return Roles(opened, given, sidecar, guessed)
+        guessed |= _by_unit(live, guessed, PULL, all_or_none=True)
+    return Roles(opened, command_map, sidecar, guessed)
 
 
 def _sidecar(path: Path) -> Sidecar | None:
@@ -360,18 +368,18 @@ def _sidecar(path: Path) -> Sidecar | None:
 
 
 def _by_unit(
-    columns: Sequence[Column], found: Mapping[str, Guess], needed: Sequence[str], *, both: bool = False
+    columns: Sequence[Column], guessed: Mapping[str, Guess], needed: Sequence[str], *, all_or_none: bool = False
 ) -> dict[str, Guess]:
     """Channels needed whose quantity a single free column measures; with ``both``, all of them or none."""
     more: dict[str, Guess] = {}
     for name in needed:
-        if name in found:
+        if name in guessed:
             continue
-        taken = {guess.column.name for guess in (*found.values(), *more.values())}
-        fitting = [c for c in columns if c.name not in taken and quantity_of(c.unit) == OF_RIG[name]]
+        used_columns = {guess.column.name for guess in (*guessed.values(), *more.values())}
+        fitting = [c for c in columns if c.name not in used_columns and quantity_of(c.unit) == OF_RIG[name]]
         if len(fitting) == 1:
             more[name] = Guess(fitting[0], "", f"the only column in a unit of {OF_RIG[name]}, its name says little")
-    return {} if both and len(more) < len([name for name in needed if name not in found]) else more
+    return {} if all_or_none and len(more) < len([name for name in needed if name not in guessed]) else more
 
 
 RATES = ("roll_rate", "steer_rate", "yaw_rate")
@@ -379,26 +387,29 @@ RATES = ("roll_rate", "steer_rate", "yaw_rate")
 
 def oddities(roles: Roles, column: str) -> tuple[str, ...]:
     """List what is odd about a ``column`` for what it measures: an offset of a rate, gravity, a wrong sign."""
-    seen = roles.opened.quality[column]
+    samples = roles.opened.quality[column]
     unit = roles.opened.signals.signals[column].unit
-    if seen.dead:
+    if samples.dead:
         return ()
-    found = []
-    names = {name: roles.opened.signals.find(given) for name, given in roles.names([*RATES, "lean", "steer"]).items()}
-    mine = [name for name, whole in names.items() if whole == column]
+    remarks = []
+    names = {
+        name: roles.opened.signals.find(column_name)
+        for name, column_name in roles.names([*RATES, "lean", "steer"]).items()
+    }
+    measured_channels = [name for name, whole in names.items() if whole == column]
     values = roles.opened.signals.signals[column].values
-    if any(name in RATES for name in mine):
-        spread = 1.4826 * float(np.nanmedian(np.abs(values - seen.median)))
-        if abs(seen.median) > 0.3 * spread:
-            found.append(f"median {seen.median:.3g}, straight on it would be 0: an offset, or a long bend?")
+    if any(name in RATES for name in measured_channels):
+        spread = 1.4826 * float(np.nanmedian(np.abs(values - samples.median)))
+        if abs(samples.median) > 0.3 * spread:
+            remarks.append(f"median {samples.median:.3g}, straight on it would be 0: an offset, or a long bend?")
     if quantity_of(unit) == "acceleration":
-        middle = find_unit(unit, "acceleration", where=column).factor * seen.median
+        middle = find_unit(unit, "acceleration", where=column).factor * samples.median
         if abs(abs(middle) / GRAVITY - 1) < 0.05:
-            found.append(f"shows gravity: its axis points {'up' if middle > 0 else 'down'} or the unit is another")
+            remarks.append(f"shows gravity: its axis points {'up' if middle > 0 else 'down'} or the unit is another")
     for angle, rate in (("lean", "roll_rate"), ("steer", "steer_rate")):
-        if rate in mine and angle in names and _agreement(roles, names[angle], column) < -0.5:
-            found.append(f"runs against the change of {angle} ({names[angle]}): one of the two needs sign = -1")
-    return tuple(found)
+        if rate in measured_channels and angle in names and _agreement(roles, names[angle], column) < -0.5:
+            remarks.append(f"runs against the change of {angle} ({names[angle]}): one of the two needs sign = -1")
+    return tuple(remarks)
 
 
 def _agreement(roles: Roles, angle: str, rate: str) -> float:

@@ -93,7 +93,7 @@ class Found(NamedTuple):
 class Supposed:
     """Suppositions of the drafts for a recording without a sidecar."""
 
-    known: Sidecar | None = None  # that the constants of a TYDEX file make
+    constants: Sidecar | None = None  # that the constants of a TYDEX file make
     axes: str = ""  # under which the signs are right; empty where none was found
     windows: tuple[Found, ...] = ()  # events of several conditions; none: the whole recording is one
     condition: Condition | None = None  # of the whole, by the channels
@@ -108,15 +108,17 @@ class Supposed:
     @property
     def unsaid(self) -> list[str]:
         """Keys that the user must fill in, as neither the recording nor its constants say them."""
-        known = [] if self.known is None else ["tyre", "surface", "axes"]
-        if self.known is not None:
-            known += [name for name in ("load", "pressure") if not np.isnan(getattr(self.known.condition, name))]
-        known += [] if self.pull else [*self.recorded]
-        known += [] if np.isnan(self.load) else ["load"]
-        return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in known]
+        said_keys = [] if self.constants is None else ["tyre", "surface", "axes"]
+        if self.constants is not None:
+            said_keys += [
+                name for name in ("load", "pressure") if not np.isnan(getattr(self.constants.condition, name))
+            ]
+        said_keys += [] if self.pull else [*self.recorded]
+        said_keys += [] if np.isnan(self.load) else ["load"]
+        return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in said_keys]
 
 
-def oriented(whole: Record, supposed: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
+def find_axes(whole: Record, supposed: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
     """Find the axes under which the recording has the right signs, else the first ones that can be read."""
     first: tuple[str, RigRun | PullTest] | None = None
     error: InputError | None = None
@@ -137,7 +139,7 @@ def oriented(whole: Record, supposed: Supposed, path: Path, load: float | None) 
 
 
 def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun | PullTest:
-    """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``given``) is filled in."""
+    """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``supposed``) is filled in."""
     assumed = (
         Condition("?", load=400.0, pressure=5e5, surface="flat")
         if supposed.pull
@@ -145,7 +147,7 @@ def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun 
             "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
         )
     )
-    sidecar = supposed.known or Sidecar(assumed, axes, None, synthetic=False, notes=())
+    sidecar = supposed.constants or Sidecar(assumed, axes, None, synthetic=False, notes=())
     sidecar = replace(sidecar, axes=axes, rigid_rim=supposed.rigid_rim)
     if supposed.steady:
         load = np.nan if "vertical_load" in record.values else 400.0
@@ -182,7 +184,7 @@ def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> 
             summary, _ = fit_read(recording, path, name=name, settings=FitSettings())
         notes = tuple(note for note in summary.notes if note not in roles.opened.signals.notes)
     except InputError as error:
-        problem = short(error, path)
+        problem = shorten_error(error, path)
     except (ArithmeticError, ValueError) as error:  # also of linear algebra
         problem = f"cannot be fitted ({type(error).__name__}: {error})"
     if problem and kind == STEP and roles.sidecar is not None and getattr(recording, "kind", "") == "slip_sweep":
@@ -209,7 +211,7 @@ def _place(time: Array | None, roles: Roles) -> tuple[int, float]:
     return int(np.searchsorted(whole - origin, time[0] - 1e-9)), float(time[0])
 
 
-def short(error: Exception, path: Path) -> str:
+def shorten_error(error: Exception, path: Path) -> str:
     """Shorten an ``error`` by the file at ``path``, which is known, and by a draft of a map."""
     text = str(error).partition("\n\n")[0].partition("A first draft of a map")[0].strip(" ;")
     for start in (f"{path}: not usable: ", f"{path}: ", f"{path}, "):
@@ -224,7 +226,7 @@ def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
     rolling, first = _judge_without_sidecar(roles, ROLLING)
     pulled, second = _judge_without_sidecar(roles, PULL)
     uses = sorted((*rolling, *pulled), key=place_of)
-    return uses, [given for given in (first, second) if given is not None]
+    return uses, [supposed for supposed in (first, second) if supposed is not None]
 
 
 def _judge_with_sidecar(roles: Roles) -> list[Use]:
@@ -232,9 +234,9 @@ def _judge_with_sidecar(roles: Roles) -> list[Use]:
     path = roles.opened.path
     mend = f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
     try:
-        judged = [judge(name, run, roles, path) for name, run in read_events(path, roles.given).items()]
+        judged = [judge(name, run, roles, path) for name, run in read_events(path, roles.command_map).items()]
     except InputError as error:
-        return [Use(name, reasons=(short(error, path),), remedies=(mend,)) for name in KINDS.values()]
+        return [Use(name, reasons=(shorten_error(error, path),), remedies=(mend,)) for name in KINDS.values()]
     step = f"velotyre tyre fit {quote(str(path.parent))} --out fit"
     is_steady = roles.sidecar is not None and roles.sidecar.kind == "steady"
     names = [STEADY if is_steady and name == SWEEP else name for name in KINDS.values()]
@@ -242,7 +244,7 @@ def _judge_with_sidecar(roles: Roles) -> list[Use]:
 
 
 def _by_kind(
-    judged: Sequence[tuple[str, Event, str]], names: Sequence[str], made: str, mend: str, **of_good: Any
+    judged: Sequence[tuple[str, Event, str]], names: Sequence[str], beginning: str, mend: str, **of_good: Any
 ) -> list[Use]:
     """Sort the events that were ``judged`` into the uses ``names``; what is true ``of_good`` events alone."""
     uses = []
@@ -250,7 +252,7 @@ def _by_kind(
         of_kind = [(event, problem) for kind, event, problem in judged if kind == name]
         if not of_kind:
             other_kinds = " and a ".join(sorted({kind for kind, _, _ in judged}))
-            uses.append(Use(name, (), (f"{made} {other_kinds}",), (OTHERWISE[name],)))
+            uses.append(Use(name, (), (f"{beginning} {other_kinds}",), (OTHERWISE[name],)))
             continue
         good = tuple(event for event, problem in of_kind if not problem)
         bad = tuple(
@@ -293,9 +295,9 @@ def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Us
         )
     else:
         try:
-            return _judge_mapped(roles, roles.map_of(channels), supposed, names)
+            return _judge_channels(roles, roles.map_of(channels), supposed, names)
         except InputError as error:
-            reason, remedy = short(error, roles.opened.path), "write the map with --channels, or mend the draft"
+            reason, remedy = shorten_error(error, roles.opened.path), "write the map with --channels, or mend the draft"
     return [Use(name, (), (reason,), (remedy,)) for name in names], supposed
 
 
@@ -313,19 +315,19 @@ def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
         middle = None if load is None else float(np.nanmedian(load))
         recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
         supposed = replace(supposed, recorded=recorded, load=np.nan if middle is None else abs(middle))
-        axes, recording = oriented(whole, supposed, path, middle)
+        axes, recording = find_axes(whole, supposed, path, middle)
         assert isinstance(recording, RigRun)
         levels = steady_levels(recording)
         conditions = level_conditions(levels)
         judged = [judge(name, run, roles, path) for name, run in levels.items()]
     except InputError as error:
         return [
-            Use(STEADY, (), (short(error, path),), ("write the map with --channels, or mend the draft",)),
+            Use(STEADY, (), (shorten_error(error, path),), ("write the map with --channels, or mend the draft",)),
             step,
         ], supposed
     size = recording.time.size
     events = tuple(
-        replace(event, first=1, last=size, left_out=_count_others(size - event.used), start_s=0.0, end_s=0.0)
+        replace(event, first=1, last=size, left_out=_count_unused(size - event.used), start_s=0.0, end_s=0.0)
         for _, event, problem in judged
         if not problem
     )
@@ -337,11 +339,11 @@ def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
     return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], supposed
 
 
-def _count_others(count: int) -> dict[str, int]:
+def _count_unused(count: int) -> dict[str, int]:
     return {"of other levels, or incomplete": count} if count else {}
 
 
-def _judge_mapped(
+def _judge_channels(
     roles: Roles, channel_map: ChannelMap, supposed: Supposed, names: Sequence[str]
 ) -> tuple[list[Use], Supposed]:
     path, windows_of_map = roles.opened.path, channel_map.windows
@@ -352,7 +354,7 @@ def _judge_mapped(
     load_of_pull = _load_read(roles) if supposed.pull else np.nan
     recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
     supposed = replace(supposed, recorded=recorded, load=load_of_pull if middle is None else abs(middle))
-    axes, recording = oriented(whole, supposed, path, middle)
+    axes, recording = find_axes(whole, supposed, path, middle)
     if isinstance(recording, RigRun):
         supposed = replace(
             supposed, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step"
@@ -371,9 +373,9 @@ def _judge_mapped(
         supposed = replace(supposed, windows=windows)
     else:
         judged = [judge("", recording, roles, path)]
-    made = "the channels are there, but what was recorded is a"
+    beginning = "the channels are there, but what was recorded is a"
     mend = "mend it in the file or in the draft: each reason says how"
-    uses = _by_kind(judged, names, made, mend, windows=bool(supposed.windows))
+    uses = _by_kind(judged, names, beginning, mend, windows=bool(supposed.windows))
     lacking = [[*supposed.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
     return [
         replace(use, provided=f"{', '.join(names)}, which no recording says" if use.usable and names else "")

@@ -25,7 +25,7 @@ from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Front, Settings, Setup
 from studies.model_space.lasting_motions import Extent, Trace, curves_of, extent, traces_of
-from studies.uncertainty import assumed, by_group, counted_as_exact
+from studies.uncertainty import assumed_sd, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
@@ -326,7 +326,7 @@ def sources(settings: Settings, case: TyreCase) -> Sources:
         for k, which in enumerate(crossings)
     }
     values = uncertain.nominal.parameters
-    taken = {key: (values[key], sd) for key, sd in assumed(uncertain).items()}
+    taken = {key: (values[key], sd) for key, sd in assumed_sd(uncertain).items()}
     return Sources(shares, counted_as_exact(uncertain), taken)
 
 

@@ -32,15 +32,15 @@ def save_figures(campaign: Campaign, folder: Path, *, every_recording: bool = Fa
     with mpl.rc_context({"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 130}):
         drawn: dict[str, Figure] = {}
         for tyre, stem in slugs(sorted({c.tyre for c in campaign.conditions})).items():
-            mine = [c for c in keep_upright(campaign.conditions) if c.tyre == tyre]
-            for surface in sorted({c.surface for c in mine}, reverse=True):
-                chosen = [c for c in mine if c.surface == surface and c.sweeps]
+            of_tyre = [c for c in keep_upright(campaign.conditions) if c.tyre == tyre]
+            for surface in sorted({c.surface for c in of_tyre}, reverse=True):
+                chosen = [c for c in of_tyre if c.surface == surface and c.sweeps]
                 drawn |= {f"carpet_{stem}_{surface}": carpet(chosen)} if chosen else {}
                 leaning = [c for c in campaign.conditions if (c.tyre, c.surface) == (tyre, surface)]
                 if any(c.camber_stiffness for c in leaning):
                     drawn[f"camber_{stem}_{surface}"] = over_camber(leaning)
-            drawn[f"stiffness_{stem}"] = stiffness_over_load(mine)
-            pairs = surface_pairs(mine)
+            drawn[f"stiffness_{stem}"] = stiffness_over_load(of_tyre)
+            pairs = surface_pairs(of_tyre)
             drawn |= {f"flat_drum_{stem}": flat_against_drum(campaign, tyre, pairs)} if pairs else {}
         for name, items in (("residuals_worst_sweep", sweeps), ("pull_worst", pulls)):
             worst = min(items, key=lambda item: (item.r_squared, item.file), default=None)
@@ -68,13 +68,13 @@ def _empty_figure(rows: int, columns: int, *, width: float, height: float, **sha
     return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
 
 
-def _titled(figure: Figure, text: str, shown: ConditionResult | RecordingSummary, legend: Any = None) -> Figure:
+def _add_title(figure: Figure, text: str, source: ConditionResult | RecordingSummary, legend: Any = None) -> Figure:
     """Put a title above a figure, and below it the legend of one of its panels, if that has any."""
     handles, labels = legend.get_legend_handles_labels() if legend else ([], [])
     if handles:
         columns = min(int(figure.get_figwidth() / 1.6), len(labels))  # inches an entry takes
         figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
-    note = "\nSYNTHETIC: from the rig simulator, not measured" if shown.synthetic else ""
+    note = "\nSYNTHETIC: from the rig simulator, not measured" if source.synthetic else ""
     figure.suptitle(text + note, fontsize=10)
     return figure
 
@@ -106,18 +106,22 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
     loads, pressures = _loads_pressures(conditions)
     figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
     points = [points_of(item) for c in conditions for item in c.sweeps]
-    reach = max(np.rad2deg(np.abs(one["slip_rad"]).max()) + 0.1 if one else 4.0 for one in points)
+    reach = max(
+        np.rad2deg(np.abs(curve_points["slip_rad"]).max()) + 0.1 if curve_points else 4.0 for curve_points in points
+    )
     slips = np.arange(0.0, min(4.0, reach) + 1e-6)
     fine = np.linspace(0.0, slips[-1], 60)
     top = 0.0
     for panel, pressure in zip(axes, pressures, strict=True):
         nodes = []
         for number, load in enumerate(loads):
-            here = [c for c in conditions if c.load == load and c.pressure == pressure]
-            if not here:
+            at_condition = [c for c in conditions if c.load == load and c.pressure == pressure]
+            if not at_condition:
                 continue
             force, at_slips = (
-                np.mean([_sweep_curve(item, np.deg2rad(slip), offsets=False) for item in here[0].sweeps], axis=0)
+                np.mean(
+                    [_sweep_curve(item, np.deg2rad(slip), offsets=False) for item in at_condition[0].sweeps], axis=0
+                )
                 for slip in (fine, slips)
             )
             panel.plot(fine + shift * number, force, **_style(number) | {"marker": "", "lw": 1.8}, label=f"{load:g} N")
@@ -137,7 +141,9 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
     axes[0].set(ylabel="side force without offsets (N)", ylim=(0.0, 1.12 * top))
     axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
     first = conditions[0]
-    return _titled(figure, f"{first.tyre}, {first.surface}: side force over slip (grey: constant slip) and load", first)
+    return _add_title(
+        figure, f"{first.tyre}, {first.surface}: side force over slip (grey: constant slip) and load", first
+    )
 
 
 def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
@@ -152,14 +158,14 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
     surfaces, span = sorted({c.surface for c in conditions}, reverse=True), loads[-1] - loads[0] or 40.0
     for panel, (name, label, factor) in zip(axes, quantities, strict=True):
         for (row, surface), (number, pressure) in product(enumerate(surfaces), enumerate(pressures)):
-            mine = [c for c in conditions if (c.surface, c.pressure) == (surface, pressure) and getattr(c, name)]
-            mine = [c for c in mine if name != "lateral_stiffness" or not c.borrowed_stiffness]
-            mine.sort(key=lambda c: c.load)
-            if not mine:
+            of_line = [c for c in conditions if (c.surface, c.pressure) == (surface, pressure) and getattr(c, name)]
+            of_line = [c for c in of_line if name != "lateral_stiffness" or not c.borrowed_stiffness]
+            of_line.sort(key=lambda c: c.load)
+            if not of_line:
                 continue
             # neighbouring lines are moved aside a little, so that their intervals do not hide each other
-            x = np.array([c.load for c in mine]) + span * 0.012 * (number + 3 * row - len(pressures) / 2.0)
-            values = [getattr(c, name) for c in mine]
+            x = np.array([c.load for c in of_line]) + span * 0.012 * (number + 3 * row - len(pressures) / 2.0)
+            values = [getattr(c, name) for c in of_line]
             look = _style(number) | ({"ls": "-"} if surface == "flat" else {"ls": "--", "mfc": "white"})
             panel.errorbar(
                 x,
@@ -174,19 +180,19 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
         panel.set(xlabel="vertical load (N)", ylabel=label)
         if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
             panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
-    return _titled(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0], legend=axes[0])
+    return _add_title(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0], legend=axes[0])
 
 
 def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
     """Draw side force and aligning moment at zero slip over camber, a line per load and pressure."""
     quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
-    there = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
-    figure, axes = _empty_figure(1, len(there), width=4.6 * len(there) + 0.4, height=4.4)
+    measured = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
+    figure, axes = _empty_figure(1, len(measured), width=4.6 * len(measured) + 0.4, height=4.4)
     loads, pressures = _loads_pressures(conditions)
-    for panel, (name, label) in zip(axes, there, strict=True):
+    for panel, (name, label) in zip(axes, measured, strict=True):
         for load, pressure in product(loads, pressures):
-            mine = [c for c in conditions if (c.load, c.pressure) == (load, pressure) and c.camber_stiffness]
-            rows = [(c, i.details) for c in mine for i in c.sweeps if name.format("") in i.details]
+            of_line = [c for c in conditions if (c.load, c.pressure) == (load, pressure) and c.camber_stiffness]
+            rows = [(c, i.details) for c in of_line for i in c.sweeps if name.format("") in i.details]
             if rows:
                 x, y, sd = np.array(
                     [(d.get("camber_rad", c.camber), d[name.format("")], d[name.format("_sd")]) for c, d in rows]
@@ -208,7 +214,7 @@ def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
                 panel.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=COLOURS[number], ls=DASHES[row], lw=1.0)
         panel.set(xlabel="camber (deg)", ylabel=label)
     title = f"{conditions[0].tyre}, {conditions[0].surface}: at zero slip over camber"
-    return _titled(figure, title, conditions[0], legend=axes[0])
+    return _add_title(figure, title, conditions[0], legend=axes[0])
 
 
 def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> Figure:
@@ -228,12 +234,12 @@ def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> F
                 ratios.append(a.value / b.value)
                 half.append(1.96 * ratios[-1] * float(np.sqrt(relative)))
         panel.errorbar(x, ratios, half, capsize=3, label=f"{pressure / PASCAL_PER_BAR:g} bar", **_style(number))
-    for exponent in (one for one in campaign.curvature if one.tyre == tyre):
+    for exponent in (curvature for curvature in campaign.curvature if curvature.tyre == tyre):
         sd = f" ± {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
         text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
         panel.axhline(exponent.ratio, color="0.4", lw=1.0, ls=(0, (1, 2)), label=text)
     panel.set(xlabel="vertical load (N)", ylabel="cornering stiffness, flat over drum")
-    return _titled(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0], legend=panel)
+    return _add_title(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0], legend=panel)
 
 
 def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
@@ -246,30 +252,30 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
 def residuals(summary: RecordingSummary) -> Figure:
     """Draw the points of one sweep or pull with the fitted curve, and below them what the fit leaves."""
     points, figure_title = points_of(summary), f"{summary.file}: "
-    figure, (above, below) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
+    figure, (upper, lower) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
     if summary.kind == "slip_sweep":
-        x, rising, left = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0, points["residual_N"]
+        x, rising, residual = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0, points["residual_N"]
         groups: tuple[Any, ...] = ((rising, "^", COLOURS[0], "up branch"), (~rising, "v", COLOURS[2], "down branch"))
         if not points["rate_rad_s"].any():  # settled points
             groups = ((np.ones(x.size, bool), "o", COLOURS[0], "settled point"),)
         fine = np.linspace(x.min(), x.max(), 200)
         curve, label = (fine, _sweep_curve(summary, np.deg2rad(fine))), "steady curve"
         figure_title += f"R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
-        below.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
+        lower.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
     else:
-        x, left = 1e3 * points["deflection_m"], points["force_N"] - points["fitted_N"]
+        x, residual = 1e3 * points["deflection_m"], points["force_N"] - points["fitted_N"]
         groups = ((np.ones(x.size, bool), "o", COLOURS[0], "read"),)
         curve, label = (x, points["fitted_N"]), "law of the readings used, with Dahl friction"
         figure_title += f"K = {1e-3 * summary.value:.2f} N/mm, friction ±{summary.details['friction_N']:.2f} N"
-        below.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
+        lower.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
     for chosen, marker, colour, name in groups:
-        for panel, y in ((above, points["force_N"]), (below, left)):
+        for panel, y in ((upper, points["force_N"]), (lower, residual)):
             panel.plot(x[chosen], y[chosen], ls="none", marker=marker, color=colour, ms=3.5, label=name)
-    above.plot(*curve, color=COLOURS[1], lw=1.2, label=label)
-    above.set_ylabel("side force (N)")
-    above.legend(fontsize=8)
-    below.axhline(0.0, color="k", lw=0.8)
-    return _titled(figure, figure_title, summary)
+    upper.plot(*curve, color=COLOURS[1], lw=1.2, label=label)
+    upper.set_ylabel("side force (N)")
+    upper.legend(fontsize=8)
+    lower.axhline(0.0, color="k", lw=0.8)
+    return _add_title(figure, figure_title, summary)
 
 
 def repeats(campaign: Campaign) -> Figure:
@@ -297,4 +303,4 @@ def repeats(campaign: Campaign) -> Figure:
         panel.axhline(0.0, color="k", lw=0.8)
         panel.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[0].set_ylabel("deviation from the condition's mean (%)")
-    return _titled(figure, "Repeatability (filled: flat, open: drum; grey: ± one sd)", campaign.conditions[0])
+    return _add_title(figure, "Repeatability (filled: flat, open: drum; grey: ± one sd)", campaign.conditions[0])

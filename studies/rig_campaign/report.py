@@ -56,7 +56,9 @@ def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[s
         name: [e.sd / e.value for c in conditions if (e := getattr(c, name)) is not None]
         for name in ("cornering_stiffness", "lateral_stiffness")
     }
-    medians = {name: 100 * float(np.median(each)) if each else None for name, each in shares.items()}
+    medians = {
+        name: 100 * float(np.median(relative_sd)) if relative_sd else None for name, relative_sd in shares.items()
+    }
     borrowed = sum(len(c.pulls) for c in conditions if c.borrowed_stiffness)
     content = {
         "campaign": campaign,
@@ -94,16 +96,16 @@ def grouped_warnings(conditions: Sequence[ConditionResult]) -> list[tuple[str, s
         (of_recordings, len(recordings), "recordings", "recordings.csv"),
     )
     lines = []
-    for warnings, count, what, table in groups:
+    for warnings, count, noun, table in groups:
         for words, places in warnings.items():
-            lines.append((_places(list(dict.fromkeys(places)), count, what, table), words))
+            lines.append((_places(list(dict.fromkeys(places)), count, noun, table), words))
     return lines
 
 
-def _places(places: Sequence[str], count: int, what: str, table: str) -> str:
+def _places(places: Sequence[str], count: int, noun: str, table: str) -> str:
     if len(places) <= MOST_NAMED:
         return "; ".join(places)
-    return f"all {count} {what}" if len(places) == count else f"{len(places)} of {count} {what} (see {table})"
+    return f"all {count} {noun}" if len(places) == count else f"{len(places)} of {count} {noun} (see {table})"
 
 
 def against_truth(campaign: Campaign) -> list[dict[str, Any]]:

@@ -81,9 +81,11 @@ class Uncertainty(UncertainModel):
     @property
     def given_anew(self) -> tuple[list[str], ParameterCovariance]:
         """Parameters whose stated covariance does not hold, as their sd is given; and that covariance."""
-        stated = self._stated.covariance
+        covariance = self._stated.covariance
         origin = {key: deviation.origin for key, deviation in self._own.items()}
-        return [name for name in stated.names if stated.sd[name] and origin.get(name) in (GIVEN, EXACT)], stated
+        return [
+            name for name in covariance.names if covariance.sd[name] and origin.get(name) in (GIVEN, EXACT)
+        ], covariance
 
     def quantities(
         self,
@@ -101,21 +103,21 @@ class Uncertainty(UncertainModel):
         order = self.nominal.linear_model().order
         check_memory("samples", samples, 64 * (len(v) * order + len(self.names)))  # roots and frequencies, draws
         z = (self.matched_draw if matched and self.can_match(samples) else self.draw)(samples, seed)
-        z, _ = self.possible(z)
-        found = [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
-        return found + [quantity for one in outputs for quantity in self._of_output(one, v, z, max_speed)]
+        z, _ = self.filter_possible(z)
+        quantities = [*self._of_modes(v, z, only), *self._critical(z, max_speed, only)]
+        return quantities + [quantity for output in outputs for quantity in self._of_output(output, v, z, max_speed)]
 
     def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
         """Number of the drawn bicycles that are impossible and left out, by reason."""
-        return self.possible(self.draw(samples, seed))[1]
+        return self.filter_possible(self.draw(samples, seed))[1]
 
-    def unlisted(
-        self, found: Sequence[Quantity], *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
+    def count_unlisted(
+        self, quantities: Sequence[Quantity], *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
     ) -> int:
         """Samples, at least, with critical speeds that the nominal model does not have."""
-        listed = {q.crossing: q.samples for q in found}
+        listed = {q.crossing: q.samples for q in quantities}
         crossings = {which: crossing for which, crossing in self.crossings(max_speed).items() if which in listed}
-        z, _ = self.possible(self.draw(samples, seed))
+        z, _ = self.filter_possible(self.draw(samples, seed))
         speeds = np.linspace(min(LOOK, max_speed), max_speed, max(2, round(max_speed / LOOK)))
         number = 0
         for rows, polynomial, *_ in self.batches(z, 64):  # bicycles at a time
@@ -143,11 +145,11 @@ class Uncertainty(UncertainModel):
             speeds, last = np.full((2, len(lost)), crossing.speed)
             frequency = np.full(len(lost), omega)
             for share in np.linspace(0, 1, 32 + 1)[1:]:  # steps
-                kept = ~np.isnan(speeds)
-                ahead = np.maximum(2 * speeds - last, 0.5 * speeds)[kept]
+                tracked = ~np.isnan(speeds)
+                guess = np.maximum(2 * speeds - last, 0.5 * speeds)[tracked]
                 last = speeds.copy()
-                now = self._newton(crossing, z[lost[kept]], ahead, frequency[kept], share=float(share))
-                speeds[kept], frequency[kept] = now
+                now = self._newton(crossing, z[lost[tracked]], guess, frequency[tracked], share=float(share))
+                speeds[tracked], frequency[tracked] = now
             result[lost] = speeds
         return np.where(result <= max_speed, result, np.nan)
 
@@ -155,10 +157,10 @@ class Uncertainty(UncertainModel):
         self, crossing: CriticalSpeed, z: Array, start: Array, frequency: Array, *, share: float = 1.0
     ) -> tuple[Array, Array]:
         result, omega = np.full((2, len(z)), np.nan)
-        for rows, polynomial, refused, _ in self.batches(z, share=share):
+        for rows, polynomial, impossible, _ in self.batches(z, share=share):
             begin = start[rows], frequency[rows]
-            v, w, there = follow_crossing(polynomial, *begin, destabilising=crossing.destabilising)
-            result[rows], omega[rows] = np.where(there & ~refused, v, np.nan), w
+            v, w, converged = follow_crossing(polynomial, *begin, destabilising=crossing.destabilising)
+            result[rows], omega[rows] = np.where(converged & ~impossible, v, np.nan), w
         return result, omega
 
     def _of_modes(self, speeds: Array, z: Array, only: Collection[str] | None) -> Iterator[Quantity]:
@@ -166,28 +168,33 @@ class Uncertainty(UncertainModel):
             return
         linear = self.nominal.linear_model()
         nominal, names = modes(linear, speeds), Rules.of(linear).names
-        found = sensitivities(self.nominal, speeds)
-        gradients = self.gradient({key: found.of(key) for key in found.parameters})  # (m, n, names)
-        wanted = [name for name in nominal.names if "+" not in name and (only is None or name in only)]
-        sampled = {name: np.full((len(z), len(speeds)), complex(np.nan, np.nan)) for name in wanted}
-        for rows, named, refused in self.named(z, speeds):
+        derivatives = sensitivities(self.nominal, speeds)
+        gradients = self.gradient({key: derivatives.of(key) for key in derivatives.parameters})  # (m, n, names)
+        mode_names = [name for name in nominal.names if "+" not in name and (only is None or name in only)]
+        sampled = {name: np.full((len(z), len(speeds)), complex(np.nan, np.nan)) for name in mode_names}
+        for rows, named, impossible in self.name_modes(z, speeds):
             for name, roots in sampled.items():
-                own = (named.first == names.index(name)) & (named.second == NONE) & ~refused[:, None, None]
-                roots[rows] = named_pair(named.values, own)[..., 0]
-        outputs = [one for one in OUTPUTS.values() if one.source == MODE and not one.complex_valued]
-        for (k, speed), name in product(enumerate(speeds), wanted):
+                of_mode = (named.first == names.index(name)) & (named.second == NONE) & ~impossible[:, None, None]
+                roots[rows] = named_pair(named.values, of_mode)[..., 0]
+        outputs = [output for output in OUTPUTS.values() if output.source == MODE and not output.complex_valued]
+        for (k, speed), name in product(enumerate(speeds), mode_names):
             value = complex(nominal.branch(name)[k, 0])
             if value.imag > 0:
-                at = int(np.abs(found.eigenvalues[k] - value).argmin())
-                root, drawn = complex(found.eigenvalues[k, at]), oscillating(sampled[name][:, k])
-                for one in outputs:
-                    gradient = one.root_gradient(root, gradients[k, at])
-                    label, here = f"{name} {one.label} at {speed:g} m/s", float(one.of_root(np.array(root)))
-                    yield Quantity(label, one.unit, here, gradient, self.shares(gradient), one.of_root(drawn))
+                at = int(np.abs(derivatives.eigenvalues[k] - value).argmin())
+                root, drawn = complex(derivatives.eigenvalues[k, at]), oscillating(sampled[name][:, k])
+                for output in outputs:
+                    gradient = output.root_gradient(root, gradients[k, at])
+                    label, nominal_value = (
+                        f"{name} {output.label} at {speed:g} m/s",
+                        float(output.of_root(np.array(root))),
+                    )
+                    yield Quantity(
+                        label, output.unit, nominal_value, gradient, self.shares(gradient), output.of_root(drawn)
+                    )
 
     def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> Iterator[Quantity]:
-        every = self.crossings(max_speed).items()
-        crossings = {which: crossing for which, crossing in every if only is None or crossing.mode in only}
+        by_identity = self.crossings(max_speed).items()
+        crossings = {which: crossing for which, crossing in by_identity if only is None or crossing.mode in only}
         slopes = critical_speed_sensitivities(self.nominal, list(crossings.values()))
         for k, (which, crossing) in enumerate(crossings.items()):
             gradient = self.gradient({key: value[k] for key, value in slopes.items()})
@@ -199,8 +206,8 @@ class Uncertainty(UncertainModel):
         if output.by_speed and not speeds.size:
             raise InputError(f"output {output.name}: give --speeds (m/s) at which it is wanted")
         count = len(self.names)
-        near = self.points(STEP * np.concatenate([np.zeros((1, count)), np.eye(count), -np.eye(count)]), linear=True)
-        values = self._values(output, speeds, near, 2 * count + 1, max_speed)
+        steps = self.points(STEP * np.concatenate([np.zeros((1, count)), np.eye(count), -np.eye(count)]), linear=True)
+        values = self._values(output, speeds, steps, 2 * count + 1, max_speed)
         drawn = self._values(output, speeds, self.points(z), len(z), max_speed)
         for k in range(values.shape[1]):
             gradient = (values[1 : count + 1, k] - values[count + 1 :, k]) / (2 * STEP)
@@ -247,8 +254,8 @@ def total_effects(
             f"{name} is missing up to {max_speed:g} m/s for {lost} of {len(z)} bicycles, so its variance is not "
             "defined; ask for another critical speed, or a higher --max-speed"
         )
-    found = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
-    rows = zip(uncertainty.measurements, found["S1"], found["ST"], found["ST_conf"], strict=True)
+    indices = sobol.analyze(problem, speeds, calc_second_order=False, seed=seed)
+    rows = zip(uncertainty.measurements, indices["S1"], indices["ST"], indices["ST_conf"], strict=True)
     return {group: (float(first), float(total), float(half)) for group, first, total, half in rows}
 
 
@@ -268,40 +275,40 @@ def group_of(measurement: str) -> str:
 
 def by_group(shares: Mapping[str, float], group: Callable[[str], str] = group_of) -> dict[str, float]:
     """Shares of the linear variance by group, from ``shares`` by measurement."""
-    found: dict[str, float] = {}
+    share_by_group: dict[str, float] = {}
     for measurement, share in shares.items():
-        found[group(measurement)] = found.get(group(measurement), 0.0) + share
-    return found
+        share_by_group[group(measurement)] = share_by_group.get(group(measurement), 0.0) + share
+    return share_by_group
 
 
 def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> dict[str, float]:
     """Shares of a result's linear variance that go if one of the numbers known together is known exactly."""
     rows = {key: model.jacobian[key] for key in model.measurements[measurement] if key in model.jacobian}
     total = gradient @ gradient
-    found = {k: float((row @ gradient) ** 2 / (row @ row) / total) for k, row in rows.items() if row.any() and total}
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+    shares = {k: float((row @ gradient) ** 2 / (row @ row) / total) for k, row in rows.items() if row.any() and total}
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
 
 def counted_as_exact(model: UncertainModel) -> dict[str, str]:
     """Parameters of the equations that have no standard deviation -> why not."""
     entering = model.nominal.evaluator.symbolic.parameters
-    found = {key: d.why for key, d in model.deviations.items() if d.origin == EXACT and key in entering}
-    return found | dict.fromkeys(model.unstated_stiffnesses, AT_CONDITIONS)
+    reasons = {key: d.why for key, d in model.deviations.items() if d.origin == EXACT and key in entering}
+    return reasons | dict.fromkeys(model.unstated_stiffnesses, AT_CONDITIONS)
 
 
-def assumed(model: UncertainModel) -> dict[str, float]:
+def assumed_sd(model: UncertainModel) -> dict[str, float]:
     """Standard deviations (SI) that no source states, by parameter."""
     entering = model.nominal.evaluator.symbolic.parameters
     return {key: d.sd for key, d in model.deviations.items() if d.origin == ASSUMED and key in entering}
 
 
-def remarks(found: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
+def remarks(quantities: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
     """Remarks on what some samples do not have, and where linear propagation fails."""
-    content = {"found": found, "unlisted": unlisted, "samples": samples, "max_speed": max_speed, "least": LEAST}
-    return _rendered("remarks", content | {"differs": differs})
+    content = {"found": quantities, "unlisted": unlisted, "samples": samples, "max_speed": max_speed, "least": LEAST}
+    return _render_lines("remarks", content | {"differs": differs})
 
 
-def stated(model: UncertainModel) -> tuple[str, ...]:
+def describe_assumptions(model: UncertainModel) -> tuple[str, ...]:
     """Lines on numbers that are counted as exact, by reason, and on deviations that are assumed."""
     exact: dict[str, list[str]] = {}
     for key, why in counted_as_exact(model).items():
@@ -309,24 +316,24 @@ def stated(model: UncertainModel) -> tuple[str, ...]:
     values = model.nominal.parameters
     sds = [  # with two digits, never as a power of ten
         (key, values[key], np.format_float_positional(sd, precision=2, fractional=False, trim="-"))
-        for key, sd in assumed(model).items()
+        for key, sd in assumed_sd(model).items()
     ]
-    return _rendered("stated", {"exact": exact, "assumed": sds})
+    return _render_lines("stated", {"exact": exact, "assumed": sds})
 
 
-def _rendered(name: str, content: Mapping[str, Any]) -> tuple[str, ...]:
+def _render_lines(name: str, content: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(render_file("studies.uncertainty", f"{name}.txt.j2", content, escaped=False).splitlines())
 
 
-def stands_alone(uncertainty: Uncertainty) -> tuple[str, ...]:
+def dropped_correlations(uncertainty: Uncertainty) -> tuple[str, ...]:
     """Remarks on correlations that a model states of parameters whose sd is given anew."""
-    names, stated = uncertainty.given_anew
-    others = len(stated.names) - len(names)
+    names, covariance = uncertainty.given_anew
+    correlated = len(covariance.names) - len(names)
     return tuple(
-        f"{name}: the sd given for it stands alone; its correlation with {others} other numbers ({stated.origin}) is "
-        "dropped, which may make a result less sure than with it"
+        f"{name}: the sd given for it stands alone; its correlation with {correlated} other numbers "
+        f"({covariance.origin}) is dropped, which may make a result less sure than with it"
         for name in names
-        if others
+        if correlated
     )
 
 

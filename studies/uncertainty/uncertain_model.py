@@ -54,15 +54,15 @@ class UncertainModel:
         bicycle_covariance: ParameterCovariance | None = None,
     ) -> None:
         self.follow = follow or (lambda parameters: {})
-        given = str(model) if isinstance(model, str | Path) else model
-        content: dict[str, Any] = {"model": given, "outputs": ["parameters"]}
+        source = str(model) if isinstance(model, str | Path) else model
+        content: dict[str, Any] = {"model": source, "outputs": ["parameters"]}
         probe = build_sweep(content)
         measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
             )
-        self._stated = read_model(given) if isinstance(given, str) else build_model(given)
+        self._stated = read_model(source) if isinstance(source, str) else build_model(source)
         if bicycle_sd is not None:
             self._stated = replace(
                 self._stated,
@@ -76,9 +76,11 @@ class UncertainModel:
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
         followers = set(self.follow(self._stated.parameters))
-        own = standard_deviations(self._stated, sd or {}, assume=defaults)
-        self._own = {key: deviation for key, deviation in own.items() if key in (sd or {}) or key not in followers}
-        beside = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
+        deviations = standard_deviations(self._stated, sd or {}, assume=defaults)
+        self._own = {
+            key: deviation for key, deviation in deviations.items() if key in (sd or {}) or key not in followers
+        }
+        correlated = [  # correlated, but not drawn with a tyre's stiffnesses: its trail, a stated covariance
             key
             for key in self._stated.covariance.names
             if key not in self._of_tyre and key in self._own and self._own[key].origin in (TABLE, FILE, MODEL_FILE)
@@ -86,16 +88,21 @@ class UncertainModel:
         single = dict(sd or {}) | {
             key: deviation.sd
             for key, deviation in self._own.items()  # as given, perhaps one number for both wheels
-            if not {key, str(ParameterKey.parse(key).whole)} & set(sd or {}) and key not in (*self._of_tyre, *beside)
+            if not {key, str(ParameterKey.parse(key).whole)} & set(sd or {})
+            and key not in (*self._of_tyre, *correlated)
         }
         sampled: dict[str, Any] = {key: {"sd": value} for key, value in single.items() if value}
-        joint = {"parameters": beside, "covariance": self._stated.covariance.among(beside).tolist()} if beside else {}
-        sampled |= {"joint": [joint]} if beside else {}
+        joint = (
+            {"parameters": correlated, "covariance": self._stated.covariance.among(correlated).tolist()}
+            if correlated
+            else {}
+        )
+        sampled |= {"joint": [joint]} if correlated else {}
         sampled |= {"tyre_covariance": True, "relative_cornering_stiffness_sd": self.relative} if measured else {}
         if not sampled:
-            stated = "an sd of 0" if self._stated.bicycle.sd else "no sd"
+            stated_sd = "an sd of 0" if self._stated.bicycle.sd else "no sd"
             raise InputError(
-                f"nothing is uncertain: the bicycle states {stated} "
+                f"nothing is uncertain: the bicycle states {stated_sd} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )
         self.sampler = Sampler(build_sweep(content | {"samples": 2, "sampled": sampled}))
@@ -110,7 +117,7 @@ class UncertainModel:
     @cached_property
     def deviations(self) -> dict[str, Deviation]:
         """Key -> :class:`bicycle.model.default_sd.Deviation` of every parameter that does not follow another."""
-        found = dict(self._own)
+        deviations = dict(self._own)
         columns = [self.names.index(name) for name in TYRE_DRAWS if name in self.names]
         for key in self._of_tyre:  # what the tyre's covariance gives, with what is assumed here
             origin, why = TABLE, ""
@@ -119,15 +126,15 @@ class UncertainModel:
                 either = ParameterKey.parse(key).name == "relaxation_length"
                 of = "of either stiffness" if either else "at each measured condition"
                 why = f"{100 * self.relative:.3g} % {of}, the tyre's source states none"
-            found[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
-        return found
+            deviations[key] = Deviation(float(np.linalg.norm(self.jacobian[key][columns])), origin, why)
+        return deviations
 
     def origin(self, measurement: str) -> str:
         """Origin of the standard deviation of ``measurement``, one of the ``measurements``."""
         names = self.measurements[measurement]
         if names[0] not in TYRE_DRAWS:
-            own = ((d.origin, {key, str(ParameterKey.parse(key).whole)}) for key, d in self._own.items())
-            return next(origin for origin, keys in own if keys & set(names))
+            origins = ((d.origin, {key, str(ParameterKey.parse(key).whole)}) for key, d in self._own.items())
+            return next(origin for origin, keys in origins if keys & set(names))
         unstated = ("cornering_stiffness", "relaxation_length")[TYRE_DRAWS.index(names[0])]
         if not (self.relative and any(ParameterKey.parse(key).name == unstated for key in self._stated.assumed_sd)):
             return TABLE
@@ -138,19 +145,19 @@ class UncertainModel:
         sampler = copy(self.sampler)
         sampler.sweep = replace(sampler.sweep, samples=max(len(z), 2))
         draws = dict(zip(self.names, np.ascontiguousarray(z.T), strict=True))
-        found = sampler.points(0, len(z), draws, linear=linear, share=share)
+        points = sampler.points(0, len(z), draws, linear=linear, share=share)
         with np.errstate(all="ignore"):  # of what is marked
-            return replace(found, values={**found.values, **self.follow(found.values)})
+            return replace(points, values={**points.values, **self.follow(points.values)})
 
-    def possible(self, z: Array) -> tuple[Array, dict[str, int]]:
+    def filter_possible(self, z: Array) -> tuple[Array, dict[str, int]]:
         """The rows of ``z`` (m, names) that make a bicycle, and how many of the others do not, by reason."""
-        kept, counts = [], Counter[str]()
+        possible, counts = [], Counter[str]()
         for start in range(0, len(z), BATCH):
             rows = z[start : start + BATCH]
-            refused = self.points(rows).refused
-            kept.append(rows[~refused.mask])
-            counts.update(refused.counts)
-        return np.concatenate(kept), dict(counts)
+            impossible = self.points(rows).refused
+            possible.append(rows[~impossible.mask])
+            counts.update(impossible.counts)
+        return np.concatenate(possible), dict(counts)
 
     @cached_property
     def nominal(self) -> Model:
@@ -196,8 +203,8 @@ class UncertainModel:
         if not self.can_match(samples):
             raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
-        away = z - z.mean(0)
-        return np.asarray(np.linalg.solve(np.linalg.cholesky(np.atleast_2d(np.cov(away.T))), away.T).T)
+        deviation = z - z.mean(0)
+        return np.asarray(np.linalg.solve(np.linalg.cholesky(np.atleast_2d(np.cov(deviation.T))), deviation.T).T)
 
     def gradient(self, slopes: Mapping[str, Any]) -> Array:
         """Derivative with respect to z (..., names) from derivatives ``slopes`` (...) in the free parameters."""
@@ -209,8 +216,8 @@ class UncertainModel:
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters
-        away = {key: np.broadcast_to(np.asarray(values[key]) - nominal[key], len(z)) for key in slopes}
-        return np.asarray(sum(np.multiply.outer(away[key], slope) for key, slope in slopes.items()))
+        change = {key: np.broadcast_to(np.asarray(values[key]) - nominal[key], len(z)) for key in slopes}
+        return np.asarray(sum(np.multiply.outer(change[key], slope) for key, slope in slopes.items()))
 
     def shares(self, gradient: Array) -> dict[str, float]:
         """Share of the linear variance that each measurement causes, by the ``gradient`` (names,) of a result in z."""
@@ -230,14 +237,14 @@ class UncertainModel:
         for start in range(0, len(z), size):
             rows = slice(start, min(start + size, len(z)))
             points = self.points(z[rows], share=share)
-            polynomial, refused = family.polynomials(points.harmless.values, rows.stop - start)
-            yield rows, polynomial, points.refused.mask | refused, points.harmless.values
+            polynomial, impossible = family.polynomials(points.harmless.values, rows.stop - start)
+            yield rows, polynomial, points.refused.mask | impossible, points.harmless.values
 
-    def named(self, z: Array, speeds: Array) -> Iterator[tuple[slice, Named, NDArray[np.bool_]]]:
+    def name_modes(self, z: Array, speeds: Array) -> Iterator[tuple[slice, Named, NDArray[np.bool_]]]:
         """Roots (m, k, n) of bicycles with the places of their names at speeds (k,), in batches, and which to leave."""
         rules = Rules.of(self.nominal.linear_model())
-        for rows, polynomial, refused, values in self.batches(z, max(1, BATCH // len(speeds))):
+        for rows, polynomial, impossible, values in self.batches(z, max(1, BATCH // len(speeds))):
             count = rows.stop - rows.start
             gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
             at = np.broadcast_to(speeds, (count, len(speeds)))
-            yield rows, name_stack(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, at), refused
+            yield rows, name_stack(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, at), impossible

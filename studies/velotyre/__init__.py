@@ -79,13 +79,13 @@ def __getattr__(name: str) -> Any:
     if name == "effects":
         return import_module(f"{__name__}.effects")
     if name in HOME:
-        found = getattr(import_module(HOME[name]), name)
+        value = getattr(import_module(HOME[name]), name)
     elif name[:1].isupper():
-        found = getattr(import_module(f"{__name__}.effects"), name)
+        value = getattr(import_module(f"{__name__}.effects"), name)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found
-    return found
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

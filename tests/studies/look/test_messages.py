@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from studies.cli import main
-from studies.look import USES, Event, drafts, look, tell, write_drafts
+from studies.look import USES, Event, drafts, look, print_look, write_drafts
 from tyre.formats import FORMATS
 from tyre.ground import InputError
 
@@ -148,7 +148,7 @@ def test_json_holds_the_same(tmp_path, capsys):
 def test_events_are_said_with_what_is_left_out(tmp_path, capsys):
     found = look(motion(tmp_path))
     events = (Event("", 1, 9, 9), Event("a", 1, 9, 7, {"that lack x": 2}), Event("", 1, 9, 5, start_s=1, end_s=2))
-    tell(replace(found, uses=(replace(found.uses[0], events=events),)), {})
+    print_look(replace(found, uses=(replace(found.uses[0], events=events),)), {})
     shown = capsys.readouterr().out
     assert "\n  samples 1-9, all 9\n  a: samples 1-9, 7 of 9; left out: 2 that lack x\n" in shown
     assert "\n  samples 1-9 (1 to 2 s), resampled to 5\n" in shown

@@ -188,7 +188,7 @@ def test_critical_speeds_that_only_some_samples_have_are_counted():
     drawn = [build_model(hinged(lognormal(21, 3, z))) for z in uncertainty.draw(60, 4)[:, 0]]
     exact = sum(any(c.mode == "wobble" for c in critical_speeds(model)) for model in drawn)
     assert exact > 0
-    assert uncertainty.unlisted(found, samples=60, seed=4) == exact
+    assert uncertainty.count_unlisted(found, samples=60, seed=4) == exact
     told = remarks(found, exact, 60, 60.0)
     assert len(told) == 1
     assert told[0].startswith(f"at least {exact} of 60 bicycles have further critical speeds up to 60 m/s")
