@@ -21,7 +21,7 @@ __getattr__, __dir__ = room(
             "check_plausible",
             "check_repeats",
             "combine",
-            "combined",
+            "combine_campaign",
             "near_conditions",
             "pooled_repeatability",
             "refuse_infinite",
