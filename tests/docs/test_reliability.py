@@ -9,7 +9,7 @@ from pages import page
 RESULTS = Path(__file__).parents[2] / "data" / "validation"
 PAGE = page("reliability")
 BLIND = {}
-for name in ("blind_test", "blind_test_six_cells"):
+for name in ("blind_test", "blind_test_six_cells", "blind_test_tables"):  # the newest count of a cell stands
     BLIND |= json.loads((RESULTS / f"{name}.json").read_text())["cells"]
 RIG = json.loads((RESULTS / "rig_coverage.json").read_text())
 DECAYS = json.loads((RESULTS / "free_decays.json").read_text())
@@ -35,6 +35,9 @@ NONE = ("modal-none", "modal-none-tight", "history-none", "history-none-tight", 
 @pytest.mark.parametrize(("start", "words"), [
     ("a name (", percent(ONE, "detected")), ("a name (", percent(ONE, "right_when_named")),
     ("a name (", " of ".join(str(sum(both)) for both in zip(*OUTSIDE, strict=True))),
+    ("a name from eight", "right in {} of {}".format(*BLIND["faint-one"]["right"])),
+    ("a name from eight", "no name in {0[1]} of {0[1]}".format(BLIND["faint-none"]["any_name"])),
+    ("a name from eight", "{} of {} effects outside".format(*BLIND["faint-outside"]["something_named"])),
     ("`none` of", f"{sum(BLIND[c]['something_named'][0] for c in NONE)} of "
                   f"{sum(BLIND[c]['something_named'][1] for c in NONE)}"),
     ("C, K and C/K", f"{min(RIG['coverage'][q]['share_percent'] for q in RIG['coverage'])} to "
