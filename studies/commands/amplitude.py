@@ -1,7 +1,8 @@
 """``velotyre amplitude``: how large wobble and weave get on tyres that saturate."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -9,8 +10,13 @@ from studies.model_space.command_options import FINITE, PATH, Number, max_speed_
 from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from bicycle.motion.kicks import Kick
+
 CSV = ("speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2")
-UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # of --kick
+UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # by what --kick disturbs
 
 
 @click.command(
@@ -55,66 +61,93 @@ def command(
     from studies.model_space.lasting_motions import curves_of, sides
     from studies.motion.amplitude import draw_amplitude, film_cycle, lines, record
     from studies.motion.animation import check_film
-    from studies.reporting.output import check_targets, parse_speeds, print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import check_targets, parse_speeds, print_warnings, write_csv, write_json
     from studies.reporting.plotting import check_picture
 
+    # Read the options.
     if plot_file is not None:
         check_picture(plot_file)
     if film is not None:
         check_film(film)
     check_targets(csv=csv_file, json=json_file)
-    asked = parse_speeds(speeds, 10_000)
-    place, model = _point(point), chosen.model
-    curves = {} if any(map(stated, ("friction", "shape_factor", "curvature_factor"))) else curves_of(chosen.content)
+    grid = parse_speeds(speeds, 10_000)
+    accelerometer = _parse_point(point)
+    model = chosen.model
+    curves = {}
+    if not any(map(stated, ("friction", "shape_factor", "curvature_factor"))):
+        curves = curves_of(chosen.content)
     tyre = MagicTyre(friction, shape_factor, curvature_factor)
     tyres: dict[str, Any] = {"rear": tyre, "front": tyre} | curves
-    found, peak = find_limit_cycles(model, max_speed=max_speed, **tyres), None if curves else friction
-    frame = found.frame(asked[asked > 0], place)
-    kicks = kick_thresholds(found, asked[asked > 0], kick) if kick is not None else []
+    peak_factor = None if curves else friction
+
+    # Compute.
+    cycles = find_limit_cycles(model, max_speed=max_speed, **tyres)
+    frame = cycles.frame(grid[grid > 0], accelerometer)
+    kicks = kick_thresholds(cycles, grid[grid > 0], kick) if kick is not None else []
     if film is not None:
-        film_cycle(found, frame["speed_m_s"].unique().tolist(), film)
-    told = "-" not in (csv_file, json_file)
-    both = sides(found, damper, tyres, max_speed) if told or json_file is not None else []
+        film_cycle(cycles, frame["speed_m_s"].unique().tolist(), film)
+    to_screen = "-" not in (csv_file, json_file)
+    damper_sides = sides(cycles, damper, tyres, max_speed) if to_screen or json_file is not None else []
+
+    # Show.
     if csv_file is not None:
         write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
-        draw_amplitude(found, plot_file, title=model.bicycle.name, peak_factor=peak)
+        draw_amplitude(cycles, plot_file, title=model.bicycle.name, peak_factor=peak_factor)
     if json_file is not None:
-        write_json(record(found, frame, kicks, UNITS.get(str(kick), ""), both), json_file)
-    if told:
+        write_json(record(cycles, frame, kicks, UNITS.get(str(kick), ""), damper_sides), json_file)
+    if to_screen:
         if len(frame):
-            heads = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
-            print_table(frame.iloc[:, :7].astype(object).to_numpy().tolist(), heads)
-            click.echo()
+            _print_cycles(frame)
         if kicks:
-            unit = UNITS[str(kick)]
-            rows = [[f"{one.speed:g}", *one[1:6], "yes" if one.within_geometry else "no"] for one in kicks]
-            print_table(
-                rows,
-                [
-                    "speed m/s",
-                    "mode",
-                    f"estimate {unit}",
-                    f"least {unit}",
-                    "what follows",
-                    f"falls from {unit}",
-                    "linear geometry",
-                ],
-            )
-            click.echo()
-        without = kick is not None and not kicks
-        told_of: dict[str, Any] = {"peak_factor": peak, "without_kick": without, "sides": both, "max_speed": max_speed}
-        click.echo("\n".join(lines(found, frame, **told_of)))
+            _print_kicks(kicks, UNITS[str(kick)])
+        summary = lines(
+            cycles,
+            frame,
+            peak_factor=peak_factor,
+            without_kick=kick is not None and not kicks,
+            sides=damper_sides,
+            max_speed=max_speed,
+        )
+        click.echo("\n".join(summary))
         print_warnings(model.linear_model().warnings)
 
 
-def _point(text: str | None) -> tuple[float, float] | None:
+def _print_cycles(frame: "pd.DataFrame") -> None:
+    """Print the first seven columns of the periodic motions, a row per speed and mode."""
+    from studies.reporting.output import print_table
+
+    headers = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
+    print_table(frame.iloc[:, :7].astype(object).to_numpy().tolist(), headers)
+    click.echo()
+
+
+def _print_kicks(kicks: "Sequence[Kick]", unit: str) -> None:
+    """Print the least kick, in ``unit``, that starts another motion at each speed."""
+    from studies.reporting.output import print_table
+
+    rows = [[f"{kick.speed:g}", *kick[1:6], "yes" if kick.within_geometry else "no"] for kick in kicks]
+    headers = [
+        "speed m/s",
+        "mode",
+        f"estimate {unit}",
+        f"least {unit}",
+        "what follows",
+        f"falls from {unit}",
+        "linear geometry",
+    ]
+    print_table(rows, headers)
+    click.echo()
+
+
+def _parse_point(text: str | None) -> tuple[float, float] | None:
+    """Read X,Z in m (z down) of the accelerometer; None by default."""
     from tyre.ground.errors import InputError
     from tyre.ground.number_with_unit import typed_numbers
 
     if text is None:
         return None
-    place = typed_numbers(text.split(","), "m", alike=False)
-    if len(place) != 2 or max(map(abs, place)) > 10:
+    point = typed_numbers(text.split(","), "m", alike=False)
+    if len(point) != 2 or max(map(abs, point)) > 10:
         raise InputError(f"--point {text}: give X,Z in m, up to 10, z down, such as 0.9,-0.8")
-    return place[0], place[1]
+    return point[0], point[1]

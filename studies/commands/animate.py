@@ -41,19 +41,19 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
     check_film(target)
     model = chosen.model
     linear = model.linear_model()
-    found = modes(linear, [speed])
-    root = complex(found.branch(mode)[0, 0])
+    named_modes = modes(linear, [speed])
+    root = complex(named_modes.branch(mode)[0, 0])
     if np.isnan(root):
-        there = [name for name in found.names if not np.isnan(found.branch(name)[0, 0])]
-        raise InputError(f"there is no {mode} at {speed:g} m/s; there are {', '.join(there)}")
+        present = [name for name in named_modes.names if not np.isnan(named_modes.branch(name)[0, 0])]
+        raise InputError(f"there is no {mode} at {speed:g} m/s; there are {', '.join(present)}")
     frames = max(2, round(seconds * FRAMES_PER_SECOND))
     motion = modal_motion(linear, speed=speed, eigenvalue=root, amplitude=math.radians(amplitude), frames=frames)
-    lasts = float(motion.time[-1] - motion.time[0]) * frames / (frames - 1)
-    pace = f"{seconds / lasts:.3g} times slower" if lasts < seconds else f"{lasts / seconds:.3g} times faster"
+    duration = float(motion.time[-1] - motion.time[0]) * frames / (frames - 1)
+    pace = f"{seconds / duration:.3g} times slower" if duration < seconds else f"{duration / seconds:.3g} times faster"
     title = f"{mode.replace('_', ' ').capitalize()} of {model.bicycle.name} at {speed:g} m/s: {describe(root)}"
-    shown = "amplitude held constant" if root.imag else "growth or decay as it is"
-    animate(model, motion, target, title=f"{title}\nlargest angle {amplitude:g}°, {shown}, {pace} than real")
+    amplitudes = "amplitude held constant" if root.imag else "growth or decay as it is"
+    animate(model, motion, target, title=f"{title}\nlargest angle {amplitude:g}°, {amplitudes}, {pace} than real")
     phasors = target.with_name(f"{target.stem}_phasors")
-    draw_mode_shapes(found, phasors, names=(mode,))
+    draw_mode_shapes(named_modes, phasors, names=(mode,))
     print_warnings(linear.warnings)
     click.echo(f"{target} and {phasors.name}.png, .svg")

@@ -24,36 +24,40 @@ def command(bicycle: str | None, json_file: str | None) -> None:
     from bicycle.parameters.bicycle import UNITS
     from studies.reporting.output import print_table, print_warnings, write_json
 
-    found = [load_bicycle(name) for name in (available_bicycles() if bicycle is None else [bicycle])]
-    records = [_record(one) for one in found]
+    loaded = [load_bicycle(name) for name in (available_bicycles() if bicycle is None else [bicycle])]
+    records = [_record(parameter_set) for parameter_set in loaded]
     if json_file:
         write_json(records[0] if bicycle is not None else {"bicycles": records}, json_file)
     if json_file == "-":
         return
     if bicycle is not None:
-        one = found[0]
-        click.echo(f"{one.name}: {one.description or 'no description'}\nsource: {one.source or 'not stated'}\n")
-        rows = [[key, value, UNITS.get(key, "kg m^2"), one.sd.get(key)] for key, value in one.values.items()]
-        print_table(rows, ["parameter", "value", "unit", "sd"])
-        if one.covariance.names:
-            click.echo(f"\ntheir correlations are known too: [covariance] of {', '.join(one.covariance.names)}")
-        print_warnings(one.warnings)
-        return
-    rows = [
-        [
-            r["name"],
-            r["mass_kg"],
-            r["rear_load_N"],
-            r["front_load_N"],
-            *(shorten(r[word], width, placeholder=" …") for word, width in (("description", 58), ("source", 29))),
+        (parameter_set,) = loaded
+        description = parameter_set.description or "no description"
+        click.echo(f"{parameter_set.name}: {description}\nsource: {parameter_set.source or 'not stated'}\n")
+        rows = [
+            [key, value, UNITS.get(key, "kg m^2"), parameter_set.sd.get(key)]
+            for key, value in parameter_set.values.items()
         ]
-        for r in records
-    ]
+        print_table(rows, ["parameter", "value", "unit", "sd"])
+        if parameter_set.covariance.names:
+            click.echo(
+                f"\ntheir correlations are known too: [covariance] of {', '.join(parameter_set.covariance.names)}"
+            )
+        print_warnings(parameter_set.warnings)
+        return
+    rows = []
+    for record in records:
+        description = shorten(record["description"], 58, placeholder=" …")
+        source = shorten(record["source"], 29, placeholder=" …")
+        rows.append(
+            [record["name"], record["mass_kg"], record["rear_load_N"], record["front_load_N"], description, source]
+        )
     print_table(rows, ["bicycle", "kg", "rear N", "front N", "description", "source"])
     click.echo("\nvelotyre bicycles NAME shows parameters and source in full; loads are those of the wheels at rest")
 
 
 def _record(bicycle: "Bicycle") -> dict[str, Any]:
+    """One bicycle for JSON, SI: mass, wheel loads at rest, every parameter with its sd."""
     from bicycle.files.bicycle_numbers import covariance_table
 
     rear, front = bicycle.static_loads

@@ -26,9 +26,9 @@ def command(bicycle: str, target: Path, *, force: bool) -> None:
         raise InputError(f"{target}: the ending {target.suffix!r} is not known; write {', '.join(WRITERS)}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
-    found = load_bicycle(bicycle)
-    write_text(target, WRITERS[target.suffix.lower()](found, allow_unusual=found.unusual))
-    lost = lost_in_text(found) if target.suffix.lower() == ".txt" else ()
-    print_warnings((*found.warnings, *lost))
-    known = f", sd of {len(found.sd)}" if found.sd else ""
-    click.echo(f"{target}: {found.name}, {len(found.values)} parameters{known}")
+    parameters = load_bicycle(bicycle)
+    write_text(target, WRITERS[target.suffix.lower()](parameters, allow_unusual=parameters.unusual))
+    lost = lost_in_text(parameters) if target.suffix.lower() == ".txt" else ()
+    print_warnings((*parameters.warnings, *lost))
+    uncertain = f", sd of {len(parameters.sd)}" if parameters.sd else ""
+    click.echo(f"{target}: {parameters.name}, {len(parameters.values)} parameters{uncertain}")

@@ -21,19 +21,24 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
     from studies.reporting.analysis import analyse, record, records
 
     output.check_targets(csv=csv_file, json=json_file)
-    models = {name: one.linear for name, one in chosen.each.items()}
-    found = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
+    models = {name: choice.linear for name, choice in chosen.each.items()}
+    critical_speeds = {name: analyse(model, [], max_speed=max_speed)[1] for name, model in models.items()}
     if not chosen.of_matrices:
-        found = {name: with_onsets(one.model, one.content, found[name]) for name, one in chosen.each.items()}
+        critical_speeds = {
+            name: with_onsets(choice.model, choice.content, critical_speeds[name])
+            for name, choice in chosen.each.items()
+        }
     if csv_file is not None:
-        tables = [output.named_rows(output.critical_table(critical), name) for name, critical in found.items()]
+        tables = [output.named_rows(output.critical_table(speeds), name) for name, speeds in critical_speeds.items()]
         output.write_csv(output.stacked(tables), csv_file)
     if json_file is not None:
-        told = {name: record(models[name], None, one, max_speed=max_speed) for name, one in found.items()}
-        output.write_json(records(told), json_file)
+        contents = {
+            name: record(models[name], None, speeds, max_speed=max_speed) for name, speeds in critical_speeds.items()
+        }
+        output.write_json(records(contents), json_file)
     if "-" not in (csv_file, json_file):
-        output.print_critical(found, models, max_speed=max_speed)
-        for name, speeds in found.items():
+        output.print_critical(critical_speeds, models, max_speed=max_speed)
+        for name, speeds in critical_speeds.items():
             if speeds:
-                output.print_exchanges({name: models[name]}, max(one.speed for one in speeds))
+                output.print_exchanges({name: models[name]}, max(critical.speed for critical in speeds))
         output.print_named_warnings({name: model.warnings for name, model in models.items()})

@@ -11,14 +11,14 @@ from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
 
-Asked = tuple[tuple[str, str], ...]
+Demands = tuple[tuple[str, str], ...]  # mode, and 'stable', a least damping ratio or a largest amplitude
 
 
-def two_words(context: click.Context, parameter: click.Parameter, value: Asked) -> Asked:
+def check_demands(context: click.Context, parameter: click.Parameter, value: Demands) -> Demands:
     """Refuse a ``--keep`` whose second word is missing, so that it took the next option."""
-    for mode, what in value:
-        if what.startswith("--"):
-            raise InputError(f"--keep {mode} {what}: say what {mode} keeps, for example --keep {mode} stable")
+    for mode, demand in value:
+        if demand.startswith("--"):
+            raise InputError(f"--keep {mode} {demand}: say what {mode} keeps, for example --keep {mode} stable")
     return value
 
 
@@ -33,7 +33,7 @@ def two_words(context: click.Context, parameter: click.Parameter, value: Asked) 
     multiple=True,
     required=True,
     metavar="MODE WHAT",
-    callback=two_words,
+    callback=check_demands,
     help="Mode (all: every one), and 'stable', a least damping ratio or a largest amplitude (2deg); repeat.",
 )
 @click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
@@ -51,7 +51,7 @@ def two_words(context: click.Context, parameter: click.Parameter, value: Asked) 
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel,
-    keep: Asked,
+    keep: Demands,
     up_to: float,
     low: float,
     vary: str,
@@ -94,8 +94,8 @@ def command(
     )
     design = designs.find_design(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
     if design.after.kept:
-        asked = " ".join(f"--keep {mode} {what}" for mode, what in keep) + f" --from {low:g} --up-to {up_to:g}"
-        write_text(out, designs.model_text(design, out.parent, shlex.join(asked.split())))
+        options = " ".join(f"--keep {mode} {demand}" for mode, demand in keep) + f" --from {low:g} --up-to {up_to:g}"
+        write_text(out, designs.model_text(design, out.parent, shlex.join(options.split())))
     if json_file:
         write_json(designs.record(design), json_file)
     if json_file != "-":

@@ -52,22 +52,22 @@ def command(
     check_targets(json=json_file)
     started = perf_counter()
     measurement = read_measurement(measurement_file)
-    found = diagnose(measurement, without=without, with_=with_, progress=True, as_read=as_read, quick=quick)
-    took = perf_counter() - started
-    findings = find(found)
+    diagnosis = diagnose(measurement, without=without, with_=with_, progress=True, as_read=as_read, quick=quick)
+    duration = perf_counter() - started  # s
+    findings = find(diagnosis)
     if folder and not no_stability:
-        most = workers or (min(cpu_count() or 1, 4) if took > 5.0 else 1)  # s, worth the start of processes
+        processes = workers or (min(cpu_count() or 1, 4) if duration > 5.0 else 1)  # s, worth the start of processes
         with progress_bar(desc="does it stand?", unit=" variants", leave=False) as bar:
 
-            def advance(what: str) -> None:
-                bar.set_postfix_str(what, refresh=False)
+            def advance(variant: str) -> None:
+                bar.set_postfix_str(variant, refresh=False)
                 bar.update()
 
-            findings = with_stability(findings, found, advance, workers=most)
+            findings = with_stability(findings, diagnosis, advance, workers=processes)
     if folder:
         with results(Path(folder)):
-            write_report(found, Path(folder), findings)
+            write_report(diagnosis, Path(folder), findings)
     if json_file:
-        write_json(record(found, findings), json_file)
+        write_json(record(diagnosis, findings), json_file)
     if json_file != "-":
-        click.echo(terminal(found, findings, str(Path(folder) / "report.html") if folder else ""))
+        click.echo(terminal(diagnosis, findings, str(Path(folder) / "report.html") if folder else ""))

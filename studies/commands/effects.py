@@ -27,12 +27,13 @@ def command(identifier: str | None, json_file: str | None) -> None:
     for effect in registry().values():
         first, *more = effect.parameters or (None,)
         needs = ", ".join(effect.requires) or None
-        rows.append([effect.identifier, *_shown(first), needs, effect.source])
-        rows += [["", *_shown(parameter), "", ""] for parameter in more]
+        rows.append([effect.identifier, *_cells(first), needs, effect.source])
+        rows += [["", *_cells(parameter), "", ""] for parameter in more]
     print_table(rows, ["effect", "parameter", "unit", "typical", "needs", "source"])
 
 
-def _shown(parameter: Any) -> list[str | None]:
+def _cells(parameter: Any) -> list[str | None]:
+    """Name, unit and typical range of a parameter; three empty cells for an effect without any."""
     if parameter is None:
         return [None, None, None]
     low, high = parameter.typical

@@ -53,7 +53,7 @@ def command(
             raise InputError(f"--{name} = {value:g} must be positive")
     check_targets(out=out_file)
     names = [name.strip() for name in outputs.split(",") if name.strip()]
-    found, notes = responses_of_runs(
+    responses, notes = responses_of_runs(
         runs,
         source,
         names,
@@ -64,14 +64,12 @@ def command(
     )
     for note in notes:
         click.echo(f"note: {note}", err=True)
-    print_table(
-        [row for response in found for row in shown_of(response)],
-        ["speed m/s", "response", "frequencies", "Hz", "averages", "coherence", "relative sd"],
-    )
+    headers = ["speed m/s", "response", "frequencies", "Hz", "averages", "coherence", "relative sd"]
+    print_table([row for response in responses for row in shown_of(response)], headers)
     if out_file:
         import pandas as pd
 
         from studies.reporting.output import write_csv
 
-        write_csv(pd.DataFrame([row for response in found for row in rows_of(response)]), out_file)
-        click.echo(f'{out_file}: {sum(len(r.found.gain) for r in found)} rows, read by kind = "frequency_response"')
+        write_csv(pd.DataFrame([row for response in responses for row in rows_of(response)]), out_file)
+        click.echo(f'{out_file}: {sum(len(r.found.gain) for r in responses)} rows, read by kind = "frequency_response"')

@@ -2,13 +2,16 @@
 
 from copy import copy
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from studies.commands import bicycles, effects, tyres
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from bicycle.model.model import Model
 
 EXAMPLES = {
     bicycles: ("velotyre list bicycles", "velotyre list bicycles pista"),
@@ -34,19 +37,10 @@ def models(model: str | None, json_file: str | None, target: str | None) -> None
     from studies.reporting.output import print_table, write_json
     from tyre.ground.files import write_text
 
-    found = {name: read_model(name) for name in available_models()} if model is None else {model: choose(model).model}
-    records: list[dict[str, Any]] = [
-        {
-            "name": name,
-            "description": one.bicycle.description,
-            "source": one.bicycle.source,
-            "kind": one.bicycle.kind,
-            "mass_kg": sum(one.bicycle[key] for key in ("mR", "mB", "mH", "mF")),
-            "effects": [effect.identifier for effect in one.effects],
-            "values": one.parameters,
-        }
-        for name, one in found.items()
-    ]
+    if model is None:
+        records = [_record(name, read_model(name)) for name in available_models()]
+    else:
+        records = [_record(model, choose(model).model)]
     if json_file:
         write_json(records[0] if model is not None else {"models": records}, json_file)
     if json_file == "-":
@@ -62,9 +56,22 @@ def models(model: str | None, json_file: str | None, target: str | None) -> None
         print_table(rows, ["model", "kg", "description", "numbers"])
         click.echo("\nvelotyre list models NAME shows numbers and source; NAME is a MODEL of every command")
         return
-    (one,) = records
-    click.echo(f"{one['name']}: {one['description'] or 'no description'}\nsource: {one['source'] or 'not stated'}\n")
-    print_table([[key, value, unit_of(key)] for key, value in one["values"].items()], ["parameter", "value", "unit"])
+    (r,) = records
+    click.echo(f"{r['name']}: {r['description'] or 'no description'}\nsource: {r['source'] or 'not stated'}\n")
+    print_table([[key, value, unit_of(key)] for key, value in r["values"].items()], ["parameter", "value", "unit"])
+
+
+def _record(name: str, model: "Model") -> dict[str, Any]:
+    """One model for JSON, SI."""
+    return {
+        "name": name,
+        "description": model.bicycle.description,
+        "source": model.bicycle.source,
+        "kind": model.bicycle.kind,
+        "mass_kg": sum(model.bicycle[key] for key in ("mR", "mB", "mH", "mF")),
+        "effects": [effect.identifier for effect in model.effects],
+        "values": model.parameters,
+    }
 
 
 command = click.Group(
@@ -72,7 +79,7 @@ command = click.Group(
     epilog=example(*(lines[0] for lines in EXAMPLES.values()), OF_MODELS[0]),
 )
 for module, lines in EXAMPLES.items():
-    own = copy(module.command)  # the command of that name, by this one
-    own.epilog = example(*lines)
-    command.add_command(own, module.__name__.rpartition(".")[2])
+    subcommand = copy(module.command)  # the command of that name, by this one
+    subcommand.epilog = example(*lines)
+    command.add_command(subcommand, module.__name__.rpartition(".")[2])
 command.add_command(models, "models")

@@ -1,11 +1,15 @@
 """``velotyre look``: what is in a recording, what each command would do with it, and what is lacking."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from studies.model_space.command_options import PATH
 from studies.reporting.command_context import example
+
+if TYPE_CHECKING:
+    from studies.look.draft_files import Draft
 
 
 @click.command(
@@ -45,7 +49,8 @@ def command(
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"--out {out} is a file; give a folder")
     channel_map = chosen_map(channels_file, ())
-    looks, failed = [], []
+    looks = []
+    failures: list[str] = []
     paths = recordings_of(files)
     if not paths:
         raise InputError(f"{files[0]}: no file in this folder ends like a recording ({', '.join(FORMATS)})")
@@ -56,29 +61,35 @@ def command(
             if len(paths) == 1:
                 raise
             if path in files:
-                failed.append(str(error))
+                failures.append(str(error))
             else:  # a folder may hold what is no recording
                 click.echo(f"note: {error}", err=True)
     with nullcontext() if out is None else results(out):
-        called = stems([found.opened.path for found in looks])
-        all_steps, all_written = [], list[str]()
-        for found, stem in zip(looks, called, strict=True):
-            made, lines = drafts(found, out or Path(), stem), []
+        all_steps = []
+        all_written: list[str] = []
+        for recording, stem in zip(looks, stems([recording.opened.path for recording in looks]), strict=True):
+            recording_drafts = drafts(recording, out or Path(), stem)
+            lines: list[str] = []
             if out is not None:
-                written = write_drafts(made, out, force=force)
-                lines = ["", f"picture: {draw(found, out / f'{stem}.look')}"]
-                for path, draft in zip(written, made, strict=True):
-                    places = "places" if draft.marks > 1 else "place"
-                    marks = f", {draft.marks} {places} to fill in" if draft.marks else ""
-                    lines.append(f"draft: {path} ({draft.purpose}{marks})")
+                written = write_drafts(recording_drafts, out, force=force)
+                lines = ["", f"picture: {draw(recording, out / f'{stem}.look')}"]
+                lines += [_describe_draft(path, draft) for path, draft in zip(written, recording_drafts, strict=True)]
                 all_written += [str(path) for path in written]
-            all_steps.append(steps(found, made, out))
+            all_steps.append(steps(recording, recording_drafts, out))
             if json_file != "-" and len(looks) == 1:
-                print_look(found, all_steps[-1])
+                print_look(recording, all_steps[-1])
                 click.echo("\n".join([*lines, ""]) if lines else "", nl=False)
         if json_file != "-" and len(looks) > 1:
             print_looks(looks, all_steps, all_written)
     if json_file:
-        write_json({"files": [found.as_json() for found in looks]}, json_file)
-    if failed:
-        raise InputError("; ".join(failed))
+        write_json({"files": [recording.as_json() for recording in looks]}, json_file)
+    if failures:
+        raise InputError("; ".join(failures))
+
+
+def _describe_draft(path: Path, draft: "Draft") -> str:
+    """Say where a draft is, what for, and how many places are to be filled in."""
+    marks = ""
+    if draft.marks:
+        marks = f", {draft.marks} {'places' if draft.marks > 1 else 'place'} to fill in"
+    return f"draft: {path} ({draft.purpose}{marks})"

@@ -73,30 +73,32 @@ def command(
 
     names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
-    events = named_apart([_read(given, channel_map) for given in runs])
+    events = named_apart([_read(argument, channel_map) for argument in runs])
     refuse_copies(events)
     window: dict[str, Any] = {"first_s": first_s, "last_s": float("inf") if last_s is None else last_s}
-    notes, drawn, pairs = list[str](), list[str](), list[tuple[str, Any]]()
+    notes: list[str] = []
+    stems: list[str] = []  # of the pictures
+    decays: list[tuple[str, Any]] = []  # mode and what one run says of it
     with nullcontext() if figures is None else results(figures):
         for event in events:
             try:
-                found = identify_modes(event, len(names), start_hz=start_hz, drift=drift, **window)
+                identified = identify_modes(event, len(names), start_hz=start_hz, drift=drift, **window)
             except InputError as error:
                 raise InputError(f"{error}{_clock(event)}") from error
-            named = list(zip(names, found, strict=True))
-            pairs += named
-            notes += [f"{event.name}: {note}" for note in event.notes] + _beyond(event, **window)
-            notes += [STANDS.format(run=event.name)] if event.speed == 0 else []
-            if figures is not None and found[0].estimate is not None:
-                stem = re.sub(r"[^\w.-]+", "_", f"{event.name}_{event.speed:g}".replace(".csv", ""))
-                drawn.append(next(n for n in (stem, *(f"{stem}_{k}" for k in range(2, 10_000))) if n not in drawn))
-                draw(event, named, figures / drawn[-1])
-    every = judged(pairs)
-    for note in (*notes, *notes_of(every)):
+            decays_of_run = list(zip(names, identified, strict=True))
+            decays += decays_of_run
+            notes += [f"{event.name}: {note}" for note in event.notes] + _note_long_window(event, **window)
+            if event.speed == 0:
+                notes.append(STANDS.format(run=event.name))
+            if figures is not None and identified[0].estimate is not None:
+                stems.append(_choose_stem(event, stems))
+                draw(event, decays_of_run, figures / stems[-1])
+    judgements = judged(decays)
+    for note in (*notes, *notes_of(judgements)):
         click.echo(f"note: {note}", err=True)
     heads = ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "drift", "start moves it by"]
-    print_table([_shown(each) for each in every], [*heads, "repeats", "judgement"])
-    rows = [each.decay.row(each.mode) for each in every if not each.rejected]
+    print_table([_cells(judgement) for judgement in judgements], [*heads, "repeats", "judgement"])
+    rows = [judgement.decay.row(judgement.mode) for judgement in judgements if not judgement.rejected]
     if rows and out_file:
         _write(rows, out_file)
     if not rows:
@@ -108,7 +110,7 @@ def command(
 
 
 def _names(mode: str | None, modes: str | None) -> list[str]:
-    """Names of the modes, of known ones."""
+    """Read the names of the modes, by frequency; refuse an unknown or repeated one."""
     from bicycle.stability.naming import known_modes
     from tyre.ground.errors import InputError, unknown
 
@@ -123,19 +125,26 @@ def _names(mode: str | None, modes: str | None) -> list[str]:
     return names
 
 
-def _read(given: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
-    """Read the events of an argument RUN.csv@SPEED."""
+def _read(argument: str, channel_map: Any) -> tuple[Path, tuple[Any, ...]]:
+    """Read an argument RUN.csv@SPEED: its file, and its events in SI."""
     from bicycle.identification.recording import read_events
     from studies.model_space.run_argument import file_and_speed
     from tyre.recordings.draft import looking
 
-    file, speed = file_and_speed(given, may_stand=True)
+    file, speed = file_and_speed(argument, may_stand=True)
     with looking(file):
         return file, read_events(file, speed, channel_map=channel_map)
 
 
-def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:
-    """Note if a window that was asked for is longer than the recording; 0 and infinity are not asked for."""
+def _choose_stem(event: Any, taken: Sequence[str]) -> str:
+    """Name the picture of a run without ending, unlike those that are ``taken``."""
+    stem = re.sub(r"[^\w.-]+", "_", f"{event.name}_{event.speed:g}".replace(".csv", ""))
+    numbered = (f"{stem}_{k}" for k in range(2, 10_000))
+    return next(name for name in (stem, *numbered) if name not in taken)
+
+
+def _note_long_window(event: Any, first_s: float, last_s: float) -> list[str]:
+    """Note that a chosen window (s after the first sample) is longer than the recording; 0 to infinity is no choice."""
     length = float(event.time[-1] - event.time[0])
     if not first_s < -event.step and not length + event.step < last_s < float("inf"):
         return []
@@ -143,20 +152,21 @@ def _beyond(event: Any, first_s: float, last_s: float) -> list[str]:
 
 
 def _clock(event: Any) -> str:
+    """Say when the first sample was, if the clock of the recording does not begin at 0 s."""
     begin = float(event.time[0])
     return CLOCK.format(begin=begin) if abs(begin) > event.step else ""
 
 
-def _shown(each: Any) -> list[object]:
-    """Row of the printed table."""
+def _cells(judged: Any) -> list[object]:
+    """Cells of a judged decay: run, speed (m/s), eigenvalue ± sd (1/s, rad/s), fit, movement, repeats, judgement."""
     from studies.motion.free_decays import drift_words, movement_words, with_sd
 
-    d = each.decay
-    judgement = each.rejected or ("ok, far from its repeats" if each.aside else "ok")
-    if not each.rejected and d.movement is not None and d.movement.what:
+    d = judged.decay
+    judgement = judged.rejected or ("ok, far from its repeats" if judged.aside else "ok")
+    if not judged.rejected and d.movement is not None and d.movement.what:
         judgement += ", sd widened by the start"
     return [
-        d.run if each.mode == "weave" else f"{d.run} ({each.mode})",
+        d.run if judged.mode == "weave" else f"{d.run} ({judged.mode})",
         d.speed,
         with_sd(d.eigenvalue.real, d.sd[0]),
         with_sd(d.eigenvalue.imag, d.sd[1]),
@@ -164,22 +174,23 @@ def _shown(each: Any) -> list[object]:
         d.r_squared,
         drift_words(d),
         movement_words(d),
-        each.repeats or None,
+        judged.repeats or None,
         judgement,
     ]
 
 
 def _write(rows: Sequence[dict[str, object]], out_file: str) -> None:
+    """Write the modal table; refuse runs that do not have the same columns."""
     import pandas as pd
 
     from tyre.ground.errors import InputError
     from tyre.ground.text_table import write_csv
 
-    other = next((row for row in rows if row.keys() != rows[0].keys()), None)
-    if other is not None:
-        some = ", ".join(sorted({key[:-3] for key in rows[0].keys() ^ other.keys() if key.endswith("_sd")}))
+    unlike = next((row for row in rows if row.keys() != rows[0].keys()), None)
+    if unlike is not None:
+        extra = ", ".join(sorted({key[:-3] for key in rows[0].keys() ^ unlike.keys() if key.endswith("_sd")}))
         raise InputError(
-            f"{out_file} is not written: only some of the runs have {some}; give runs with the same channels, or a "
+            f"{out_file} is not written: only some of the runs have {extra}; give runs with the same channels, or a "
             "table of each kind"
         )
     write_csv(out_file, pd.DataFrame(rows), number_format="%.6g")

@@ -1,7 +1,7 @@
 """``velotyre modes``: eigenvalues and named modes of a model file along speed."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -9,6 +9,9 @@ from studies.model_space.command_options import check_memory, max_speed_option, 
 from studies.model_space.model_argument import ChosenModel, takes_model_or_matrices
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from bicycle.stability.named_modes import Modes
 
 
 @click.command(
@@ -41,40 +44,50 @@ def command(
         if len(chosen.each) > 1:
             raise InputError(f"--plot draws one bicycle; name one of the table: FILE#{next(iter(chosen.each))}")
     output.check_targets(csv=csv_file, json=json_file)
-    asked = output.parse_speeds(speeds)
-    models = {name: one.linear for name, one in chosen.each.items()}
-    check_memory("number of --speeds", len(asked), 64 * max(model.order for model in models.values()) ** 2)
-    found = {name: analyse(model, asked, max_speed=max_speed) for name, model in models.items()}
+    grid = output.parse_speeds(speeds)
+    models = {name: choice.linear for name, choice in chosen.each.items()}
+    check_memory("number of --speeds", len(grid), 64 * max(model.order for model in models.values()) ** 2)
+    modes_of, critical = {}, {}
+    for name, model in models.items():
+        modes_of[name], critical[name] = analyse(model, grid, max_speed=max_speed)
+    named = {name: modes for name, modes in modes_of.items() if modes is not None}
     if csv_file is not None:
-        tables = {name: named.to_dataframe() for name, (named, _) in found.items() if named is not None}
-        output.write_csv(output.stacked([output.named_rows(*one[::-1]) for one in tables.items()]), csv_file)
+        tables = [output.named_rows(modes.to_dataframe(), name) for name, modes in named.items()]
+        output.write_csv(output.stacked(tables), csv_file)
     if plot_file is not None:
         ((name, model),) = models.items()
         title = chosen.each[name].title
-        draw_picture(model, asked, plot_file, title=title)
+        draw_picture(model, grid, plot_file, title=title)
     if json_file is not None:
-        told = {name: record(models[name], *both, max_speed=max_speed) for name, both in found.items()}
-        output.write_json(records(told), json_file)
+        contents = {
+            name: record(model, modes_of[name], critical[name], max_speed=max_speed) for name, model in models.items()
+        }
+        output.write_json(records(contents), json_file)
     if "-" not in (csv_file, json_file):
-        named = {name: both[0] for name, both in found.items() if both[0] is not None}
-        columns = list(dict.fromkeys(mode for one in named.values() for mode in one.to_dict()))
-        rows: list[list[Any]] = []
-        for name, one in named.items():
-            roots = one.to_dict()
-            for place, speed in enumerate(one.speeds):
-                cells = [_numbers(roots[mode][place]) if mode in roots else None for mode in columns]
-                rows.append([name, speed, *cells] if name else [speed, *cells])
-        headers = ["speed m/s", *(f"{mode} 1/s" for mode in columns)]
-        if len(rows[0]) > len(headers):
-            headers.insert(0, "bicycle")
-        output.print_table(rows, headers)
+        _print_modes(named)
         click.echo()
-        critical = {name: speeds for name, (_, speeds) in found.items()}
         output.print_critical(critical, models, max_speed=max_speed)
-        for name, one in named.items():
-            for event in one.events:
+        for name, modes in named.items():
+            for event in modes.events:
                 click.echo(f"{name}: {event}" if name else str(event))
         output.print_named_warnings({name: model.warnings for name, model in models.items()})
+
+
+def _print_modes(named: "Mapping[str, Modes]") -> None:
+    """Print a row per bicycle and speed with the roots (1/s) of each mode; one bicycle alone has no name."""
+    from studies.reporting.output import print_table
+
+    roots = {name: modes.to_dict() for name, modes in named.items()}
+    columns = list(dict.fromkeys(mode for roots_by_mode in roots.values() for mode in roots_by_mode))
+    rows: list[list[Any]] = []
+    for name, modes in named.items():
+        for place, speed in enumerate(modes.speeds):
+            cells = [_numbers(roots[name][mode][place]) if mode in roots[name] else None for mode in columns]
+            rows.append([name, speed, *cells] if name else [speed, *cells])
+    headers = ["speed m/s", *(f"{mode} 1/s" for mode in columns)]
+    if len(rows[0]) > len(headers):
+        headers.insert(0, "bicycle")
+    print_table(rows, headers)
 
 
 def _numbers(roots: Sequence[Sequence[float]] | None) -> str | None:

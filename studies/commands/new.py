@@ -59,7 +59,7 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 @click.option("--fork-mass", type=MASS, help="Fork, stem and bar, kg, if you weigh them.")
 @click.option("--front-wheel-inertia", type=INERTIA, help="About its axle, kg m^2, if you swing it.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
-def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **own: Any) -> None:
+def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **bicycle_data: Any) -> None:
     from bicycle.files.bicycle_files import available_bicycles, load_bicycle
     from bicycle.model.model_file import build_model
     from studies.model_space.model_example import example_model
@@ -72,16 +72,17 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
         raise InputError(f"{target}: a {kind} file ends in .toml; give for example {named}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
-    given = [key for key in click.get_current_context().params if stated(key)]
+    stated_options = [key for key in click.get_current_context().params if stated(key)]
+    describes_bicycle = bool(set(stated_options) & set(bicycle_data))
     unused: tuple[str, ...] = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
     why = f"is of a model file; leave it out with --kind {kind}"
-    if set(given) & set(own):
+    if describes_bicycle:
         unused, why = ("kind", "bicycle", "tyre"), "does not go with a bicycle of yours"
     for option in unused:
-        if option in given:
+        if option in stated_options:
             raise InputError(f"--{option} {why}")
-    if set(given) & set(own):
-        _write_own(target, own)
+    if describes_bicycle:
+        _write_own_bicycle(target, bicycle_data)
         return
     if kind == "sensors":
         _write_sensors(target)
@@ -97,24 +98,25 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
 
 
-def _write_own(target: Path, own: dict[str, Any]) -> None:
-    """Write a bicycle that its owner describes."""
+def _write_own_bicycle(target: Path, data: dict[str, Any]) -> None:
+    """Write a bicycle of which its owner gives ``data``, option -> value (SI, angles in degrees) or None."""
     from studies.bicycles.own_bicycle import Asked, file_text, own_bicycle
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
 
-    missing = [f"--{key.replace('_', '-')}" for key in NEEDED if own[key] is None]
-    missing += ["--trail or --fork-offset"] if own["trail"] is None and own["fork_offset"] is None else []
+    missing = [f"--{key.replace('_', '-')}" for key in NEEDED if data[key] is None]
+    if data["trail"] is None and data["fork_offset"] is None:
+        missing.append("--trail or --fork-offset")
     if missing:
         raise InputError(f"a bicycle of yours needs {', '.join(missing)}")
-    asked = Asked(**own)
-    found = own_bicycle(asked, target.stem)
+    description = Asked(**data)
+    bicycle = own_bicycle(description, target.stem)
     options = []
-    for key, value in own.items():
+    for key, value in data.items():
         if value is not None:
             text = ",".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value)
             options.append(f"--{key.replace('_', '-')} {quote(text)}")
-    text = file_text(found, asked, f"velotyre new {target.name} {' '.join(options)}")
+    text = file_text(bicycle, description, f"velotyre new {target.name} {' '.join(options)}")
     write_text(target, text)
     head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]
     click.echo("\n".join(line.removeprefix("#").removeprefix(" ") for line in head))
@@ -122,6 +124,7 @@ def _write_own(target: Path, own: dict[str, Any]) -> None:
 
 
 def _write_sensors(target: Path) -> None:
+    """Write an example of sensors, and say how a simulation uses it."""
     from studies.motion.synthetic_sensors import EXAMPLE
     from tyre.ground.files import write_text
 
@@ -138,10 +141,10 @@ def _write_measurement(target: Path, bicycle: str, *, force: bool) -> None:
     from tyre.ground.files import write_text
     from tyre.ground.text_table import write_csv
 
-    beside = target.with_suffix(".csv")
-    if beside.exists() and not force:
-        raise InputError(f"{beside} exists, where the table of {target} would be; give --force to overwrite both")
-    text, table = example_measurement(load_bicycle(bicycle), file=target.name, table=beside.name)
-    write_csv(beside, table)
+    table_file = target.with_suffix(".csv")
+    if table_file.exists() and not force:
+        raise InputError(f"{table_file} exists, where the table of {target} would be; give --force to overwrite both")
+    text, table = example_measurement(load_bicycle(bicycle), file=target.name, table=table_file.name)
+    write_csv(table_file, table)
     write_text(target, text)
-    click.echo(f"{target}: synthetic weave of {bicycle} in {beside}; next: velotyre diagnose {target} --out report")
+    click.echo(f"{target}: synthetic weave of {bicycle} in {table_file}; next: velotyre diagnose {target} --out report")

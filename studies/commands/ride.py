@@ -38,21 +38,23 @@ def command(
     from studies.reporting.manifest import results
     from studies.reporting.output import parse_speeds, print_named_warnings, print_table, write_csv
 
-    rider, cases = read_rider_control(rider_control), {}
+    rider = read_rider_control(rider_control)
+    cases = {}
     for text, tyre, pressure in product(models, tyres or (None,), pressures or (None,)):
         chosen = choose(text, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
-        label = [text] * (len(models) > 1 or tyre is None) + [tyre or "", _condition(pressure)]
+        label = [text] if len(models) > 1 or tyre is None else []
+        label += [tyre or "", _condition(pressure)]
         cases[" ".join(filter(None, label))] = chosen.model
-    found = rides(rider, cases, None if speeds is None else parse_speeds(speeds, 10_000))
-    rows = table(found)
+    comparison = rides(rider, cases, None if speeds is None else parse_speeds(speeds, 10_000))
+    rows = table(comparison)
     if out is not None:
         import pandas as pd
 
         with results(out):
-            write_csv(pd.concat([ride.runs for ride in found]), out / "runs.csv")
-            write_ride(found, out)
+            write_csv(pd.concat([ride.runs for ride in comparison]), out / "runs.csv")
+            write_ride(comparison, out)
     print_table([list(row.values()) for row in rows], list(rows[0]))
-    click.echo(told(found, "ride.txt.j2").strip())
+    click.echo(told(comparison, "ride.txt.j2").strip())
     print_named_warnings({label: model.linear_model().warnings for label, model in cases.items()})
 
 

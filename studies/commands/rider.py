@@ -1,5 +1,6 @@
 """``velotyre rider``: a measured bicycle and a measured or scaled person become a bicycle with rider."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,68 +57,89 @@ def command(
     force: bool,
 ) -> None:
     import math
-    import shlex
 
     from bicycle.files.bicycle_files import load_bicycle
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.rider_posture import SeatGeometry, packaged_geometry, read_geometry
-    from studies.reporting import rider_report as rider_words
+    from studies.reporting import rider_report
     from studies.reporting.output import print_table, print_warnings
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
 
+    # Read the options.
     _check_target(out, force=force)
     frame = load_bicycle(bicycle)
     if place is not None or inertia is not None:
-        _write_placed(frame, mass, place, inertia, out)
+        _write_with_mass(frame, mass, place, inertia, out)
         return
     if posture is None:
         raise InputError("give --posture (upright, hoods or drops), or --mass and --place of a rider or load")
-    person = _rider(rider_name, height, mass)
-    known = geometry or packaged_geometry(bicycle)
-    found = rider_on_bicycle(
+    rider = _choose_rider(rider_name, height, mass)
+    geometry_file = geometry or packaged_geometry(bicycle)
+
+    # Compute.
+    cyclist = rider_on_bicycle(
         frame,
-        person,
+        rider,
         posture=posture,
-        geometry=read_geometry(known, posture) if known else SeatGeometry(),
+        geometry=read_geometry(geometry_file, posture) if geometry_file else SeatGeometry(),
         torso_lean=None if torso_lean is None else math.radians(torso_lean),
         back_rounding=math.radians(back_rounding),
         elbows_out=math.radians(elbows_out),
     )
-    made = rider_words.with_provenance(found, out.stem)
-    asked = click.get_current_context().params
-    options = {"rider": rider_name, "height": height, "mass": mass, "posture": posture, "torso-lean": torso_lean}
-    options |= {k.replace("_", "-"): asked[k] or None for k in ("back_rounding", "elbows_out")}
-    options["geometry"] = geometry.name if geometry else None
-    words = [
-        f"--{name} {shlex.quote(f'{v:g}' if isinstance(v, float) else str(v))}"
-        for name, v in options.items()
-        if v is not None
-    ]
-    write_text(out, rider_words.file_text(found, made, f"velotyre rider {Path(bicycle).name} {' '.join(words)}"))
-    rider_words.save_figure(found, out.with_suffix(""))
-    print_table(rider_words.table(found), rider_words.HEADERS)
-    lean = math.degrees(found.angles.torso_lean)
-    click.echo(
-        f"torso {lean:.0f} deg forward of the vertical, knees bent {math.degrees(found.seated.knee_flexion):.0f}, "
-        f"elbows {math.degrees(found.seated.elbow_flexion):.0f} deg"
+    joined = rider_report.with_provenance(cyclist, out.stem)
+
+    # Show.
+    options = {
+        "rider": rider_name,
+        "height": height,
+        "mass": mass,
+        "posture": posture,
+        "torso-lean": torso_lean,
+        "back-rounding": back_rounding or None,
+        "elbows-out": elbows_out or None,
+        "geometry": geometry.name if geometry else None,
+    }
+    write_text(out, rider_report.file_text(cyclist, joined, _command_line(bicycle, options)))
+    rider_report.save_figure(cyclist, out.with_suffix(""))
+    print_table(rider_report.table(cyclist), rider_report.HEADERS)
+    lean, knees, elbows = (
+        math.degrees(angle)
+        for angle in (cyclist.angles.torso_lean, cyclist.seated.knee_flexion, cyclist.seated.elbow_flexion)
     )
-    for wheel, load, sd in rider_words.loads(found, made):
+    click.echo(f"torso {lean:.0f} deg forward of the vertical, knees bent {knees:.0f}, elbows {elbows:.0f} deg")
+    for wheel, load, sd in rider_report.loads(cyclist, joined):
         click.echo(f"{wheel} wheel {load:.0f} +- {sd:.0f} N")
-    for note in rider_words.notes(found):
+    for note in rider_report.notes(cyclist):
         click.echo(f"note: {note}")
-    print_warnings(made.warnings)
+    print_warnings(joined.warnings)
     click.echo(f"{out.as_posix()}, {out.with_suffix('.png').as_posix()}")
 
 
-def _write_placed(
+def _command_line(bicycle: str, options: Mapping[str, str | float | None]) -> str:
+    """Write the command that makes the file again, with the options that are not None."""
+    import shlex
+
+    texts = {
+        name: f"{value:g}" if isinstance(value, float) else str(value)
+        for name, value in options.items()
+        if value is not None
+    }
+    words = " ".join(f"--{name} {shlex.quote(text)}" for name, text in texts.items())
+    return f"velotyre rider {Path(bicycle).name} {words}"
+
+
+def _write_with_mass(
     frame: "Bicycle",
     mass: float | None,
     place: tuple[float, float] | None,
     inertia: tuple[float, ...] | None,
     out: Path,
 ) -> None:
-    """Write a bicycle that carries a mass at a place, as an entry of its ``[[bodies]]``."""
+    """Write a bicycle that carries ``mass`` (kg) at ``place`` (x, height; m), as an entry of its ``[[bodies]]``.
+
+    Its ``inertia`` is xx, yy, zz, perhaps xz (kg m^2, z down) about its centre; None for a point.
+    """
     from dataclasses import replace
     from typing import Any
 
@@ -128,47 +150,52 @@ def _write_placed(
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
 
-    given = [f"--{key.removesuffix('_name').replace('_', '-')}" for key in OF_A_BODY if stated(key)]
+    body_options = [f"--{key.removesuffix('_name').replace('_', '-')}" for key in OF_A_BODY if stated(key)]
     if mass is None or place is None:
         raise InputError("--place X,HEIGHT goes with --mass, and --inertia with both")
-    if given:
-        raise InputError(f"--place needs no body model: leave out {', '.join(given)}")
+    if body_options:
+        raise InputError(f"--place needs no body model: leave out {', '.join(body_options)}")
     body: dict[str, Any] = {"name": "rider", "mass": mass, "place": list(place)}
-    body |= {} if inertia is None else {"inertia": list(inertia)}
+    if inertia is not None:
+        body["inertia"] = list(inertia)
     read_body(body)
     x, height = place
-    words = f"{frame.name} with {mass:g} kg at {x:g} m, {height:g} m up{'' if inertia else ' (a point)'}"
-    described = replace(frame, description=words, source=frame.source or "a file")
-    write_text(out, to_toml(described, allow_unusual=frame.unusual, bodies=[body]))
-    made = load_bicycle(out)
-    rear, front = made.static_loads
-    click.echo(f"{words}; wheel loads {rear:.0f} N rear, {front:.0f} N front; mass, place and inertia count as exact")
-    print_warnings(made.warnings)
+    description = f"{frame.name} with {mass:g} kg at {x:g} m, {height:g} m up{'' if inertia else ' (a point)'}"
+    carrier = replace(frame, description=description, source=frame.source or "a file")
+    write_text(out, to_toml(carrier, allow_unusual=frame.unusual, bodies=[body]))
+    loaded = load_bicycle(out)
+    rear, front = loaded.static_loads
+    click.echo(
+        f"{description}; wheel loads {rear:.0f} N rear, {front:.0f} N front; mass, place and inertia count as exact"
+    )
+    print_warnings(loaded.warnings)
     click.echo(out.as_posix())
 
 
 def _check_target(out: Path, *, force: bool) -> None:
+    """Refuse a target that is no .toml file in a folder, or that would overwrite a file or its pictures."""
     from tyre.ground.errors import InputError
 
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
     if not out.parent.is_dir():
         raise InputError(f"--out {out}: there is no folder {out.parent}")
-    taken = [file for file in (out, out.with_suffix(".png"), out.with_suffix(".svg")) if file.exists()]
-    if taken and not force:
-        raise InputError(f"{taken[0]} exists; give --force to overwrite it or another name")
+    existing = [file for file in (out, out.with_suffix(".png"), out.with_suffix(".svg")) if file.exists()]
+    if existing and not force:
+        raise InputError(f"{existing[0]} exists; give --force to overwrite it or another name")
 
 
-def _rider(name: str | None, height: float | None, mass: float | None) -> "RiderMeasurements":
+def _choose_rider(name: str | None, height: float | None, mass: float | None) -> "RiderMeasurements":
+    """Read a measured rider, with another ``mass`` (kg) if there is one, or scale one to ``height`` (m) and mass."""
     from bicycle.rider.rider_body import available_riders, read_rider, scaled_rider
     from tyre.ground.errors import InputError
 
     if name is not None and height is not None:
         raise InputError("give either --rider (a measured body) or --height and --mass (a scaled one), not both")
     if name is not None:
-        person = read_rider(name)
-        return person if mass is None else person.weighing(mass)
+        rider = read_rider(name)
+        return rider if mass is None else rider.weighing(mass)
     if height is None or mass is None:
-        known = ", ".join(available_riders())
-        raise InputError(f"give --rider (packaged: {known}; or a file), or --height and --mass of a body")
+        packaged = ", ".join(available_riders())
+        raise InputError(f"give --rider (packaged: {packaged}; or a file), or --height and --mass of a body")
     return scaled_rider(height=height, mass=mass)

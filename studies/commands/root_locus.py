@@ -1,12 +1,17 @@
 """``velotyre root-locus``: eigenvalues of a model as any one of its parameters runs through a range."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from studies.model_space.command_options import FOLDER, POSITIVE, speed_option
 from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
+
+if TYPE_CHECKING:
+    from studies.motion.locus import RootLocus
+    from tyre.ground.arrays import Array
 
 
 @click.command(
@@ -39,22 +44,24 @@ def command(
     from studies.model_space.axes import unit_of
     from studies.motion.locus import draw_root_locus, parameter_path, parse_range, root_locus
     from studies.reporting.manifest import results
-    from studies.reporting.output import check_targets, print_table, print_warnings, write_csv, write_json
+    from studies.reporting.output import check_targets, print_warnings, write_csv, write_json
     from tyre.ground.errors import InputError
 
     check_targets(json=json_file)
     if parameter == "speed" and speed is not None:
         raise InputError(f"--speed {speed:g} is given, but the speed is the parameter; leave --speed out")
-    values, model = parse_range(span, unit_of(canonical(parameter))), chosen.model
+    values = parse_range(span, unit_of(canonical(parameter)))
+    model = chosen.model
     path = parameter_path(chosen.content, parameter, speed=speed)
     locus = root_locus(path, values)
-    where = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.axis.unit}"
-    where += "" if speed is None else f", at {speed:g} m/s"
+    title = f"{model.bicycle.name}, {parameter} {values[0]:g} to {values[-1]:g} {path.axis.unit}"
+    if speed is not None:
+        title += f", at {speed:g} m/s"
     with results(out):
         write_csv(locus.frame(), out / "root_locus.csv")
-        draw_root_locus(locus, out / "root_locus", title=where, max_frequency_hz=max_frequency)
+        draw_root_locus(locus, out / "root_locus", title=title, max_frequency_hz=max_frequency)
     if json_file:
-        found = [
+        crossings = [
             {
                 "value": c.value,
                 "mode": c.mode,
@@ -65,22 +72,30 @@ def command(
             }
             for c in locus.crossings
         ]
-        record = {"parameter": parameter, "unit": path.axis.unit, "speed_m_s": speed, "crossings": found}
+        record = {"parameter": parameter, "unit": path.axis.unit, "speed_m_s": speed, "crossings": crossings}
         write_json(record | {"unstable_throughout": list(locus.unstable_throughout)}, json_file)
     if json_file != "-":
-        effect, range_note = ("stabilising", "destabilising"), ("", "extrapolated")
-        headers = [f"{parameter} {path.axis.unit}", "mode", "frequency Hz", "as it grows"]
-        rows = [
-            [f"{c.value:.6g}", c.mode, c.frequency_hz, effect[c.destabilising], range_note[c.extrapolated]]
-            for c in locus.crossings
-        ]
-        if rows:
-            print_table(rows, [*headers, "tyre values"])
-        else:
-            click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {path.axis.unit}")
-        always = ", ".join(locus.unstable_throughout).replace("_", " ")
-        if always or not rows:
-            click.echo(f"unstable all along: {always or 'no mode'}")
-        share = "part" if locus.inside.any() else "all"
-        beyond = [] if locus.inside.all() else [f"{share} of the range lies beyond the measured loads or pressures"]
-        print_warnings([*model.linear_model().warnings, *beyond])
+        _print_crossings(locus, values, path.axis.unit, parameter)
+        notes = []
+        if not locus.inside.all():
+            share = "part" if locus.inside.any() else "all"
+            notes.append(f"{share} of the range lies beyond the measured loads or pressures")
+        print_warnings([*model.linear_model().warnings, *notes])
+
+
+def _print_crossings(locus: "RootLocus", values: "Array", unit: str, parameter: str) -> None:
+    """Print where a mode becomes stable or unstable over ``values`` in ``unit``, and what is unstable all along."""
+    from studies.reporting.output import print_table
+
+    rows = []
+    for crossing in locus.crossings:
+        effect = "destabilising" if crossing.destabilising else "stabilising"
+        reliability = "extrapolated" if crossing.extrapolated else ""
+        rows.append([f"{crossing.value:.6g}", crossing.mode, crossing.frequency_hz, effect, reliability])
+    if rows:
+        print_table(rows, [f"{parameter} {unit}", "mode", "frequency Hz", "as it grows", "tyre values"])
+    else:
+        click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {unit}")
+    always = ", ".join(locus.unstable_throughout).replace("_", " ")
+    if always or not rows:
+        click.echo(f"unstable all along: {always or 'no mode'}")

@@ -22,7 +22,7 @@ from studies.reporting.command_context import example
 @click.option("--posture", type=POSTURE, help="How the --rider sits; default: drops.")
 @click.option("--workers", type=WORKERS, help="Processes; default: one for each core, up to 4.")
 @click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
-def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **given: object) -> None:
+def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **inputs: object) -> None:
     import os
     from pathlib import Path
 
@@ -35,7 +35,7 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
     if not out.strip() or (folder.exists() and not folder.is_dir()):
         why = "is a file" if out.strip() else "is no folder name"
         raise InputError(f"--out {out!r} {why}; give a folder to write into, for example out")
-    settings = settings_of(model_file, **given)
+    settings = settings_of(model_file, **inputs)
     from studies.main_study import answer, on_a_terminal, record, run_and_write  # draws: not before it may begin
 
     with results(folder):

@@ -55,16 +55,18 @@ def command(
         z = ranking.eigenvalue
         root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
         click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
-        for other in ranking.others:
-            click.echo(f"it has another real root here, {other:.4g} 1/s, which this does not rank")
+        for real_root in ranking.others:
+            click.echo(f"it has another real root here, {real_root:.4g} 1/s, which this does not rank")
         if ranking.meeting:
             click.echo("two real roots meet here: the eigenvalue is their mean")
-        shown = [
+        rows = [
             [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if z.imag else "", *c.critical]
             for c in ranking.changes[:top]
         ]
-        moved = [f"{v:.3f} m/s moves by" for v in ranking.critical_speeds]
-        print_table(shown, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *moved])
+        critical_headers = [f"{v:.3f} m/s moves by" for v in ranking.critical_speeds]
+        print_table(
+            rows, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *critical_headers]
+        )
         how = "with their correlations" if ranking.correlated else "independent"
         click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s ({how})")
         if ranking.correlated:

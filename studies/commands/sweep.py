@@ -36,40 +36,36 @@ def command(
     *,
     plot: bool,
 ) -> None:
-    from importlib.util import find_spec
-
     from studies.reporting.output import check_targets, print_warnings, write_json
     from studies.sweep import impossible_draws, read_sweep, run_sweep, stiffness_warnings
     from tyre.ground.errors import InputError
-    from tyre.ground.progress import not_installed
 
+    # Read the options.
     check_targets(json=json_file)
     finished = Path(sweep_file).suffix in (".zarr", ".nc")
-    result = sweep_file if finished else out
-    if result is None:
+    target = sweep_file if finished else out
+    if target is None:
         raise InputError("--out is missing: give a .zarr folder or .nc file for the result")
     if finished and (out or not (plot or figures)):
         raise InputError(f"{sweep_file} is a result; give --plot, and no --out, to draw it")
-    drawn = plot or figures is not None
-    if at is not None and not drawn:
+    wants_figures = plot or figures is not None
+    if at is not None and not wants_figures:
         raise InputError(f"--at {at:g} is for figures; give --plot, too")
-    modules = ["zarr", "xarray", "dask"]
-    if scheduler:
-        modules.append("distributed")
-    if result.endswith(".nc"):
-        modules.append("netCDF4")
-    for module in modules:
-        if not find_spec(module):
-            raise InputError(not_installed(module, extra="sweeps"))
+    _check_modules(target, scheduler)
+
+    # Draw a result that is there.
+    to_screen = json_file != "-"
     if finished:
-        record = _draw(result, figures, at, quiet=json_file == "-")
+        record = _draw(target, figures, at, quiet=not to_screen)
         if json_file:
             write_json(record, json_file)
         return
+
+    # Compute, and draw what was computed.
     if len([engine for engine in (workers, processes, scheduler) if engine]) > 1:
         raise InputError("give one of --workers, --processes and --scheduler")
     sweep = read_sweep(sweep_file)
-    result = run_sweep(sweep, result, engine=_engine(sweep, workers, processes, scheduler), progress=True).as_posix()
+    result = run_sweep(sweep, target, engine=_engine(sweep, workers, processes, scheduler), progress=True).as_posix()
     record = {
         "result": result,
         "fingerprint": sweep.fingerprint,
@@ -78,11 +74,11 @@ def command(
         "outputs": list(sweep.outputs),
         "impossible_draws": impossible_draws(Path(result)),
     }
-    if json_file != "-":
+    if to_screen:
         click.echo(f"{record['bicycles']} bicycles, {record['points']} points: {result}")
-    if drawn:
+    if wants_figures:
         try:
-            record |= _draw(result, figures, at, quiet=json_file == "-")
+            record |= _draw(result, figures, at, quiet=not to_screen)
         except InputError as error:
             if figures or at is not None:
                 raise
@@ -92,7 +88,25 @@ def command(
     print_warnings(stiffness_warnings(sweep.nominal.linear_model().warnings, sweep.relative_cornering_stiffness_sd))
 
 
+def _check_modules(target: str, scheduler: str | None) -> None:
+    """Refuse a result whose file format or scheduler needs a module that is not installed."""
+    from importlib.util import find_spec
+
+    from tyre.ground.errors import InputError
+    from tyre.ground.progress import not_installed
+
+    modules = ["zarr", "xarray", "dask"]
+    if scheduler:
+        modules.append("distributed")
+    if target.endswith(".nc"):
+        modules.append("netCDF4")
+    for module in modules:
+        if not find_spec(module):
+            raise InputError(not_installed(module, extra="sweeps"))
+
+
 def _engine(sweep: object, workers: int | None, processes: int | None, scheduler: str | None) -> object:
+    """Choose what computes the bicycles: a cluster, processes, or workers of this machine (one a core by default)."""
     import logging
     from importlib import import_module
     from os import cpu_count
@@ -102,13 +116,16 @@ def _engine(sweep: object, workers: int | None, processes: int | None, scheduler
     if not scheduler:
         return in_processes(processes) if processes else here(sweep, workers or cpu_count() or 1)
     import_module("distributed")  # which sets its own levels
-    for logger in ("distributed", "distributed.client"):  # what is lost is said in one line, without tracebacks
+    for logger in ("distributed", "distributed.client"):  # a lost worker is one line, without traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)
     return on_cluster(scheduler)
 
 
 def _draw(result: str, figures: str | None, at: float | None, *, quiet: bool) -> dict[str, object]:
-    """Draw a result: a line for each figure on standard output, unless quiet, and remarks on standard error."""
+    """Draw a result into a folder, print a line for each figure (unless ``quiet``) and remarks; return them for JSON.
+
+    ``at`` is the speed in m/s at which the figures part stable from unstable.
+    """
     from studies.reporting.manifest import results
     from studies.sweep import draw_result, figures_folder
 
@@ -116,8 +133,8 @@ def _draw(result: str, figures: str | None, at: float | None, *, quiet: bool) ->
     with results(folder):
         drawn = draw_result(result, folder, at=at)
     if not quiet:
-        for name, words in drawn.figures.items():
-            click.echo(f"{(drawn.folder / name).as_posix()}.png, .svg, .csv: {' '.join(words.split())}")
+        for name, caption in drawn.figures.items():
+            click.echo(f"{(drawn.folder / name).as_posix()}.png, .svg, .csv: {' '.join(caption.split())}")
     for remark in drawn.remarks:
         click.echo(f"remark: {remark}", err=True)
     return {"folder": drawn.folder.as_posix(), "figures": drawn.figures, "remarks": drawn.remarks}

@@ -12,13 +12,14 @@ if TYPE_CHECKING:
 
     from tyre import TyreSource
 
-N_PER_DEG = 0.017453292519943295  # of N/rad
+N_PER_DEG = 0.017453292519943295  # from N/rad
 COLUMNS = {
     "cornering_stiffness": ("N_per_deg", N_PER_DEG), "lateral_stiffness": ("N_per_mm", 1e-3),
     "relaxation_length": ("mm", 1e3), "camber_stiffness": ("N_per_deg", N_PER_DEG), "pneumatic_trail": ("mm", 1e3),
     "twisting_stiffness": ("N_m_per_rad", 1.0), "overturning_stiffness": ("N_m_per_rad", 1.0),
 }  # fmt: skip
 """Field of `TyreProperties` -> unit in which it is shown, and its factor."""
+ALWAYS = ("cornering_stiffness", "relaxation_length")  # columns of the JSON also of a tyre without them
 
 CAMBERS = (0.0, 15.0)  # deg, drawn
 SLIPS = (-10.0, 10.0)
@@ -37,8 +38,6 @@ SLIPS = (-10.0, 10.0)
 @click.option("--plot", metavar="FILE", help="Draw side force and aligning moment over slip: .png, .svg or .pdf.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the tyres as JSON; - is standard output.")
 def command(tyre: str | None, surface: str | None, plot: str | None, json_file: str | None) -> None:
-    from textwrap import shorten
-
     from studies.reporting.output import print_table, write_json
     from studies.reporting.plotting import check_picture
     from tyre.ground.errors import InputError
@@ -47,63 +46,66 @@ def command(tyre: str | None, surface: str | None, plot: str | None, json_file: 
         check_picture(plot)
         if tyre is None:
             raise InputError("--plot draws one tyre; name it, or give its file")
-    found = _listed_tyres(tyre, surface)
+    tyres = _find_tyres(tyre, surface)
     if plot is not None:
-        _draw(found[0], plot)
-    records = [_record(one) for one in found]
+        _draw(tyres[0], plot)
+    records = [_record(source) for source in tyres]
     if json_file:
         write_json(records[0] if tyre else {"tyres": records}, json_file)
     if json_file == "-":
         return
     if tyre:
-        one = found[0]
-        click.echo(f"{one.label}: {one.description or 'no description'}\nsource: {one.source}\n")
-        table = _shown_conditions(one)
+        (source,) = tyres
+        click.echo(f"{source.label}: {source.description or 'no description'}\nsource: {source.source}\n")
+        table = _tabulate(source)
         print_table(table.to_numpy().tolist(), list(table.columns))
-        for note in one.notes:
+        for note in source.notes:
             click.echo(f"note: {note}")
         return
-    rows = [
-        [
-            shorten(r["tyre"], 40, placeholder=" …"),
-            r["surface"],
-            ", ".join(f"{v:g}" for v in r["loads_N"]),
-            ", ".join(f"{v:g}" for v in r["pressures_bar"]),
-            _ends(r["cornering_stiffness_N_per_deg"], 1),
-            _ends(r["relaxation_length_mm"], 0),
-            shorten(r["source"], 40, placeholder=" …"),
-        ]
-        for r in records
-    ]
+    rows = [_row(record) for record in records]
     print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"])
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
-    if not all(r["relaxation_length_mm"] for r in records):
-        without = "one without relaxation length slips without lag"
-        click.echo(f"{without}: tyre = NAME under [effects.side_slip] of a model file")
+    if not all(record["relaxation_length_mm"] for record in records):
+        click.echo(
+            "one without relaxation length slips without lag: tyre = NAME under [effects.side_slip] of a model file"
+        )
 
 
-def _ends(values: list[float], digits: int) -> str:
+def _row(record: Mapping[str, Any]) -> list[str]:
+    """Row of the list of tyres from a tyre's record for JSON."""
+    from textwrap import shorten
+
+    return [
+        shorten(record["tyre"], 40, placeholder=" …"),
+        record["surface"],
+        ", ".join(f"{load:g}" for load in record["loads_N"]),
+        ", ".join(f"{pressure:g}" for pressure in record["pressures_bar"]),
+        _range(record["cornering_stiffness_N_per_deg"], 1),
+        _range(record["relaxation_length_mm"], 0),
+        shorten(record["source"], 40, placeholder=" …"),
+    ]
+
+
+def _range(values: list[float], digits: int) -> str:
     return "-" if not values else f"{min(values):.{digits}f}-{max(values):.{digits}f}"
 
 
-def _listed_tyres(tyre: str | None, surface: str | None) -> "list[TyreSource]":
+def _find_tyres(tyre: str | None, surface: str | None) -> "list[TyreSource]":
     """Find the tyre that is named (name or file), or all packaged ones: measured tables first, then formulas."""
     from tyre import TyreMap, available_tyres, read_tyre
     from tyre.maps.find_tyre import packaged_formulas
 
     if tyre:
         return [read_tyre(tyre, surface=surface)]
-    tables: list[TyreSource] = [
-        TyreMap.load(name, surface=on)
-        for name, measured in available_tyres().items()
-        for on in measured
-        if surface in (None, on)
-    ]
-    return [*tables, *(one for one in packaged_formulas().values() if surface in (None, one.surface))]
+    tyres: list[TyreSource] = []
+    for name, surfaces in available_tyres().items():
+        tyres += [TyreMap.load(name, surface=measured) for measured in surfaces if surface in (None, measured)]
+    tyres += [formula for formula in packaged_formulas().values() if surface in (None, formula.surface)]
+    return tyres
 
 
-def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
-    """Loads (N), pressures (Pa) and values by field: the measured ones, or each load with each pressure."""
+def _read_conditions(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
+    """Give loads (n,) N, pressures (n,) Pa and SI values (n,) by field: as measured, or at each load and pressure."""
     import numpy as np
 
     from tyre import TyreMap
@@ -112,8 +114,8 @@ def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
         measured = tyre.measured
         fields = ("cornering_stiffness", "lateral_stiffness", "relaxation_length")
         values = {name: getattr(measured, name) for name in fields}
-        beside = {"camber_stiffness": measured.camber_stiffness, "pneumatic_trail": measured.pneumatic_trail}
-        values |= {name: column.value for name, column in beside.items() if column is not None}
+        optional = {"camber_stiffness": measured.camber_stiffness, "pneumatic_trail": measured.pneumatic_trail}
+        values |= {name: column.value for name, column in optional.items() if column is not None}
         return measured.load, measured.pressure, values
     pressures = tyre.pressures if tyre.pressures.size else [np.nan]  # none is stated, and none matters
     load, pressure = (grid.ravel() for grid in np.meshgrid(tyre.loads, pressures, indexing="ij"))
@@ -121,16 +123,16 @@ def _held(tyre: "TyreSource") -> tuple[Any, Any, Mapping[str, Any]]:
 
 
 def _record(tyre: "TyreSource") -> dict[str, Any]:
-    """One tyre for JSON."""
+    """One tyre for JSON, its conditions in the units of ``COLUMNS``."""
     from tyre.ground.units import PASCAL_PER_BAR
 
-    load, _, held = _held(tyre)
-    always = ("cornering_stiffness", "relaxation_length")
-    columns = {
-        f"{field}_{unit}": [None if x != x else x * factor for x in held[field].tolist()] if field in held else []
-        for field, (unit, factor) in COLUMNS.items()
-        if field in held or field in always
-    }
+    load, _, values = _read_conditions(tyre)
+    columns: dict[str, list[float | None]] = {}
+    for field, (unit, factor) in COLUMNS.items():
+        if field in values:
+            columns[f"{field}_{unit}"] = [None if x != x else x * factor for x in values[field].tolist()]
+        elif field in ALWAYS:
+            columns[f"{field}_{unit}"] = []
     return {
         "tyre": tyre.tyre,
         "surface": tyre.surface,
@@ -145,8 +147,8 @@ def _record(tyre: "TyreSource") -> dict[str, Any]:
     }
 
 
-def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
-    """Measured conditions of a table, or values of a formula at loads and pressures in its range."""
+def _tabulate(tyre: "TyreSource") -> "pd.DataFrame":
+    """Tabulate measured conditions, or a formula at loads and pressures in its range, in the units of ``COLUMNS``."""
     import numpy as np
     import pandas as pd
 
@@ -155,8 +157,10 @@ def _shown_conditions(tyre: "TyreSource") -> "pd.DataFrame":
 
     if isinstance(tyre, TyreMap):
         return tyre.table
-    load, pressure, held = _held(tyre)
-    columns = {f"{field}_{unit}": held[field] * factor for field, (unit, factor) in COLUMNS.items() if field in held}
+    load, pressure, values = _read_conditions(tyre)
+    columns = {
+        f"{field}_{unit}": values[field] * factor for field, (unit, factor) in COLUMNS.items() if field in values
+    }
     bars = {} if np.isnan(pressure).all() else {"pressure_bar": pressure / PASCAL_PER_BAR}
     return pd.DataFrame({"load_N": load} | bars | columns)
 

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 @click.option("--axes", default="adapted SAE", show_default=True, help="ISO, SAE or adapted SAE.")
 @click.option("--format", "file_format", default="csv", show_default=True, help="csv, tdx or mixed.")
 @click.option("--effect", "effects", multiple=True, help="NAME:key=value,... sets a rig effect, SI; NAME adds it.")
-@click.option("--without", multiple=True, help="NAME of a rig effect to leave out.")
-def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[str, ...], **options: Any) -> None:
+@click.option("--without", "removed", multiple=True, help="NAME of a rig effect to leave out.")
+def command(folder: Path, seed: int, effects: tuple[str, ...], removed: tuple[str, ...], **options: Any) -> None:
     """Write a SYNTHETIC rig campaign into FOLDER, with its truth in truth.json.
 
     The protocol is the paper's: 9.3 km/h, triangular slip sweeps to +-4 deg at 200 Hz, lateral pulls with dial
@@ -44,12 +44,13 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
     plan = _plan(options)
     rng = np.random.default_rng(seed)
     chosen = default_effects(rng)
-    for effect in without:
+    for effect in removed:
         chosen = set_effect(chosen, effect, None)
     for text in effects:
         effect, _, assignments = text.partition(":")
         values = {}
-        for key, _, value in (one.partition("=") for one in assignments.split(",") if one):
+        for assignment in filter(None, assignments.split(",")):
+            key, _, value = assignment.partition("=")
             values[key] = _numbers(value, f"effect {effect}: {key}")[0]
         chosen = set_effect(chosen, effect, values)
     with results(folder):
@@ -60,10 +61,11 @@ def command(folder: Path, seed: int, effects: tuple[str, ...], without: tuple[st
 UNITS = {"rates": "deg/s", "loads": "N", "pressures": "bar"}
 
 
-def _numbers(text: str, what: str, unit: str = "") -> tuple[float, ...]:
+def _numbers(text: str, quantity: str, unit: str = "") -> tuple[float, ...]:
+    """Read numbers separated by commas, each perhaps with a unit, in ``unit``."""
     numbers = typed_numbers(text.split(","), unit)
     if not numbers:
-        raise InputError(f"{what} = {text!r} must be numbers separated by commas, such as 340,400,490")
+        raise InputError(f"{quantity} = {text!r} must be numbers separated by commas, such as 340,400,490")
     return tuple(numbers)
 
 
@@ -78,16 +80,19 @@ def _plan(options: Mapping[str, Any]) -> "CampaignPlan":
     signs(options["axes"], where="--axes")
     counts = {kind: options[kind] for kind in ("sweeps", "pulls", "steps")}
     if min(counts.values()) < 0 or sum(counts.values()) == 0:
-        said = ", ".join(f"{kind} {count}" for kind, count in counts.items())
-        raise InputError(f"{said}: none may be negative and one must be positive")
-    numbers = {what: _numbers(options[what], what, unit) for what, unit in UNITS.items()}
-    for what in ("loads", "pressures", "rates"):
-        if not all(0.0 < number < np.inf for number in numbers[what]):
-            raise InputError(f"{what} must be positive and finite, got {', '.join(f'{n:g}' for n in numbers[what])}")
+        counts_text = ", ".join(f"{kind} {count}" for kind, count in counts.items())
+        raise InputError(f"{counts_text}: none may be negative and one must be positive")
+    numbers = {quantity: _numbers(options[quantity], quantity, unit) for quantity, unit in UNITS.items()}
+    for quantity in ("loads", "pressures", "rates"):
+        if not all(0.0 < number < np.inf for number in numbers[quantity]):
+            values_text = ", ".join(f"{number:g}" for number in numbers[quantity])
+            raise InputError(f"{quantity} must be positive and finite, got {values_text}")
     surfaces = tuple(options["surfaces"].split(","))
-    for what, each in (numbers | {"surfaces": surfaces}).items():
-        if len(set(each)) < len(each):
-            raise InputError(f"{what} = {options[what]} names one twice, whose files would take each other's place")
+    for quantity, values in (numbers | {"surfaces": surfaces}).items():
+        if len(set(values)) < len(values):
+            raise InputError(
+                f"{quantity} = {options[quantity]} names one twice, whose files would take each other's place"
+            )
     return CampaignPlan(
         tyre=options["name"],
         loads=numbers["loads"],
