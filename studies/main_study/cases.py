@@ -59,21 +59,21 @@ class TyreCase:
     @property
     def extrapolated(self) -> bool:
         """True if a wheel load or the pressure is outside the measured range."""
-        return not all(one.inside for one in self.properties)
+        return not all(p.inside for p in self.properties)
 
-    def on(self, setup: Setup) -> Setup:
-        """World ``setup`` with trail, twisting torque and camber thrust of the tyre in place of what is assumed."""
-        own: dict[str, Any] = {}
-        for name, measured in (
+    def apply_to(self, setup: Setup) -> Setup:
+        """Put trail, twisting torque and camber thrust of the tyre, where measured, into the world ``setup``."""
+        measured_values: dict[str, Any] = {}
+        for name, field in (
             ("trail", "pneumatic_trail"),
             ("twisting", "twisting_stiffness"),
             ("camber_share", "camber_stiffness"),
         ):
-            values = [getattr(p, measured) for p in self.properties]
+            values = [getattr(p, field) for p in self.properties]
             if values and None not in values:
                 loads = [p.load if name == "camber_share" else 1.0 for p in self.properties]
-                own[name] = tuple(float(v / load) for v, load in zip(values, loads, strict=True))
-        return replace(setup, **own)
+                measured_values[name] = tuple(float(v / load) for v, load in zip(values, loads, strict=True))
+        return replace(setup, **measured_values)
 
     @property
     def order(self) -> float:
@@ -85,21 +85,23 @@ class TyreCase:
 class Cases:
     """Conditions that are studied, and those that could not be, each with the reason."""
 
-    found: tuple[TyreCase, ...]
+    studied: tuple[TyreCase, ...]  # by tyre and surface, that of the model file first
     left_out: tuple[str, ...]  # tyre, condition and reason, a sentence each
 
 
 def tyre_cases(settings: Settings) -> Cases:
     """Gather the conditions of the tyre in question; without one those of every packaged tyre on its surfaces."""
-    found, left_out, contact = list[TyreCase](), list[str](), settings.contact
+    cases: list[TyreCase] = []
+    left_out: list[str] = []
+    contact = settings.contact
     if contact is not None:
-        found.append(given_case(contact, settings.bicycle))
-        given = [{**contact, "pressure_bar": bar} for bar in settings.pressures if "tyre" in contact]
-        found += [given_case(table, settings.bicycle) for table in given]
+        cases.append(given_case(contact, settings.bicycle))
+        if "tyre" in contact:
+            cases += [given_case({**contact, "pressure_bar": bar}, settings.bicycle) for bar in settings.pressures]
     for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give some")
-        for pressure in settings.pressures or [one / PASCAL_PER_BAR for one in measured.pressures]:
+        for pressure in settings.pressures or [p / PASCAL_PER_BAR for p in measured.pressures]:
             table = {
                 "tyre": source,
                 "surface": measured.surface,
@@ -108,15 +110,16 @@ def tyre_cases(settings: Settings) -> Cases:
             }
             try:
                 packaged = not is_file_name(source)
-                found.append(_measured_case(table, (measured, measured), settings.bicycle, packaged=packaged))
+                cases.append(_measured_case(table, (measured, measured), settings.bicycle, packaged=packaged))
             except InputError as error:
                 left_out.append(f"{measured.tyre} {measured.surface} at {pressure:g} bar: {error}")
-    if not found:
+    if not cases:
         raise InputError("no tyre can be studied: " + "; ".join(left_out))
-    once: dict[tuple[str, str], TyreCase] = {}  # a model file may name a pressure that was measured
-    for case in found:
-        once.setdefault((case.name, case.condition), case)
-    return Cases(tuple(sorted(once.values(), key=lambda case: case.name != found[0].name)), tuple(left_out))
+    by_condition: dict[tuple[str, str], TyreCase] = {}  # a model file may name a pressure that was measured
+    for case in cases:
+        by_condition.setdefault((case.name, case.condition), case)
+    studied = sorted(by_condition.values(), key=lambda case: case.name != cases[0].name)
+    return Cases(tuple(studied), tuple(left_out))
 
 
 def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
@@ -125,7 +128,9 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
         values = effect_class(LAW)(**table).values(bicycle.values)
         contact = np.array([values[key] for key in CONTACT])
         covariance = np.diag((EFFECT * contact) ** 2)
-        return TyreCase("tyre of the model file", contact, covariance, dict(table), (), (), "model file", "", False)
+        return TyreCase(
+            "tyre of the model file", contact, covariance, dict(table), (), tyre="model file", packaged=False
+        )
     tyre, surface = (dict(zip(WHEELS, _per_wheel(table.get(key)), strict=True)) for key in ("tyre", "surface"))
     sources = wheel_sources(tyre, surface)
     return _measured_case(
@@ -141,41 +146,43 @@ def _measured_tyres(settings: Settings) -> Iterator[tuple[str, TyreSource]]:
     if settings.contact is not None:
         tyres = {_per_wheel(settings.contact.get(key)) for key in ("tyre", "surface")}
         alike = "tyre" in settings.contact and all(rear == front for rear, front in tyres)
-        wanted = [_per_wheel(settings.contact["tyre"])[0]] if alike and not settings.pressures else []
+        names = [_per_wheel(settings.contact["tyre"])[0]] if alike and not settings.pressures else []
         surface = _per_wheel(settings.contact.get("surface"))[0]
     else:
-        wanted, surface = [settings.tyre] if settings.tyre else [], settings.surface
-    for tyre in wanted:
+        names = [settings.tyre] if settings.tyre else []
+        surface = settings.surface
+    for tyre in names:
         place = Path(tyre).resolve().as_posix() if is_file_name(tyre) else tyre
         measured = read_tyre(place, surface=surface).assuming(CORNERING_STIFFNESS)
         if settings.contact is None or measured.pressures.size:
             yield place, measured
     if settings.contact is None and not settings.tyre:
         for name, surfaces in available_tyres().items():
-            for on in surfaces:
-                yield name, TyreMap.load(name, surface=on).assuming(CORNERING_STIFFNESS)
+            for measured_surface in surfaces:
+                yield name, TyreMap.load(name, surface=measured_surface).assuming(CORNERING_STIFFNESS)
 
 
 def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: Bicycle, *, packaged: bool) -> TyreCase:
     """Evaluate the tyres of rear and front wheel at the wheel loads and the pressure of the ``table``."""
     rear, front = tyres
-    bars = [float(one) for one in _per_wheel(table["pressure_bar"])]
-    at = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
-    joint = wheel_properties([rear, front], at)
+    bars = [float(bar) for bar in _per_wheel(table["pressure_bar"])]
+    conditions = [(load, bar * PASCAL_PER_BAR) for load, bar in zip(bicycle.static_loads, bars, strict=True)]
+    joint = wheel_properties([rear, front], conditions)
     names: dict[str, None] = {}
-    for one, p in zip(tyres, joint.properties, strict=True):
+    for tyre, p in zip(tyres, joint.properties, strict=True):
         if math.isnan(p.relaxation_length):
             raise InputError(
-                f"{one.label} holds no lateral stiffness, so no relaxation length, which the main study is about; add "
+                f"{tyre.label} holds no lateral stiffness, so no relaxation length, which the main study is about; add "
                 "what a pull test gives to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, LATERAL_STIFFNESS "
                 "of a .tir file)"
             )
-        told = one.synthetic and "synthetic" not in one.tyre.lower()
-        names[one.tyre + (" (synthetic)" if told else "")] = None
+        marked = tyre.synthetic and "synthetic" not in tyre.tyre.lower()
+        names[tyre.tyre + (" (synthetic)" if marked else "")] = None
     name = " / ".join(names)
     used = [0, 2, 3, 5]  # C and relaxation length among C, K, relaxation length of two wheels
-    contact = [value for p in joint.properties for value in (p.cornering_stiffness, p.relaxation_length)]
-    far = any(out_of_reach(one, load=load, pressure=p) for one, (load, p) in zip(tyres, at, strict=True))
+    contact = []
+    for p in joint.properties:
+        contact += [p.cornering_stiffness, p.relaxation_length]
     return TyreCase(
         f"{name} {rear.surface}",
         np.array(contact),
@@ -183,14 +190,18 @@ def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: 
         table,
         (bars[0], bars[1]),
         joint.properties,
-        name,
-        rear.surface,
-        packaged,
-        any(one.synthetic for one in tyres),
-        rear.width,
-        far,
+        tyre=name,
+        surface=rear.surface,
+        packaged=packaged,
+        synthetic=any(tyre.synthetic for tyre in tyres),
+        width=rear.width,
+        out_of_reach=any(
+            out_of_reach(tyre, load=load, pressure=pressure)
+            for tyre, (load, pressure) in zip(tyres, conditions, strict=True)
+        ),
     )
 
 
 def _per_wheel(value: Any) -> tuple[Any, Any]:
+    """Read the rear and front value of a key that holds one for both wheels or a table of two."""
     return (value["rear"], value["front"]) if isinstance(value, Mapping) else (value, value)

@@ -23,7 +23,7 @@ from bicycle.stability.sensitivity import critical_speed_sensitivities
 from studies.main_study import result as world
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
-from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Front, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Settings, Setup
 from studies.model_space.lasting_motions import Extent, Trace, curves_of, extent, traces_of
 from studies.uncertainty import assumed_sd, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
@@ -58,8 +58,8 @@ class Change:
     @property
     def of_one_crossing(self) -> bool:
         """False if the interaction is most of it: a band went, and another crossing has its name."""
-        alone = abs(self.stiffness_part) + abs(self.length_part)
-        return abs(self.interaction) <= max(alone, 0.01)  # m/s: below it nothing is explained
+        explained = abs(self.stiffness_part) + abs(self.length_part)
+        return abs(self.interaction) <= max(explained, 0.01)  # m/s: below it nothing is explained
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Decomposition:
 
     higher: TyreCase
     lower: TyreCase
-    setup: Setup
+    setup: Setup  # world in which both were computed
     changes: tuple[Change, ...]  # of critical speeds and of damping ratios at the report speed
 
     def change(self, of: str | CrossingIdentity, quantity: str = CRITICAL) -> Change | None:
@@ -78,7 +78,7 @@ class Decomposition:
 
 def decompose(settings: Settings, higher: Result, lower: Result) -> Decomposition:
     """Split the changes from the higher to the lower pressure into the parts of C and of the relaxation length."""
-    before, after, setup = higher.case.contact, lower.case.contact, higher.case.on(higher.setup)
+    before, after, setup = higher.case.contact, lower.case.contact, higher.case.apply_to(higher.setup)
     only_stiffness, only_length = before.copy(), before.copy()
     only_stiffness[0::2] = after[0::2]
     only_length[1::2] = after[1::2]
@@ -86,10 +86,10 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     models = (world.model(settings, setup, contact).linear_model() for contact in (only_stiffness, only_length))
     speeds += [named_speeds(critical_speeds(linear, max_speed=settings.max_speed)) for linear in models]
     changes = []
-    for which, start in speeds[0].items():
-        if all(which in corner for corner in speeds):
-            end, stiffness, length = (corner[which] for corner in speeds[1:])
-            change = Change(which, CRITICAL, start, end, stiffness - start, length - start)
+    for identity, start in speeds[0].items():
+        if all(identity in corner for corner in speeds):
+            end, stiffness, length = (corner[identity] for corner in speeds[1:])
+            change = Change(identity, CRITICAL, start, end, stiffness - start, length - start)
             if change.of_one_crossing:
                 changes.append(change)
     at_lower, at_higher = world.oscillations(lower.modes), world.oscillations(higher.modes)
@@ -103,8 +103,8 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
     """Name critical speeds (m/s) by mode, direction and occurrence; an edge of unstable wobble counts as wobble's."""
-    every = identified(crossing.named(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
-    return {which: float(crossing.speed) for which, crossing in every.items()}
+    named = identified(crossing.named(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
+    return {identity: float(crossing.speed) for identity, crossing in named.items()}
 
 
 def _follow_roots(
@@ -134,8 +134,8 @@ class Hinge:
     """One thing that is varied, at both ends of its range."""
 
     what: str  # name in words
-    low: End
-    high: End
+    low: End  # wobble at the first end of the range, or with the first choice
+    high: End  # at the other
 
     @property
     def size(self) -> float:
@@ -145,77 +145,79 @@ class Hinge:
         return abs(self.high.least.damping_ratio - self.low.least.damping_ratio)
 
 
-def wobble(settings: Settings, setup: Setup, contact: Array, what: str = "") -> End:
-    """Compute the wobble of one model; ``contact`` (4,) holds its tyre numbers."""
+def wobble(settings: Settings, setup: Setup, contact: Array, label: str = "") -> End:
+    """Compute the wobble of one model with the tyre numbers ``contact`` (4,): N/rad and m, rear then front."""
     linear = world.model(settings, setup, contact).linear_model()
     span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
-    return End(what, span, world.least_damped_wobble(modes(linear, settings.speeds)))
+    return End(label, span, world.least_damped_wobble(modes(linear, settings.speeds)))
 
 
 def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
     """Vary everything that is assumed or chosen one at a time around the reference world, the largest change first."""
-    found = []
-    for what, ends in _variations(settings, cases, focus):
+    hinges = []
+    for name, ends in _variations(settings, cases, focus):
         try:
             low, high = (wobble(*end, value) for value, end in ends.items())
         except InputError:
-            continue  # an end that makes no model tells nothing
-        found.append(Hinge(what, low, high))
-    return tuple(sorted(found, key=lambda one: -one.size))
+            continue  # an end that makes no model shows nothing
+        hinges.append(Hinge(name, low, high))
+    return tuple(sorted(hinges, key=lambda hinge: -hinge.size))
 
 
 Ends = dict[str, tuple[Settings, Setup, Array]]  # value -> study, world and tyre of the end
 
 
 def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> Iterator[tuple[str, Ends]]:
-    """Yield the thing that is varied, and both of its ends."""
-    base, ranges = focus.on(settings.reference), settings.ranges
+    """Yield the name of what is varied, and both of its ends."""
+    base = focus.apply_to(settings.reference)
+    ranges = settings.ranges
 
-    def ends(what: str, values: Iterable[Any], unit: str, front: Front | None = None) -> tuple[str, Ends]:
-        worlds = [{what: v} if front is None else {"front": replace(front, **{what: v})} for v in values]
-        return WORDS[what], {
-            f"{v:g} {unit}".strip(): (settings, replace(base, **own), focus.contact)
-            for v, own in zip(values, worlds, strict=True)
-        }
+    def make_ends(worlds: Mapping[str, Setup]) -> Ends:
+        return {value: (settings, setup, focus.contact) for value, setup in worlds.items()}
 
-    yield (
-        "hands",
-        {
-            "off the bar": (settings, base, focus.contact),
-            "on the bar": (settings, replace(base, arms=settings.arms), focus.contact),
-        },
-    )
+    yield "hands", make_ends({"off the bar": base, "on the bar": replace(base, arms=settings.arms)})
     if front := base.front:
-        yield (
-            "front",
-            {
-                "flexible": (settings, base, focus.contact),
-                "rigid": (settings, replace(base, front=None), focus.contact),
-            },
-        )
-        yield ends("stiffness", ranges.stiffness, "N m/rad", front)
-        yield ends("damping", ranges.damping, "N m s/rad", front)
-        yield ends("joint_height", [round(front.joint_height + shift, 3) for shift in ranges.hinge], "m", front)
+        yield "front", make_ends({"flexible": base, "rigid": replace(base, front=None)})
+        front_ranges = [
+            ("stiffness", ranges.stiffness, "N m/rad"),
+            ("damping", ranges.damping, "N m s/rad"),
+            ("joint_height", [round(front.joint_height + shift, 3) for shift in ranges.hinge], "m"),
+        ]
         if ranges.friction[1] > 0:
-            yield ends("friction", [front.friction + more for more in ranges.friction], "N m s/rad", front)
-    for what, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
-        given = EFFECTS[what] in settings.further or (what == "trail" and world.has_moment(settings))
-        if not given and getattr(base, what) == getattr(settings, what):  # the tyre's file says nothing of it
-            yield ends(what, getattr(ranges, what), unit)
-    measured = sorted((one for one in cases if one.pressures_bar), key=lambda one: one.pressure_bar)
-    if len(measured) > 1:
+            front_ranges.append(("friction", [front.friction + extra for extra in ranges.friction], "N m s/rad"))
+        for name, values, unit in front_ranges:
+            fronts: dict[str, dict[str, Any]] = {f"{v:g} {unit}": {name: v} for v in values}
+            worlds = {value: replace(base, front=replace(front, **change)) for value, change in fronts.items()}
+            yield WORDS[name], make_ends(worlds)
+    for name, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
+        in_model_file = EFFECTS[name] in settings.further or (name == "trail" and world.has_moment(settings))
+        in_tyre_file = getattr(base, name) != getattr(settings, name)
+        if not in_model_file and not in_tyre_file:
+            values = getattr(ranges, name)
+            yield WORDS[name], make_ends({f"{v:g} {unit}": replace(base, **{name: v}) for v in values})
+    by_pressure = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.pressure_bar)
+    if len(by_pressure) > 1:
+        end_cases = (by_pressure[0], by_pressure[-1])
         yield (
             "pressure",
-            {one.condition: (settings, one.on(settings.reference), one.contact) for one in (measured[0], measured[-1])},
+            {case.condition: (settings, case.apply_to(settings.reference), case.contact) for case in end_cases},
         )
-    seated: Ends = {
-        own.bicycle.name.rpartition("_")[2]: (own, case.on(own.reference), case.contact)
-        for own in (replace(settings, bicycle=bicycle) for bicycle in settings.postures)
-        for case in tyre_cases(own).found
-        if (case.name, case.condition) == (focus.name, focus.condition)
-    }
-    if len(seated) > 1:
-        yield "posture of the rider", {name: seated[name] for name in (next(iter(seated)), next(reversed(seated)))}
+    postures = _postures(settings, focus)
+    if len(postures) > 1:
+        first, last = next(iter(postures)), next(reversed(postures))
+        yield "posture of the rider", {first: postures[first], last: postures[last]}
+
+
+def _postures(settings: Settings, focus: TyreCase) -> Ends:
+    """Put the tyre in focus under the same bicycle in every posture of its rider, by posture."""
+    ends: Ends = {}
+    for bicycle in settings.postures:
+        seated = replace(settings, bicycle=bicycle)
+        for case in tyre_cases(seated).studied:
+            if (case.name, case.condition) == (focus.name, focus.condition):
+                posture = bicycle.name.rpartition("_")[2]
+                ends[posture] = (seated, case.apply_to(seated.reference), case.contact)
+    return ends
 
 
 WORDS = {
@@ -234,8 +236,8 @@ class ContactModels:
     front). The last two differ by the lag alone.
     """
 
-    case: TyreCase
-    half_length: tuple[float, float]
+    case: TyreCase  # of the tyre in question
+    half_length: tuple[float, float]  # m, rear and front
     trail: tuple[float, float]  # m, of the string, rear and front
     estimated: bool  # ``half_length`` from load, pressure and width; False: the default of the effect
     lag: End  # single lag without trail
@@ -243,66 +245,73 @@ class ContactModels:
     string: End  # string in contact over its length
 
 
-def contact_models(settings: Settings, cases: Iterable[TyreCase]) -> tuple[ContactModels, ...]:
+def contact_models(settings: Settings, cases: Sequence[TyreCase]) -> tuple[ContactModels, ...]:
     """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
     if world.has_moment(settings):
         return ()
-    assumed = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
+    default = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
+    comparisons = [_compare_contact(settings, case, np.array([default, default]), estimated=False) for case in cases]
     radii = (settings.bicycle["rR"], settings.bicycle["rF"])
-    found = []
-    for estimated in (False, True):
-        for case in cases:
-            wanted: Any = [assumed, assumed]
-            if estimated:
-                if not case.properties or case.width is None:
-                    continue
-                wanted = [
-                    half_length_under_load(load=p.load, pressure=p.pressure, wheel_radius=r, tyre_width=case.width)
-                    for p, r in zip(case.properties, radii, strict=True)
-                ]
-            half = np.minimum(wanted, LIMITS.widest * case.contact[1::2])
-            trail = string_trail(half_length=half, relaxation_length=case.contact[1::2])
-            base = case.on(settings.reference)
-            rear, front = half.tolist()
-            worlds = (
-                replace(base, trail=0.0),
-                replace(base, trail=tuple(trail.tolist())),
-                replace(base, contact_half_length=(rear, front)),
-            )
-            ends = [wobble(settings, one, case.contact) for one in worlds]
-            found.append(ContactModels(case, (rear, front), tuple(trail.tolist()), estimated, *ends))
-    return tuple(found)
+    for case in cases:
+        if case.properties and case.width is not None:
+            half_lengths = [
+                half_length_under_load(load=p.load, pressure=p.pressure, wheel_radius=radius, tyre_width=case.width)
+                for p, radius in zip(case.properties, radii, strict=True)
+            ]
+            comparisons.append(_compare_contact(settings, case, np.array(half_lengths), estimated=True))
+    return tuple(comparisons)
+
+
+def _compare_contact(settings: Settings, case: TyreCase, half_length: Array, *, estimated: bool) -> ContactModels:
+    """Compare lag, lag with trail and string for contact over twice ``half_length`` (2,), m, rear and front.
+
+    The half length is at most :attr:`Limits.widest` of the relaxation length, which contains it.
+    """
+    relaxation_length = case.contact[1::2]
+    half_length = np.minimum(half_length, LIMITS.widest * relaxation_length)
+    trail = tuple(string_trail(half_length=half_length, relaxation_length=relaxation_length).tolist())
+    rear, front = half_length.tolist()
+    base = case.apply_to(settings.reference)
+    lag, trailing, string = (
+        wobble(settings, setup, case.contact)
+        for setup in (
+            replace(base, trail=0.0),
+            replace(base, trail=trail),
+            replace(base, contact_half_length=(rear, front)),
+        )
+    )
+    return ContactModels(case, (rear, front), trail, estimated, lag, trailing, string)
 
 
 @dataclass(frozen=True, eq=False)
 class Amplitude:
     """Periodic motions of one case in the reference world on tyres that saturate; ``refused`` says why not."""
 
-    case: TyreCase
-    traces: tuple[Trace, ...] = ()
-    wobble: Extent | None = None
+    case: TyreCase  # of the tyre in question
+    traces: tuple[Trace, ...] = ()  # amplitude (degrees) and frequency (Hz) along each branch
+    wobble: Extent | None = None  # how large it gets at the speeds looked at; None: no wobble lasts there
     peak_factor: float | None = None  # assumed; None: the tyre file holds whole curves
     refused: str = ""  # reason; empty: they could be followed
 
     @property
     def jumps(self) -> bool:
         """True if there are motions of wobble, lasting or not: a kick may start one."""
-        return any(WOBBLE in one.mode.split("+") for one in self.traces)
+        return any(WOBBLE in trace.mode.split("+") for trace in self.traces)
 
 
 def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     """Follow the periodic motions of one case, and how large its wobble gets at the speeds looked at."""
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     try:
-        found = find_limit_cycles(
-            world.model(settings, case.on(setup), case.contact),
+        cycles = find_limit_cycles(
+            world.model(settings, case.apply_to(setup), case.contact),
             rear=curves.get("rear"),
             front=curves.get("front"),
             max_speed=settings.max_speed,
         )
     except InputError as error:
         return Amplitude(case, refused=str(error))
-    traces = tuple(traces_of(found))
+    traces = tuple(traces_of(cycles))
     return Amplitude(case, traces, extent(traces, up_to=settings.fastest), None if curves else MagicTyre().friction)
 
 
@@ -321,40 +330,36 @@ def sources(settings: Settings, case: TyreCase) -> Sources:
     uncertain = world.uncertainty(settings, case, settings.reference)
     crossings = uncertain.crossings(settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
-    shares = {
-        which: by_group(uncertain.shares(uncertain.gradient({key: one[k] for key, one in slopes.items()})))
-        for k, which in enumerate(crossings)
-    }
+    shares = {}
+    for k, identity in enumerate(crossings):
+        gradient = uncertain.gradient({key: slopes_of_key[k] for key, slopes_of_key in slopes.items()})
+        shares[identity] = by_group(uncertain.shares(gradient))
     values = uncertain.nominal.parameters
-    taken = {key: (values[key], sd) for key, sd in assumed_sd(uncertain).items()}
-    return Sources(shares, counted_as_exact(uncertain), taken)
+    assumed_sds = {key: (values[key], sd) for key, sd in assumed_sd(uncertain).items()}
+    return Sources(shares, counted_as_exact(uncertain), assumed_sds)
 
 
 @dataclass(frozen=True, eq=False)
 class Check:
     """Frequency, damping ratio and critical speeds of wobble of one result, linear and of random bicycles."""
 
-    result: Result
-    quantities: tuple[Quantity, ...]
+    result: Result  # whose quantities are checked
+    quantities: tuple[Quantity, ...]  # each with its linear sd and its samples
     failure: str = ""  # reason; empty: it could be computed
 
 
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
     try:
-        return Check(
-            result,
-            tuple(
-                world.uncertainty(settings, result.case, result.setup).quantities(
-                    np.array([settings.report_speed]),
-                    max_speed=settings.max_speed,
-                    samples=settings.samples,
-                    seed=settings.seed,
-                    only=[WOBBLE],
-                    matched=True,
-                )
-            ),
+        quantities = world.uncertainty(settings, result.case, result.setup).quantities(
+            np.array([settings.report_speed]),
+            max_speed=settings.max_speed,
+            samples=settings.samples,
+            seed=settings.seed,
+            only=[WOBBLE],
+            matched=True,
         )
+        return Check(result, tuple(quantities))
     except InputError as error:
         return Check(result, (), str(error))
 
@@ -366,8 +371,8 @@ class Plausible:
     ``growth`` (n, speeds), 1/s, is the largest real part of the oscillations of wobble's frequencies.
     """
 
-    case: TyreCase
-    setup: Setup
+    case: TyreCase  # around which the tyres are drawn
+    setup: Setup  # world around which the fronts are drawn
     onset: Array  # (n,), m/s; NaN: stable up to the highest speed, or not computed
     end: Array  # (n,), m/s, at most the highest speed; NaN likewise
     computed: NDArray[np.bool_]  # (n,), False: the draw makes no model
@@ -384,24 +389,25 @@ class Plausible:
         return np.nan_to_num(self.end - self.onset, nan=0.0)
 
     @property
-    def without(self) -> int:
+    def stable_count(self) -> int:
         """Number of bicycles that do not wobble at any speed looked at."""
         return int((np.isnan(self.onset) & self.computed).sum())
 
-    def likely(self, edge: str) -> tuple[float, float] | None:
+    def interval(self, edge: str) -> tuple[float, float] | None:
         """Interval of ``onset`` or ``end`` (m/s) of nine of ten bicycles with unstable wobble, of few of all."""
-        there = getattr(self, edge)[~np.isnan(self.onset)]
-        if not len(there):
+        speeds = getattr(self, edge)[~np.isnan(self.onset)]
+        if not len(speeds):
             return None
-        low, high = np.quantile(there, LIMITS.likely if len(there) >= LIMITS.fewest else (0, 1))
+        low, high = np.quantile(speeds, LIMITS.likely if len(speeds) >= LIMITS.fewest else (0, 1))
         return float(low), float(high)
 
 
-def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
+def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
     """Draw bicycles, tyres and what nobody measured (a Sobol sequence over the ranges), and find their wobble."""
     count, speeds = settings.fronts, growth_speeds(settings)
     onset, end = np.full((2, count), np.nan)
-    computed, growth = np.zeros(count, bool), np.full((count, len(speeds)), np.nan)
+    computed = np.zeros(count, bool)
+    growth = np.full((count, len(speeds)), np.nan)
     uncertain = world.uncertainty(settings, case, setup)
     family = ModelFamily(uncertain.nominal)
     drawn = front_draws(settings)
@@ -409,7 +415,7 @@ def plausible(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
         if values is None:
             continue
         try:
-            linear = family.linear_model(values | front_values(settings, case.on(setup), drawn, k, values))
+            linear = family.linear_model(values | front_values(settings, case.apply_to(setup), drawn, k, values))
             span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
         except InputError:  # a draw that makes no model is counted, and told beside the count
@@ -429,8 +435,8 @@ def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
     """Find the largest real part (1/s) of oscillations of wobble's frequencies at ``speeds`` (n,); NaN without one."""
     values = linear.eigenvalues(speeds)
     hertz = frequency_hz(values)
-    found = np.where((hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz), values.real, -np.inf).max(axis=1)
-    return np.where(np.isfinite(found), found, np.nan)
+    largest = np.where((hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz), values.real, -np.inf).max(axis=1)
+    return np.where(np.isfinite(largest), largest, np.nan)
 
 
 def front_draws(settings: Settings) -> Mapping[str, Array]:
@@ -455,14 +461,15 @@ def front_values(
     What the file of the tyre or the model holds of trail and twisting torque stays.
     """
     new = {name: float(numbers[k]) for name, numbers in drawn.items()}
-    found: dict[str, float] = {}
+    parameters: dict[str, float] = {}
     for name, effect in EFFECTS.items():
         keys = [key for key in values if key.startswith(f"{effect}.") and "lag_share" not in key]
-        given, nominal = effect in settings.further, getattr(settings, name)
-        if given and name == "camber_share":
-            found |= {key: values[key] * new[name] for key in keys}
-        elif not given and getattr(setup, name) == nominal and nominal:
-            found |= {key: values[key] * new[name] / nominal for key in keys}
+        in_model_file = effect in settings.further
+        nominal = getattr(settings, name)
+        if in_model_file and name == "camber_share":
+            parameters |= {key: values[key] * new[name] for key in keys}
+        elif not in_model_file and getattr(setup, name) == nominal and nominal:
+            parameters |= {key: values[key] * new[name] / nominal for key in keys}
     if setup.front:
         front = replace(
             setup.front,
@@ -471,15 +478,14 @@ def front_values(
             joint_height=setup.front.joint_height + new["hinge"],
             friction=setup.front.friction + new["friction"],
         )
-        found |= {
+        damper = world.effect_tables(settings, replace(setup, front=front))[FRICTION]
+        parameters |= {
             "front_compliance.stiffness": front.stiffness,
             "front_compliance.damping": front.damping,
             "front_compliance.joint_z": -front.joint_height,
             "front_compliance.joint_x": float(front.hinge_x(values)),
-            f"{FRICTION}.damping": float(
-                world.effect_tables(settings, replace(setup, front=front))[FRICTION]["damping"]
-            ),
+            f"{FRICTION}.damping": float(damper["damping"]),
         }
     if setup.arms:
-        found |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
-    return found
+        parameters |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
+    return parameters

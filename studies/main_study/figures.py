@@ -24,8 +24,10 @@ SMALL = {"fontsize": 8.5, "va": "center"}
 def drawings(study: Study, folder: Path) -> list[Callable[[Study], None]]:
     """List the figures of a ``study`` for ``folder``, each to be called with it; causes if there are two pressures."""
     draws = {"headline": draw_headline, "damping_ratio": draw_damping, "critical_speeds": draw_critical_speeds}
-    draws |= {"causes": draw_causes} if study.decompositions else {}
-    draws |= {"amplitude": draw_amplitude} if any(one.jumps for one in study.amplitudes) else {}
+    if study.decompositions:
+        draws["causes"] = draw_causes
+    if any(amplitude.jumps for amplitude in study.amplitudes):
+        draws["amplitude"] = draw_amplitude
     return [partial(draw, target=folder / name) for name, draw in draws.items()]
 
 
@@ -45,13 +47,13 @@ def draw_headline(study: Study, target: Path) -> None:
         growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.4, 1)})
         _draw_growth(growth, study)
         _draw_worlds(bars, study)
-        _title(canvas, study, f" on {study.names[0]}", study.of(study.settings.reference, study.names[0]))
+        _title(canvas, study, f" on {study.names[0]}", study.results_of(study.settings.reference, study.names[0]))
 
 
 def _draw_growth(axes: Any, study: Study) -> None:
     """Draw the reference world: one line a pressure, plausible bicycles at the lowest one as a pale band."""
     reference, lowest, highest = study.settings.reference, -2.0, 1.0
-    outer = study.outer(study.result(reference, study.subject[0]))
+    outer = study.samples_around(study.result(reference, study.subject[0]))
     if outer and outer.count:
         low, high = np.nanquantile(outer.growth[outer.computed], LIMITS.likely, axis=0)
         axes.fill_between(
@@ -65,7 +67,7 @@ def _draw_growth(axes: Any, study: Study) -> None:
         )
         highest = max(highest, float(np.nanmax(high)))
     ends: list[tuple[float, str, str]] = []
-    for number, result in enumerate(study.of(reference, study.names[0])):
+    for number, result in enumerate(study.results_of(reference, study.names[0])):
         at, colour = result.modes.speeds[:-1], look(number).colour
         for mode, line in ((WOBBLE, "-"), (WEAVE, (0, (4, 2)))):
             if mode in result.modes.branches:
@@ -80,9 +82,10 @@ def _draw_growth(axes: Any, study: Study) -> None:
     axes.plot([], [], color="0.3", label="wobble, beside it pressure and relaxation length")
     axes.plot([], [], color="0.3", linestyle=(0, (4, 2)), label="weave")
     lowest = max(lowest, LIMITS.slowest)
-    apart, height = 0.055 * (1.15 * highest - 1.06 * lowest), -np.inf  # a line of letters takes so much
+    line_height = 0.055 * (1.15 * highest - 1.06 * lowest)  # 1/s that a line of letters takes
+    height = -np.inf
     for real_part, words, colour in sorted(ends):
-        height = max(height + apart, real_part)
+        height = max(height + line_height, real_part)
         place = (study.settings.fastest, height)
         axes.annotate(words, place, (4, 0), textcoords="offset points", color=colour, **SMALL)
     axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0)
@@ -95,7 +98,7 @@ def _draw_growth(axes: Any, study: Study) -> None:
 
 
 def world_words(setup: Setup) -> str:
-    """Name of a world, with a star where it rests on a front that nobody measured."""
+    """Name a world, with "(assumed)" where it rests on a front that nobody measured."""
     return setup.label + (" (assumed)" if setup.front and not setup.front.given else "")
 
 
@@ -110,7 +113,8 @@ def _draw_worlds(axes: Any, study: Study) -> None:
             axes.text(1.3, row, "stable", fontsize=8, va="center", color="0.3", style="italic")
             continue
         for k, (case, result) in enumerate(zip(cases, results, strict=True)):
-            height, colour = row + 0.36 * (k - (len(cases) - 1) / 2), look(study.subject.index(case)).colour
+            height = row + 0.36 * (k - (len(cases) - 1) / 2)
+            colour = look(study.subject.index(case)).colour
             span = result.span(limit) if result else None
             if span:
                 axes.barh(height, min(span.high, limit) - span.low, left=span.low, height=0.32, color=colour)
@@ -128,40 +132,47 @@ def _draw_worlds(axes: Any, study: Study) -> None:
 def draw_amplitude(study: Study, target: Path) -> None:
     """Draw how large wobble gets over speed, a colour a pressure, with a band over plausible peak factors."""
     with plotting.drawing(target, width=7.0, height=4.4) as canvas:
-        axes, conditions = canvas.add_subplot(), [case.condition for case in study.subject]  # workers give copies
-        for one in study.amplitudes:
-            look_of, label = look(conditions.index(one.case.condition)), one.case.condition
-            for trace in one.traces:
+        axes = canvas.add_subplot()
+        conditions = [case.condition for case in study.subject]  # not the cases, of which workers give copies
+        for amplitude in study.amplitudes:
+            condition = amplitude.case.condition
+            colour = look(conditions.index(condition)).colour
+            for trace in amplitude.traces:
                 if WOBBLE in trace.mode.split("+"):
-                    draw_trace(axes, trace, look_of.colour, one.peak_factor)
-            axes.plot([], [], color=look_of.colour, linewidth=4, label=label)
+                    draw_trace(axes, trace, colour, amplitude.peak_factor)
+            axes.plot([], [], color=colour, linewidth=4, label=condition)
         finish_amplitude(axes)
         axes.set(xlim=(0, study.settings.fastest), xlabel="Speed, m/s")
         axes.set_title(world_words(study.settings.reference), fontsize=9)
-        _title(canvas, study, f" on {study.names[0]}: wobble", study.of(study.settings.reference, study.names[0]))
+        _title(
+            canvas, study, f" on {study.names[0]}: wobble", study.results_of(study.settings.reference, study.names[0])
+        )
 
 
 def draw_causes(study: Study, target: Path) -> None:
     """Draw how lower pressure moves the edges of unstable wobble in the reference world, and by what."""
     with plotting.drawing(target, width=7.0, height=1.9 + 0.9 * len(study.names)) as canvas:
         _draw_parts(canvas.add_subplot(), study, study.settings.reference)
-        _title(canvas, study, f": {world_words(study.settings.reference)}", study.of(study.settings.reference))
+        _title(canvas, study, f": {world_words(study.settings.reference)}", study.results_of(study.settings.reference))
 
 
 def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     """Draw stacked bars: change of each edge of the band at the lower pressure, by what causes it."""
-    height, ticks, reached = 0.0, {}, [-0.5, 0.5]
+    height = 0.0
+    ticks = {}
+    ends = [-0.5, 0.5]  # m/s, of all bars
     pressures = set()
     for number, name in enumerate(study.names):
-        found = study.decomposition(setup, name)
+        decomposition = study.decomposition(setup, name)
         axes.text(0.02, height - 0.72, name, fontweight="bold", va="center", transform=axes.get_yaxis_transform())
-        for what, key in EDGES.items():
-            change = found.change(key) if found else None
-            ticks[height] = what
-            if found and change:
-                _hatch_row(axes, height, extrapolated=found.higher.extrapolated or found.lower.extrapolated)
-                reached += _stack(axes, change, height, look(number).colour)
-                pressures.add(f"{found.higher.condition} to {found.lower.condition}")
+        for label, edge in EDGES.items():
+            change = decomposition.change(edge) if decomposition else None
+            ticks[height] = label
+            if decomposition and change:
+                higher, lower = decomposition.higher, decomposition.lower
+                _hatch_row(axes, height, extrapolated=higher.extrapolated or lower.extrapolated)
+                ends += _stack(axes, change, height, look(number).colour)
+                pressures.add(f"{higher.condition} to {lower.condition}")
             else:
                 axes.text(
                     0.5,
@@ -177,7 +188,7 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
         height += 1.4
     axes.axvline(0, color="0.2", linewidth=1)
     axes.set_yticks(list(ticks), list(ticks.values()))
-    low, high = min(reached), max(reached)
+    low, high = min(ends), max(ends)
     room = 0.16 * (high - low)
     axes.set(xlim=(low - room, high + room), ylim=(height - 1.8, -1.2), xlabel="Change of speed, m/s")
     axes.grid(visible=False, axis="y")
@@ -185,8 +196,10 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     axes.set_title(f"Change of the edges of unstable wobble from {' and '.join(sorted(pressures))}", fontsize=9)
     names = ("relaxation length", "cornering stiffness", "interaction")
     handles = [Patch(label=part, **style) for part, style in zip(names, _part_styles("0.35"), strict=True)]
-    below = -0.5 / (axes.figure.get_figheight() - 1.4)  # inches below the axes
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, below), ncols=3, fontsize=8, columnspacing=1)
+    legend_height = -0.5 / (axes.figure.get_figheight() - 1.4)  # inches below the axes
+    axes.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.45, legend_height), ncols=3, fontsize=8, columnspacing=1
+    )
 
 
 def _stack(axes: Any, change: Change, height: float, colour: str) -> list[float]:
@@ -209,7 +222,7 @@ def _stack(axes: Any, change: Change, height: float, colour: str) -> list[float]
 
 
 def _part_styles(colour: str) -> list[dict[str, Any]]:
-    """Full colour, dotted white, and grey: apart in print too, and from the hatching of extrapolated values."""
+    """Style the bars of length, stiffness and interaction, unlike each other in print too: full, dotted, grey."""
     return [
         {"facecolor": colour, "edgecolor": colour, "linewidth": 0.8},
         {"facecolor": "white", "edgecolor": colour, "linewidth": 1.0, "hatch": "...."},
@@ -224,10 +237,10 @@ def draw_damping(study: Study, target: Path) -> None:
         grid = canvas.subplots(len(COMPARED), len(setups), sharex=True, sharey="row", squeeze=False)
         for row, mode in zip(grid, COMPARED, strict=True):
             for axes, setup in zip(row, setups, strict=True):
-                mine = [r for r in study.of(setup, name) if mode in r.damping and r.case.pressures_bar]
-                if mine:
-                    _draw_ratios(axes, mine, mode)
-                plotting.hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in mine))
+                results = [r for r in study.results_of(setup, name) if mode in r.damping and r.case.pressures_bar]
+                if results:
+                    _draw_ratios(axes, results, mode)
+                plotting.hatch_extrapolated(axes, extrapolated=any(r.case.extrapolated for r in results))
             low, high = row[0].get_ylim()
             for axes in row:
                 if low < 0:
@@ -243,14 +256,16 @@ def draw_damping(study: Study, target: Path) -> None:
             f" on {name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of tyre and bicycle "
             "(darker: of the tyre data alone); shaded: unstable"
         )
-        _title(canvas, study, text, study.of(study.settings.reference, name))
+        _title(canvas, study, text, study.results_of(study.settings.reference, name))
 
 
-def _draw_ratios(axes: Any, found: list[Result], mode: str) -> None:
-    pressures = [r.case.pressure_bar for r in found]
-    ratios = [r.damping[mode] for r in found]
-    values, style = np.array([r.value for r in ratios]), look(0)
-    sds = [[r.sd for r in ratios], [r.tyre_sd for r in ratios]]
+def _draw_ratios(axes: Any, results: list[Result], mode: str) -> None:
+    """Draw damping ratio over pressure (bar), with a band for its sd and one for that of the tyre, if another."""
+    pressures = [r.case.pressure_bar for r in results]
+    ratios = [r.damping[mode] for r in results]
+    values = np.array([ratio.value for ratio in ratios])
+    style = look(0)
+    sds = [[ratio.sd for ratio in ratios], [ratio.tyre_sd for ratio in ratios]]
     for sd in sds if sds[0] != sds[1] else sds[:1]:
         axes.fill_between(pressures, values - sd, values + sd, color=style.colour, alpha=0.2, linewidth=0)
     axes.plot(pressures, values, **style.plot)
@@ -259,7 +274,8 @@ def _draw_ratios(axes: Any, found: list[Result], mode: str) -> None:
 def draw_critical_speeds(study: Study, target: Path) -> None:
     """Draw a panel per world, a row a pressure; filled: becomes unstable, hollow: stable; bars: one sd."""
     setups, rows, name = study.settings.setups, study.subject, study.names[0]
-    crossed = list(dict.fromkeys(c.mode for setup in setups for r in study.of(setup, name) for c in r.crossings))
+    all_results = [r for setup in setups for r in study.results_of(setup, name)]
+    crossed = list(dict.fromkeys(c.mode for r in all_results for c in r.crossings))
     heights = dict(zip(crossed, np.linspace(-0.28, 0.28, len(crossed)), strict=True))  # modes lie one above the other
     with plotting.drawing(target, width=8.5, height=2.2 + 0.34 * len(rows) * len(setups)) as canvas:
         grid = canvas.subplots(len(setups), 1, sharex=True, sharey=True, squeeze=False).ravel()
@@ -273,19 +289,20 @@ def draw_critical_speeds(study: Study, target: Path) -> None:
         grid[0].set_yticks(np.arange(len(rows)), [case.condition for case in rows])
         grid[0].set_ylim(len(rows) - 0.4, -0.6)
         grid[-1].set_xlabel("Speed, m/s")
-        shown: dict[str, Any] = {}
+        handles: dict[str, Any] = {}
         for mode in crossed:
             style = {"linestyle": "none", "color": mode_look(mode).colour, **plotting.mode_marker(mode)}
-            (shown[plotting.mode_words(mode)],) = grid[0].plot([], [], **style)
+            (handles[plotting.mode_words(mode)],) = grid[0].plot([], [], **style)
         for words, face in (("filled: becomes unstable as the speed grows", "0.3"), ("hollow: becomes stable", "none")):
-            (shown[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
-        ncols = plotting.legend_columns(list(shown), width=8.5)
-        canvas.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=ncols)
+            (handles[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
+        ncols = plotting.legend_columns(list(handles), width=8.5)
+        canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=ncols)
         text = f" on {name}: critical speeds\nbars: one sd of tyre and bicycle (thick: of the tyre data alone)"
-        _title(canvas, study, text, study.of(study.settings.reference, name))
+        _title(canvas, study, text, study.results_of(study.settings.reference, name))
 
 
 def _draw_crossings(axes: Any, result: Result, row: int, heights: dict[str, float]) -> None:
+    """Draw the critical speeds of one case in its row, with bars of one sd; ``heights`` shift modes within the row."""
     _hatch_row(axes, row, extrapolated=result.case.extrapolated)
     axes.axhline(row + 0.5, color="0.88", linewidth=0.6, zorder=0)
     for c in result.crossings:

@@ -16,7 +16,7 @@ class Finding:
     """A published range."""
 
     who: str  # authors and year
-    quantity: str  # name with its unit, a key of :func:`measured`
+    quantity: str  # name with its unit, a key of :func:`list_quantities`
     low: float  # in the unit of the quantity
     high: float  # likewise
     words: str  # finding in a few words
@@ -29,8 +29,8 @@ class Finding:
 class Comparison:
     """A published range beside the range of this study; ``ours`` is None if the study has no such number."""
 
-    finding: Finding
-    ours: tuple[float, float] | None
+    finding: Finding  # published range
+    ours: tuple[float, float] | None  # lowest and highest number of the study, in the unit of the quantity
 
     @property
     def verdict(self) -> str:
@@ -49,27 +49,33 @@ def findings() -> tuple[Finding, ...]:
     return tuple(Finding(**entry) for entry in content["finding"])
 
 
-def compared(study: Study) -> tuple[Comparison, ...]:
+def compare_findings(study: Study) -> tuple[Comparison, ...]:
     """Compare all published ranges with the tyres of the study, in the world of a flexible front."""
     settings = study.settings
-    ours = {hands: measured(study, setup) for hands, setup in (("on", settings.setups[1]), ("off", settings.reference))}
-    each = ((one, np.array(ours[one.hands or "off"][one.quantity])) for one in findings())
-    return tuple(
-        Comparison(one, None if np.isnan(values).all() else (float(np.nanmin(values)), float(np.nanmax(values))))
-        for one, values in each
-    )
+    ours = {
+        hands: list_quantities(study, setup)
+        for hands, setup in (("on", settings.setups[1]), ("off", settings.reference))
+    }
+    comparisons = []
+    for finding in findings():
+        values = np.array(ours[finding.hands or "off"][finding.quantity])
+        span = None if np.isnan(values).all() else (float(np.nanmin(values)), float(np.nanmax(values)))
+        comparisons.append(Comparison(finding, span))
+    return tuple(comparisons)
 
 
-def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
+def list_quantities(study: Study, setup: Setup) -> dict[str, list[float]]:
     """List the numbers of the study in one world, by the quantities of the published ranges and in their units."""
-    results, cases, loads = study.of(setup), study.cases, study.settings.bicycle.static_loads
-    spans = [span for one in results if (span := one.span(study.settings.fastest))]
-    own = [] if "camber_thrust" in study.settings.further else [case.on(setup).camber_share for case in cases]
+    results, cases, loads = study.results_of(setup), study.cases, study.settings.bicycle.static_loads
+    spans = [span for result in results if (span := result.span(study.settings.fastest))]
+    camber_shares = []  # of the wheel load; none if the model file gives the camber stiffness
+    if "camber_thrust" not in study.settings.further:
+        camber_shares = [case.apply_to(setup).camber_share for case in cases]
     identity = CrossingIdentity(WEAVE, destabilising=False)
     changes = [d.change(identity) for d in study.decompositions if d.setup == setup]
-    found: dict[str, list[float]] = {
+    numbers: dict[str, list[float]] = {
         "cornering_stiffness_over_load_per_deg": [x for case in cases for x in np.radians(case.contact[::2] / loads)],
-        "camber_stiffness_over_load_per_deg": [x for share in own for x in np.radians(np.ravel(share))],
+        "camber_stiffness_over_load_per_deg": [x for share in camber_shares for x in np.radians(np.ravel(share))],
         "relaxation_length_mm": [x for case in cases for x in 1e3 * case.contact[1::2]],
         "onset_m_s": [span.low for span in spans],
         "end_m_s": [span.high for span in spans],
@@ -78,12 +84,13 @@ def measured(study: Study, setup: Setup) -> dict[str, list[float]]:
         "wobble_frequency_Hz": [],
         "frequency_change": [],
     }
-    for modes in (one.modes for one in results if WOBBLE in one.modes.branches):
-        hertz, magnitude = modes.frequency(WOBBLE), modes.shape(WOBBLE).magnitude
-        there = (modes.speeds >= LIMITS.ridden[0]) & (modes.speeds <= LIMITS.ridden[1]) & (hertz > 0)
-        found["steer_over_roll"] += (magnitude["steer"][there] / magnitude["lean"][there]).tolist()
-        there[-1] = False  # the report speed is among the others, or between them
-        if there.any():
-            found["wobble_frequency_Hz"] += hertz[there].tolist()
-            found["frequency_change"].append(float(np.ptp(hertz[there]) / np.mean(hertz[there])))
-    return found
+    for modes in (result.modes for result in results if WOBBLE in result.modes.branches):
+        hertz = modes.frequency(WOBBLE)
+        magnitude = modes.shape(WOBBLE).magnitude
+        ridden = (modes.speeds >= LIMITS.ridden[0]) & (modes.speeds <= LIMITS.ridden[1]) & (hertz > 0)
+        numbers["steer_over_roll"] += (magnitude["steer"][ridden] / magnitude["lean"][ridden]).tolist()
+        ridden[-1] = False  # the report speed is among the others, or between them
+        if ridden.any():
+            numbers["wobble_frequency_Hz"] += hertz[ridden].tolist()
+            numbers["frequency_change"].append(float(np.ptp(hertz[ridden]) / np.mean(hertz[ridden])))
+    return numbers

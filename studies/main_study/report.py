@@ -14,8 +14,9 @@ import numpy as np
 from bicycle.model.default_sd import CORNERING_STIFFNESS
 from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
+from studies.main_study.cases import TyreCase
 from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
-from studies.main_study.published import compared
+from studies.main_study.published import compare_findings
 from studies.main_study.result import Result, has_moment
 from studies.main_study.screen import answer
 from studies.main_study.settings import LIMITS, Settings, plain_name
@@ -24,6 +25,7 @@ from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import render_file, write_pages
 from studies.uncertainty.propagation import Quantity, differs
+from tyre import TyreProperties
 
 PACKAGE = "studies.main_study"
 
@@ -31,10 +33,10 @@ PACKAGE = "studies.main_study"
 def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, str, Path]:
     """Compute the study and write it into ``folder``; return it with its first screen and the HTML report."""
     folder.mkdir(parents=True, exist_ok=True)
-    with spread(workers) as each:
-        study = run_study(settings, each=each)
+    with spread(workers) as distribute:
+        study = run_study(settings, distribute=distribute)
         write_tables(study, folder)
-        each(operator.call, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
+        distribute(operator.call, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
     first, _, page = write_report(study, folder)
     return study, first, page
 
@@ -59,36 +61,50 @@ def on_a_terminal(text: str, width: int = 110) -> str:
     blocks = []
     for block in text.replace("**", "").strip().split("\n\n"):
         if block.startswith("|"):
-            heads, _, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines())
+            heads, _, *rows = map(_split_cells, block.splitlines())
             blocks.append(tabulate(rows, headers=heads, tablefmt="simple", disable_numparse=True))
         else:
             blocks.append(fill(block.removeprefix("# "), width))
     return "\n\n".join(blocks)
 
 
+def _split_cells(line: str) -> list[str]:
+    """Split a line of a Markdown table."""
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
 def facts(study: Study) -> dict[str, Any]:
-    """Gather what the templates show."""
+    """Gather what the templates show: the study, its answer, and lists that are sorted, counted or filtered here."""
     settings, reference = study.settings, study.settings.reference
     exact: dict[str, list[str]] = {}
     for key, why in study.sources.exact.items():
         exact.setdefault(why, []).append(key)
-    quantities = [(one.result, q) for one in study.checks for q in one.quantities]
-    a, shares = answer(study), study.sources.shares
+    quantities = [(check.result, q) for check in study.checks for q in check.quantities]
+    shares = study.sources.shares
+    groups = list(dict.fromkeys(group for shares_of_speed in shares.values() for group in shares_of_speed))
+    large_groups = [group for group in groups if max(by_group.get(group, 0.0) for by_group in shares.values()) >= 0.005]
+    extrapolated: list[tuple[TyreCase, str, TyreProperties]] = []
+    notes: list[tuple[str, str]] = []
+    for case in study.cases:
+        for wheel, p in zip(("rear", "front"), case.properties, strict=False):
+            notes += [(case.name, note) for note in p.notes]
+            if not p.inside:
+                extrapolated.append((case, wheel, p))
     return {
         "study": study,
         "settings": settings,
         "limits": LIMITS,
-        "a": a,
-        "checked": partial(checked, study),
-        "doubted": partial(doubted, study),
+        "a": answer(study),
+        "find_check": partial(find_check, study),
+        "is_doubtful": partial(is_doubtful, study),
         "assumed_of_tyre": {
             name
             for name in ("trail", "twisting", "camber_share")
-            if getattr(study.focus.on(reference), name) == getattr(settings, name)
+            if getattr(study.focus.apply_to(reference), name) == getattr(settings, name)
             and EFFECTS[name] not in settings.further
             and not (name == "trail" and has_moment(settings))
         },
-        "comparisons": compared(study),
+        "comparisons": compare_findings(study),
         "critical_parts": list(parts(study, CRITICAL, 3)),
         "damping_parts": list(parts(study, DAMPING, 5)),
         "other_crossings": list(_other_crossings(study)),
@@ -96,30 +112,19 @@ def facts(study: Study) -> dict[str, Any]:
         "assumed_sds": study.sources.assumed,
         "exact_reasons": exact,
         "quantities": quantities,
-        "groups": [
-            group
-            for group in dict.fromkeys(g for one in shares.values() for g in one)
-            if max(one.get(group, 0.0) for one in shares.values()) >= 0.005
-        ],
+        "groups": large_groups,
         "different": [(r, q) for r, q in quantities if not is_linear(q)],
         "ranges": vars(settings.ranges),
         "assumed_stiffness_sd": CORNERING_STIFFNESS,
         "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
-        "extrapolated": [
-            (case, wheel, p)
-            for case in study.cases
-            for wheel, p in zip(("rear", "front"), case.properties, strict=False)
-            if not p.inside
-        ],
+        "extrapolated": extrapolated,
         "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
-        "notes": list(
-            dict.fromkeys((case.name, note) for case in study.cases for p in case.properties for note in p.notes)
-        ),
+        "notes": list(dict.fromkeys(notes)),
     }
 
 
-def checked(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
-    """An ``edge`` of wobble with its random bicycles; None where none were drawn."""
+def find_check(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
+    """Find the quantity with the random bicycles of an ``edge`` of wobble; None where none were drawn."""
     case = (result.setup, result.case.name, result.case.condition)  # a result of another process is another object
     for check in study.checks:
         if (check.result.setup, check.result.case.name, check.result.case.condition) == case:
@@ -129,10 +134,11 @@ def checked(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | Non
     return None
 
 
-def doubted(study: Study, edge: CriticalSpeed) -> bool:
+def is_doubtful(study: Study, edge: CriticalSpeed) -> bool:
     """True if the linear standard deviation of such an ``edge`` is not valid in one of the cases that were checked."""
-    crossings = (q.crossing for check in study.checks for q in check.quantities if q.crossing and not is_linear(q))
-    return any((one.mode, one.destabilising) == (edge.mode, edge.destabilising) for one in crossings)
+    quantities = [q for check in study.checks for q in check.quantities if not is_linear(q)]
+    doubtful = [(q.crossing.mode, q.crossing.destabilising) for q in quantities if q.crossing]
+    return (edge.mode, edge.destabilising) in doubtful
 
 
 def is_linear(q: Quantity) -> bool:
@@ -141,17 +147,20 @@ def is_linear(q: Quantity) -> bool:
 
 
 class Printed(NamedTuple):
-    """A change in rounded numbers that add up: total = after - before = length + stiffness + interaction."""
+    """A change in rounded numbers that add up: total = after - before = length + stiffness + interaction.
 
-    before: Decimal
-    after: Decimal
-    total: Decimal
-    length: Decimal
-    stiffness: Decimal
-    interaction: Decimal
+    All in m/s of a critical speed, or a damping ratio.
+    """
+
+    before: Decimal  # at the higher pressure
+    after: Decimal  # at the lower pressure
+    total: Decimal  # after - before
+    length: Decimal  # part of the relaxation length alone
+    stiffness: Decimal  # part of the cornering stiffness alone
+    interaction: Decimal  # what neither explains
 
 
-def printed(change: Change, digits: int) -> Printed:
+def round_change(change: Change, digits: int) -> Printed:
     """Round the ends and the two parts to ``digits`` places; the total and the interaction follow from these."""
     numbers = (change.before, change.after, change.length_part, change.stiffness_part)
     before, after, length, stiffness = (round(Decimal(number), digits) for number in numbers)
@@ -164,7 +173,7 @@ def parts(study: Study, quantity: str, digits: int) -> Any:
     for d in study.decompositions:
         for change in d.changes:
             if d.setup == study.settings.reference and change.quantity == quantity:
-                yield d, change, printed(change, digits)
+                yield d, change, round_change(change, digits)
 
 
 def never_stable(result: Result, limit: float) -> bool:
@@ -181,13 +190,13 @@ def _other_crossings(study: Study) -> Any:
     """Yield world, mode, new state, speeds, cases and all cases of the modes beside wobble that change stability."""
     limit = study.settings.fastest
     for setup in study.settings.setups:
-        results = study.of(setup)
-        found: dict[tuple[str, str], list[tuple[int, float]]] = {}
+        results = study.results_of(setup)
+        speeds_of: dict[tuple[str, str], list[tuple[int, float]]] = {}  # mode and direction -> case and speed, m/s
         for number, r in enumerate(results):
             for c in r.crossings:
                 if c not in r.wobble_edges and c.speed <= limit:
-                    found.setdefault((c.mode, c.direction), []).append((number, c.speed))
-        for (mode, direction), places in found.items():
+                    speeds_of.setdefault((c.mode, c.direction), []).append((number, c.speed))
+        for (mode, direction), places in speeds_of.items():
             state = "unstable" if direction == "destabilising" else "stable"
             speeds = [speed for _, speed in places]
             yield setup, mode.replace("_", " "), state, speeds, len({number for number, _ in places}), len(results)
@@ -204,7 +213,7 @@ def like(value: float, sd: float) -> str:
     return f"{value:.{max(0, 1 - power if leading == 1 else -power)}f}"
 
 
-def signed(value: Any, digits: str = "") -> str:
+def with_sign(value: Any, digits: str = "") -> str:
     """Print a ``value`` with its sign, and without one if it prints as zero; ``digits`` is a format such as ``.2f``."""
     text = f"{value:+{digits}}"
     return text if float(text) else text[1:]
@@ -212,7 +221,7 @@ def signed(value: Any, digits: str = "") -> str:
 
 def span_of(values: Sequence[float], digits: str, *, sign: bool = False, scale: float = 1.0) -> str:
     """Print ``low to high`` of ``values``, or one number if they print alike; ``digits`` is a format (``.2f``)."""
-    ends = [signed(v, digits) if sign else f"{scale * v:{digits}}" for v in (min(values), max(values))]
+    ends = [with_sign(v, digits) if sign else f"{scale * v:{digits}}" for v in (min(values), max(values))]
     return " to ".join(dict.fromkeys(ends))
 
 
@@ -224,7 +233,7 @@ def two_digits(sd: float) -> str:
 FILTERS = {
     "plain": plain_name,
     "like": like,
-    "signed": signed,
+    "signed": with_sign,
     "span_of": span_of,
     "excess": excess,
     "linear": is_linear,

@@ -51,25 +51,32 @@ def effect_tables(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]
     p, front, arms = settings.bicycle.values, setup.front, setup.arms
     camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
     tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
-    trailing = np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings)
-    tables |= {TRAIL: {"trail": _by_wheel(setup.trail)}} if trailing else {}
-    tables |= {TWIST: {"twisting_stiffness": _by_wheel(setup.twisting)}} if np.any(setup.twisting) else {}
+    if np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings):
+        tables[TRAIL] = {"trail": _by_wheel(setup.trail)}
+    if np.any(setup.twisting):
+        tables[TWIST] = {"twisting_stiffness": _by_wheel(setup.twisting)}
     tables |= {name: dict(table) for name, table in settings.further.items()}
-    held = {name: getattr(arms, name) for name in ("inertia", "stiffness", "damping") if arms}
-    tables |= {"rider_arms": held} if arms else {}
+    if arms:
+        tables["rider_arms"] = {"inertia": arms.inertia, "stiffness": arms.stiffness, "damping": arms.damping}
     if front:
-        tables["front_compliance"] = {
+        compliance = {
             "stiffness": front.stiffness,
             "damping": front.damping,
             "joint_x": float(front.hinge_x(p)),
             "joint_z": -front.joint_height,
-        } | ({} if front.axis_tilt is None else {"axis_tilt": front.axis_tilt})
-        own = settings.further.get(FRICTION, {})
-        default = next(one.default for one in effect_class(FRICTION).parameters if one.name == "damping")
-        given = float(own.get("damping", default)) if FRICTION in settings.further else 0.0
-        tables[FRICTION] = {**own, "damping": given + front.friction}
-    half = setup.contact_half_length
-    return tables | ({CONTACT_LENGTH: {"half_length": dict(zip(WHEELS, half, strict=True))}} if half else {})
+        }
+        if front.axis_tilt is not None:
+            compliance["axis_tilt"] = front.axis_tilt
+        tables["front_compliance"] = compliance
+        damper = settings.further.get(FRICTION, {})
+        damping = 0.0
+        if FRICTION in settings.further:
+            default = next(p.default for p in effect_class(FRICTION).parameters if p.name == "damping")
+            damping = float(damper.get("damping", default))
+        tables[FRICTION] = {**damper, "damping": damping + front.friction}
+    if setup.contact_half_length:
+        tables[CONTACT_LENGTH] = {"half_length": dict(zip(WHEELS, setup.contact_half_length, strict=True))}
+    return tables
 
 
 def has_moment(settings: Settings) -> bool:
@@ -78,17 +85,22 @@ def has_moment(settings: Settings) -> bool:
 
 
 def _by_wheel(value: PerWheel) -> dict[str, float]:
+    """Give a number for both wheels, or one for each, by wheel."""
     return dict(zip(WHEELS, np.broadcast_to(value, 2).tolist(), strict=True))
 
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
     """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place of the hinge."""
-    assumed = setup.front if setup.front and setup.front.joint_x is None else None
-    found = {} if "camber_thrust" in settings.further else dict(zip(CAMBER, _camber_stiffness(setup, p), strict=True))
-    return found | ({"front_compliance.joint_x": assumed.hinge_x(p)} if assumed else {})
+    dependent: dict[str, Any] = {}
+    if "camber_thrust" not in settings.further:
+        dependent |= zip(CAMBER, _camber_stiffness(setup, p), strict=True)
+    if setup.front and setup.front.joint_x is None:
+        dependent["front_compliance.joint_x"] = setup.front.hinge_x(p)
+    return dependent
 
 
 def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Compute camber stiffness (N/rad), rear and front: the share of the wheel load that a world assumes."""
     rear, front = static_loads(bodies(p), p["w"], p["g"])
     share = np.broadcast_to(setup.camber_share, 2)
     return share[0] * rear, share[1] * front
@@ -96,7 +108,7 @@ def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
 
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
     """Make the model of a case with the covariance of all that is uncertain about tyre and bicycle."""
-    setup = case.on(setup)
+    setup = case.apply_to(setup)
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
     exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
@@ -115,12 +127,15 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
-    """Yield the parameters of ``count`` random bicycles; None for a draw that is no bicycle."""
-    mine = uncertain.draw(count, settings.seed)
-    own = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
-    points = uncertain.points(np.where([name.startswith("tyre ") for name in uncertain.names], own, mine))
-    for k, refused in enumerate(points.refused.mask):
-        yield None if refused else {key: points.value(key, k) for key in points.values}
+    """Yield the parameters (SI) of ``count`` random bicycles; None for a draw that is no bicycle.
+
+    All cases have the same bicycles, each case its own tyres.
+    """
+    bicycles = uncertain.draw(count, settings.seed)
+    tyres = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
+    points = uncertain.points(np.where([name.startswith("tyre ") for name in uncertain.names], tyres, bicycles))
+    for k, impossible in enumerate(points.refused.mask):
+        yield None if impossible else {key: points.value(key, k) for key in points.values}
 
 
 @dataclass(frozen=True)
@@ -135,8 +150,8 @@ class UncertainCriticalSpeed(CriticalSpeed):
 class Band:
     """Speeds in which a mode is unstable; None: it begins below, or goes on above, the speeds looked at."""
 
-    start: UncertainCriticalSpeed | None
-    end: UncertainCriticalSpeed | None
+    start: UncertainCriticalSpeed | None  # where the mode becomes unstable
+    end: UncertainCriticalSpeed | None  # where it becomes stable again, at a higher speed
 
 
 @dataclass(frozen=True)
@@ -162,15 +177,15 @@ def is_wobble(edge: CriticalSpeed) -> bool:
 
 def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Span | None:
     """Find unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None if there is none."""
-    mine = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
-    if not mine:
+    within = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
+    if not within:
         for speed in (1e-3 * limit, limit):  # not at rest, where a bicycle without damping is neutral
             values = linear.eigenvalues(speed)
             hertz = frequency_hz(values)
             if not ((values.real > 0) & (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)).any():
                 return None
         return Span(0.0, math.inf, limit)
-    first, last = mine[0], mine[-1]
+    first, last = within[0], within[-1]
     low = float(first.speed) if first.destabilising else 0.0
     return Span(low, math.inf if last.destabilising else float(last.speed), limit)
 
@@ -214,9 +229,9 @@ class LeastDamped:
 class Result:
     """One tyre case in one setup; the last speed of ``modes`` is the report speed, added to the study's."""
 
-    case: TyreCase
-    setup: Setup
-    modes: Modes
+    case: TyreCase  # tyre, surface and pressures
+    setup: Setup  # world: hands and front
+    modes: Modes  # along the study's speeds, m/s
     crossings: tuple[UncertainCriticalSpeed, ...]  # up to the highest speed of the search, rising
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing if it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
@@ -224,10 +239,10 @@ class Result:
 
     def bands(self, limit: float) -> list[Band]:
         """Bands of unstable wobble that begin up to ``limit`` (m/s); one without edges if it is unstable throughout."""
-        found = unstable_bands(self.wobble_edges)
-        if not found and self.span(limit):
+        bands = unstable_bands(self.wobble_edges)
+        if not bands and self.span(limit):
             return [Band(None, None)]
-        return [band for band in found if not band.start or band.start.speed <= limit]
+        return [band for band in bands if not band.start or band.start.speed <= limit]
 
     @property
     def wobble_edges(self) -> list[UncertainCriticalSpeed]:
@@ -235,52 +250,72 @@ class Result:
         return wobble_edges(self.crossings)
 
     def span(self, limit: float) -> Span | None:
-        """Unstable wobble at speeds up to ``limit`` (m/s)."""
+        """Find unstable wobble at speeds up to ``limit`` (m/s), from first onset to last end; None without any."""
         return wobble_span(self.modes.model, self.crossings, limit)
 
 
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
     """Compute modes, frequency and damping ratio at the report speed, and critical speeds, with their sds."""
-    built = model(settings, case.on(setup), case.contact)
+    built = model(settings, case.apply_to(setup), case.contact)
     linear = built.linear_model()
-    names, whole = uncertainty(settings, case, setup).covariance()
-    at = np.ix_(*2 * [[names.index(name) for name in CONTACT]])
-    of_tyre = np.zeros_like(whole)
-    of_tyre[at] = case.covariance
-    found = modes(linear, np.append(settings.speeds, settings.report_speed))
-    roots = oscillations(found)
+    names, covariance = uncertainty(settings, case, setup).covariance()
+    contact_places = [names.index(name) for name in CONTACT]
+    tyre_covariance = np.zeros_like(covariance)
+    tyre_covariance[np.ix_(contact_places, contact_places)] = case.covariance
+
+    speeds = np.append(settings.speeds, settings.report_speed)
+    modes_along_speed = modes(linear, speeds)
+    roots = oscillations(modes_along_speed)
+    hertz = {mode: float(frequency_hz(root)) for mode, root in roots.items()}
+    ratios = {mode: float(damping_ratio(root)) for mode, root in roots.items()}
     gradients = mode_gradients(built, settings.report_speed, list(roots.values()), names)
-    sds = [[standard_deviation(one, covariance).tolist() for covariance in (whole, of_tyre)] for one in gradients]
-    frequency, damping = (
-        {mode: Uncertain(float(of(root)), *(sd[k] for sd in both)) for k, (mode, root) in enumerate(roots.items())}
-        for of, both in zip((frequency_hz, damping_ratio), sds, strict=True)
-    )
+    frequency = _add_sd(hertz, gradients[0], covariance, tyre_covariance)
+    damping = _add_sd(ratios, gradients[1], covariance, tyre_covariance)
+
     critical = critical_speeds(linear, max_speed=settings.max_speed)
     slopes = critical_speed_gradients(built, critical, names)
-    moved = [standard_deviation(slopes, covariance).tolist() for covariance in (whole, of_tyre)]
-    crossings = [
+    sds = standard_deviation(slopes, covariance).tolist()
+    tyre_sds = standard_deviation(slopes, tyre_covariance).tolist()
+    crossings = tuple(
         UncertainCriticalSpeed(**vars(crossing), sd=sd, tyre_sd=tyre_sd)
-        for crossing, sd, tyre_sd in zip(critical, *moved, strict=True)
-    ]
-    return Result(case, setup, found, tuple(crossings), frequency, damping, least_damped_wobble(found))
+        for crossing, sd, tyre_sd in zip(critical, sds, tyre_sds, strict=True)
+    )
+    least = least_damped_wobble(modes_along_speed)
+    return Result(case, setup, modes_along_speed, crossings, frequency, damping, least)
 
 
-def least_damped_wobble(found: Modes) -> LeastDamped | None:
-    """Find the least damped wobble at the speeds of ``found`` that are ridden; None if it oscillates at none."""
-    ridden = (found.speeds >= LIMITS.ridden[0]) & (found.speeds <= LIMITS.ridden[1])
-    every = [
-        LeastDamped(complex(root), float(speed))
-        for name, values in found.branches.items()
-        if WOBBLE in name.split("+")
-        for speed, root in zip(found.speeds[ridden], values[ridden, 0], strict=True)
-        if root.imag > (0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz))
-    ]
-    return min(every, key=lambda one: one.damping_ratio, default=None)
+def _add_sd(
+    values: Mapping[str, float], gradients: Array, covariance: Array, tyre_covariance: Array
+) -> dict[str, Uncertain]:
+    """Give the value of each mode its standard deviations, from ``gradients`` (modes, p) in uncertain parameters."""
+    sds = standard_deviation(gradients, covariance).tolist()
+    tyre_sds = standard_deviation(gradients, tyre_covariance).tolist()
+    rows = zip(values.items(), sds, tyre_sds, strict=True)
+    return {mode: Uncertain(value, sd, tyre_sd) for (mode, value), sd, tyre_sd in rows}
 
 
-def oscillations(found: Modes) -> dict[str, complex]:
+def least_damped_wobble(modes_along_speed: Modes) -> LeastDamped | None:
+    """Find the least damped wobble at those of the speeds that are ridden; None if it oscillates at none."""
+    speeds = modes_along_speed.speeds
+    ridden = (speeds >= LIMITS.ridden[0]) & (speeds <= LIMITS.ridden[1])
+    oscillating = []
+    for name, values in modes_along_speed.branches.items():
+        if WOBBLE not in name.split("+"):
+            continue
+        slowest = 0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz)  # rad/s; else it may be weave
+        for speed, root in zip(speeds[ridden], values[ridden, 0], strict=True):
+            if root.imag > slowest:
+                oscillating.append(LeastDamped(complex(root), float(speed)))
+    return min(oscillating, key=lambda wobble: wobble.damping_ratio, default=None)
+
+
+def oscillations(modes_along_speed: Modes) -> dict[str, complex]:
     """Select eigenvalues (1/s, upper half) of compared modes that oscillate at the last speed, the report speed."""
-    values = {name: complex(found.branches[name][-1, 0]) for name in COMPARED if name in found.branches}
+    values = {
+        name: complex(modes_along_speed.branches[name][-1, 0])
+        for name in COMPARED
+        if name in modes_along_speed.branches
+    }
     return {name: value for name, value in values.items() if value.imag > 0}
 
 

@@ -19,6 +19,7 @@ from studies.main_study.compare import Hinge
 from studies.main_study.result import Result, Span
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study, pressure_ends
+from tyre.ground.arrays import Array
 
 YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "cannot be said"
 
@@ -27,8 +28,8 @@ YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "canno
 class World:
     """Wobble of the tyre in question in one world at both ends of its pressures; ``high`` is None for one condition."""
 
-    setup: Setup
-    low: Result
+    setup: Setup  # hands and front
+    low: Result  # at the lowest pressure, or at the one condition
     high: Result | None
     longer: float  # m/s of unstable speeds at the low pressure more than at the high one, or at all
     assumed: bool  # rests on a front that nobody measured
@@ -69,7 +70,7 @@ class Answer:
     @property
     def place(self) -> int | None:
         """Place of the pressure among what it hinges on, from 1; None for one pressure."""
-        return next((k for k, one in enumerate(self.hinges, 1) if one.what == "pressure"), None)
+        return next((k for k, hinge in enumerate(self.hinges, 1) if hinge.what == "pressure"), None)
 
 
 def answer(study: Study) -> Answer:
@@ -82,23 +83,38 @@ def answer(study: Study) -> Answer:
         low = study.result(setup, low_case)
         high = study.result(setup, high_case) if high_case else None
         if low and (high or not high_case):
-            longer = unstable_length(low.span(limit), limit) - (unstable_length(high.span(limit), limit) if high else 0)
-            worlds.append(World(setup, low, high, longer, setup.front is not None and not setup.front.given))
-    outer = [study.outer(one) for one in (worlds[0].low, worlds[0].high) if one]
-    change = np.zeros(0)
-    if all(outer):
-        computed = np.logical_and.reduce([one.computed for one in outer if one])
-        low_length, *high_length = (one.unstable[computed] for one in outer if one)
-        change = low_length - sum(high_length)
+            longer_by = unstable_length(low.span(limit), limit)
+            if high:
+                longer_by -= unstable_length(high.span(limit), limit)
+            worlds.append(World(setup, low, high, longer_by, setup.front is not None and not setup.front.given))
+    change = _sampled_change(study, worlds[0])
     longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
+    moves = [(world.moves, world.assumed) for world in worlds]
     return Answer(
-        word_of([(one.moves, one.assumed) for one in worlds], longer, shorter, len(change), two=bool(ends)),
-        tuple(worlds),
-        longer,
-        shorter,
-        len(change),
-        tuple(one for one in study.hinges if np.isfinite(one.size)),
+        word=word_of(moves, longer, shorter, len(change), two=bool(ends)),
+        worlds=tuple(worlds),
+        longer=longer,
+        shorter=shorter,
+        count=len(change),
+        hinges=tuple(hinge for hinge in study.hinges if np.isfinite(hinge.size)),
     )
+
+
+def _sampled_change(study: Study, world: World) -> Array:
+    """Change of the length of unstable speeds, m/s, by less air, of each plausible bicycle (n,); empty if none drawn.
+
+    Of a tyre of one condition it is the length itself.
+    """
+    samples = []
+    for result in (world.low, world.high):
+        if result:
+            bicycles = study.samples_around(result)
+            if not bicycles:
+                return np.zeros(0)
+            samples.append(bicycles)
+    computed = np.logical_and.reduce([bicycles.computed for bicycles in samples])
+    low_length, *high_length = (bicycles.unstable[computed] for bicycles in samples)
+    return np.asarray(low_length - sum(high_length))
 
 
 def unstable_length(span: Span | None, limit: float) -> float:
@@ -113,15 +129,15 @@ def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: in
     """
     if len(worlds) < 4:
         return UNKNOWN
-    moved = {moves for moves, _ in worlds} - {0}
-    if not moved:
+    directions = {moves for moves, _ in worlds} - {0}
+    if not directions:
         return (NO_DIFFERENCE if two else NO) if (longer + shorter <= (1 - LIMITS.agree) * count) else UNKNOWN
-    agree = longer if moved == {1} else shorter
+    agree = longer if directions == {1} else shorter
     measured = any(moves and not assumed for moves, assumed in worlds)
-    return YES if len(moved) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
+    return YES if len(directions) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
 
 
-def record(study: Study, found: Answer) -> dict[str, Any]:
+def record(study: Study, answer: Answer) -> dict[str, Any]:
     """Make the answer JSON-ready: the question, the word, the table of worlds, and the numbers of the rule."""
     limit = study.settings.fastest
 
@@ -142,26 +158,26 @@ def record(study: Study, found: Answer) -> dict[str, Any]:
         "bicycle": study.settings.bicycle.name,
         "tyre": study.focus.tyre,
         "surface": study.focus.surface,
-        "word": found.word,
+        "word": answer.word,
         "searched_m_s": [0.0, limit],
         "worlds": [
             {
-                "hands": one.setup.hands,
-                "front": one.setup.front_name,
-                "front_assumed": one.assumed,
-                "low": end(one.low),
-                "high": end(one.high),
-                "longer_m_s": one.longer,
-                "moves": one.moves,
+                "hands": world.setup.hands,
+                "front": world.setup.front_name,
+                "front_assumed": world.assumed,
+                "low": end(world.low),
+                "high": end(world.high),
+                "longer_m_s": world.longer,
+                "moves": world.moves,
             }
-            for one in found.worlds
+            for world in answer.worlds
         ],
         "rule": {
             "least_change_m_s": LIMITS.practical,
             "share_that_must_agree": LIMITS.agree,
-            "plausible_bicycles": found.count,
-            "longer": found.longer,
-            "shorter": found.shorter,
+            "plausible_bicycles": answer.count,
+            "longer": answer.longer,
+            "shorter": answer.shorter,
         },
-        "hinges": [{"what": one.what, "change_of_least_damping_ratio": one.size} for one in found.hinges],
+        "hinges": [{"what": hinge.what, "change_of_least_damping_ratio": hinge.size} for hinge in answer.hinges],
     }

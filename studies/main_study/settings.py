@@ -74,8 +74,8 @@ LIMITS = Limits()
 class Assumed:
     """A number that nobody measured: the effect's parameter that declares it, and what the study takes instead."""
 
-    effect: str
-    name: str
+    effect: str  # identifier of the effect
+    name: str  # of its parameter
     value: float | None = None  # SI, in place of the declared default
     range: tuple[float, float] | None = None  # SI, in place of the typical range
     reason: str = ""  # of either
@@ -183,7 +183,7 @@ class Setup:
     """
 
     front: Front | None
-    arms: Arms | None = None
+    arms: Arms | None = None  # what both hands add to the steering; None: off the bar
     camber_share: PerWheel = LIMITS.camber_share
     trail: PerWheel = ASSUMED["trail"].usual
     twisting: PerWheel = ASSUMED["twisting"].usual
@@ -209,15 +209,15 @@ class Setup:
 class Settings:
     """One main study."""
 
-    bicycle: Bicycle
+    bicycle: Bicycle  # with its rider, if there is one
     # (n,), m/s, rising, at which modes are computed
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
     front: Front | None = field(default_factory=Front)  # None: nobody knows it, and none is assumed
-    arms: Arms = field(default_factory=Arms)
+    arms: Arms = field(default_factory=Arms)  # what the hands add where they are on the bar
     camber_share: float = LIMITS.camber_share  # 1/rad of the load, assumed camber stiffness of a tyre that states none
     trail: float = ASSUMED["trail"].usual  # m, likewise
     twisting: float = ASSUMED["twisting"].usual  # N m/rad, likewise
-    further: Mapping[str, Table] = field(default_factory=dict)
+    further: Mapping[str, Table] = field(default_factory=dict)  # other effects of the model file and their tables
     tyre: str = ""  # packaged, or a file; empty: every packaged one
     surface: str | None = None  # of the tyre, as its file names it; None: not chosen
     pressures: tuple[float, ...] = ()  # bar, rising; empty: those that were measured
@@ -242,29 +242,33 @@ class Settings:
     @property
     def setups(self) -> tuple[Setup, ...]:
         """Four worlds, the reference first; two without a flexible front."""
-        return tuple(
-            Setup(front, arms, self.camber_share, self.trail, self.twisting)
-            for front in dict.fromkeys((self.front, None))
-            for arms in (None, self.arms)
-        )
+        worlds = []
+        for front in dict.fromkeys((self.front, None)):
+            for arms in (None, self.arms):
+                worlds.append(Setup(front, arms, self.camber_share, self.trail, self.twisting))
+        return tuple(worlds)
 
     @property
     def ranges(self) -> Ranges:
         """Ranges around what is assumed; a number of a model file is known to a fifth."""
-        given = self.front if self.front and self.front.given else None
-        known = {name: getattr(given, name) for name in ("stiffness", "damping") if given}
-        arms = ("inertia", "stiffness", "damping") if self.arms.given else ()
-        known |= {f"arm_{name}": getattr(self.arms, name) for name in arms}
-        known |= {"camber_share": 1.0} if "camber_thrust" in self.further else {}
+        stated: dict[str, float] = {}  # number of the model file, SI
+        if self.front and self.front.given:
+            stated |= {"stiffness": self.front.stiffness, "damping": self.front.damping}
+        if self.arms.given:
+            stated |= {f"arm_{name}": getattr(self.arms, name) for name in ("inertia", "stiffness", "damping")}
+        if "camber_thrust" in self.further:
+            stated["camber_share"] = 1.0
         within = 1 - LIMITS.written
-        found = {name: (within * value, value / within) for name, value in known.items()}
-        found |= {"hinge": (-0.02, 0.02)} if given else {}
-        found |= {"friction": (0.0, 0.0)} if "steer_damper" in self.further else {}
-        return Ranges(**found)
+        ranges = {name: (within * value, value / within) for name, value in stated.items()}
+        if self.front and self.front.given:
+            ranges["hinge"] = (-0.02, 0.02)
+        if "steer_damper" in self.further:
+            ranges["friction"] = (0.0, 0.0)
+        return Ranges(**ranges)
 
 
 def assumed_front(bicycle: Bicycle) -> Front | None:
-    """Front to assume for a ``bicycle``; None for one unlike those whose fronts are known to wobble, as a cargo one."""
+    """Assume a front for a ``bicycle``; None for one unlike those whose fronts are known to wobble, as a cargo one."""
     alike = LIMITS.wheelbase[0] <= bicycle["w"] <= LIMITS.wheelbase[1]
     return Front() if alike and LIMITS.wheel[0] <= bicycle["rF"] <= LIMITS.wheel[1] else None
 
@@ -280,14 +284,14 @@ def settings_of(
     posture: str | None = None,
 ) -> Settings:
     """Read the study of a model file, or of a bicycle with everything beside it assumed."""
-    asked: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
+    tyre_options: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
     if surface is not None and tyre is None:
         raise InputError(f"--surface {surface} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
-    alone = None if model is None else bicycle_alone(model)
-    if alone is not None:
+    named_bicycle = None if model is None else bicycle_alone(model)
+    if named_bicycle is not None:
         if bicycle is not None:
             raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; leave one out")
-        model, bicycle = None, alone
+        model, bicycle = None, named_bicycle
     if posture is not None and rider is None:
         raise InputError(f"--posture {posture} needs a --rider; or take a packaged bicycle whose rider sits so")
     if model is not None:
@@ -297,18 +301,18 @@ def settings_of(
                     f"--{option} {value}: a model file names its own bicycle; leave --{option} out or change 'bicycle' "
                     f"in {model}"
                 )
-        found = _of_model_file(model)
-        if tyre is not None and "contact" in found:
+        content = _read_model_file(model)
+        if tyre is not None and "contact" in content:
             law = f"its own contact law, [effects.{LAW}]"
             raise InputError(f"{model} has {law}; change the tyre there, or leave --tyre out")
-        return Settings(**{"front": assumed_front(found["bicycle"])} | found | asked)
+        return Settings(**{"front": assumed_front(content["bicycle"])} | content | tyre_options)
     if rider is not None:
         if bicycle is None:
             raise InputError(f"--rider {rider} needs the --bicycle to sit on, for example --bicycle pista")
-        ridden, others = _with_rider(bicycle, rider, posture)
-        return Settings(ridden, front=assumed_front(ridden), postures=others, **asked)
+        ridden, postures = _with_rider(bicycle, rider, posture)
+        return Settings(ridden, front=assumed_front(ridden), postures=postures, **tyre_options)
     chosen = load_bicycle(bicycle or DEFAULT_BICYCLE)
-    return Settings(chosen, front=assumed_front(chosen), postures=_packaged_postures(chosen), **asked)
+    return Settings(chosen, front=assumed_front(chosen), postures=_packaged_postures(chosen), **tyre_options)
 
 
 def read_pressures(text: str | None) -> tuple[float, ...]:
@@ -326,7 +330,8 @@ def read_pressures(text: str | None) -> tuple[float, ...]:
     return tuple(sorted(bars))
 
 
-def _of_model_file(model: str) -> dict[str, Any]:
+def _read_model_file(model: str) -> dict[str, Any]:
+    """Read the fields of :class:`Settings` that a model file gives; refuse another contact law than a lag."""
     whole = read_model(model)  # complains of all that is wrong in the file
     law = next(effect.identifier for effect in whole.effects if effect.slot == "contact law")
     if law not in (LAW, DEFAULT_CONTACT):
@@ -337,12 +342,13 @@ def _of_model_file(model: str) -> dict[str, Any]:
     tables = _with_numbers(read_toml(Path(model), "model file").get("effects", {}), whole)
     contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
     tables.pop(DEFAULT_CONTACT, None)
-    found: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
-    found |= {"contact": located(contact, Path(model).parent)} if contact is not None else {}
+    content: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
+    if contact is not None:
+        content["contact"] = located(contact, Path(model).parent)
     if front is not None:
         values = effect_class("front_compliance")(**front).values(whole.bicycle.values)
         number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
-        found["front"] = Front(
+        content["front"] = Front(
             number["stiffness"],
             number["damping"],
             -number["joint_z"],
@@ -352,51 +358,53 @@ def _of_model_file(model: str) -> dict[str, Any]:
         )
     if arms is not None:
         effect = effect_class("rider_arms")(**arms)
-        numbers = {one.name: float(getattr(effect, one.name)) for one in fields(Arms) if one.name != "given"}
-        found["arms"] = Arms(**numbers, given=True)
-    return found
+        numbers = {f.name: float(getattr(effect, f.name)) for f in fields(Arms) if f.name != "given"}
+        content["arms"] = Arms(**numbers, given=True)
+    return content
 
 
 def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
     """Copy the tables of effects; what the tyre gives beside its contact law becomes numbers."""
-    found = {name: dict(table) for name, table in tables.items()}
+    numbers = {name: dict(table) for name, table in tables.items()}
     for text in values_of_tyres(tables):
         key = ParameterKey.parse(text)
         if key.effect != LAW:
-            given = found[key.effect][key.name]
-            each = dict(given) if isinstance(given, Mapping) else dict.fromkeys(WHEELS, given)
-            found[key.effect][key.name] = each | {key.wheel: model.parameters[text]}
-    return found
+            value = numbers[key.effect][key.name]
+            by_wheel = dict(value) if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
+            numbers[key.effect][key.name] = by_wheel | {key.wheel: model.parameters[text]}
+    return numbers
 
 
 def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, tuple[Bicycle, ...]]:
-    """Put a rider on a frame, and the same rider in every posture within reach."""
+    """Put a rider on a frame; also return the bicycles with this rider in every posture within reach."""
     from bicycle.rider.rider_body import read_rider
     from bicycle.rider.rider_frame import rider_on_bicycle
     from studies.reporting.rider_report import with_provenance
 
-    person, bare, known = read_rider(rider), load_bicycle(frame), packaged_geometry(frame)
+    person = read_rider(rider)
+    frame_without_rider = load_bicycle(frame)
+    geometry_file = packaged_geometry(frame)
 
-    def seated(how: str) -> Bicycle:
-        geometry = read_geometry(known, how) if known else SeatGeometry()
-        found = rider_on_bicycle(bare, person, posture=how, geometry=geometry)
-        return with_provenance(found, f"{bare.name}_{Path(rider).stem}_{how}")
+    def seat(posture: str) -> Bicycle:
+        geometry = read_geometry(geometry_file, posture) if geometry_file else SeatGeometry()
+        cyclist = rider_on_bicycle(frame_without_rider, person, posture=posture, geometry=geometry)
+        return with_provenance(cyclist, f"{frame_without_rider.name}_{Path(rider).stem}_{posture}")
 
-    chosen = seated(posture or DEFAULT_POSTURE)
-    others = []
-    for how in POSTURES:
+    chosen = seat(posture or DEFAULT_POSTURE)
+    bicycles = []
+    for name in POSTURES:
         try:
-            others.append(chosen if chosen.name.endswith(f"_{how}") else seated(how))
+            bicycles.append(chosen if chosen.name.endswith(f"_{name}") else seat(name))
         except InputError:  # out of reach in this posture
             continue
-    return chosen, tuple(others)
+    return chosen, tuple(bicycles)
 
 
 def _packaged_postures(bicycle: Bicycle) -> tuple[Bicycle, ...]:
     """Load the packaged bicycles that differ from a packaged one by the rider's posture; none without such a family."""
-    stem, _, how = bicycle.name.rpartition("_")
-    family = [f"{stem}_{one}" for one in POSTURES]
-    packaged = how in POSTURES and set(family) <= set(available_bicycles())
+    stem, _, posture = bicycle.name.rpartition("_")
+    family = [f"{stem}_{name}" for name in POSTURES]
+    packaged = posture in POSTURES and set(family) <= set(available_bicycles())
     if not packaged or load_bicycle(bicycle.name).values != bicycle.values:  # or a file of the user with the same name
         return ()
-    return tuple(load_bicycle(one) for one in family)
+    return tuple(load_bicycle(name) for name in family)

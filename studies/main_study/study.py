@@ -12,14 +12,14 @@ from studies.main_study.result import Result, solve
 from studies.main_study.settings import LIMITS, Settings, Setup
 from tyre.ground.errors import InputError
 
-Each = Callable[..., list[Any]]
+Distribute = Callable[..., list[Any]]  # (work, items, label) -> results of work(*item), in the order of the items
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
     """Everything the main study found; ``left_out`` holds what could not be computed, and why."""
 
-    settings: Settings
+    settings: Settings  # what was asked: bicycle, tyre, worlds, speeds
     cases: tuple[TyreCase, ...]  # by tyre and surface, then rising pressure
     focus: TyreCase  # case of the tyre in question that is nearest to the typical pressure
     left_out: tuple[str, ...]  # tyre, condition, world and reason, a sentence each
@@ -28,7 +28,7 @@ class Study:
     decompositions: tuple[compare.Decomposition, ...]
     plausible: tuple[compare.Plausible, ...]  # lowest and highest pressure of the tyre in question, reference world
     hinges: tuple[compare.Hinge, ...]  # the largest change first
-    contact_models: tuple[compare.ContactModels, ...]
+    contact_models: tuple[compare.ContactModels, ...]  # reference world, lowest and highest pressure of that tyre
     sources: compare.Sources  # of the case in focus
     checks: tuple[compare.Check, ...]  # lowest and highest pressure of the tyre in question, reference world
     amplitudes: tuple[compare.Amplitude, ...]  # likewise
@@ -43,110 +43,135 @@ class Study:
         """Cases of the tyre in question, by rising pressure."""
         return tuple(case for case in self.cases if case.name == self.names[0])
 
-    def of(self, setup: Setup, name: str | None = None) -> list[Result]:
-        """Results of one setup, of the tyre and surface ``name`` if given, in the order of the cases."""
-        found = (self.result(setup, case) for case in self.cases if name in (None, case.name))
-        return [result for result in found if result]
+    def results_of(self, setup: Setup, name: str | None = None) -> list[Result]:
+        """List the results of one setup, of the tyre and surface ``name`` if given, in the order of the cases."""
+        results = (self.result(setup, case) for case in self.cases if name in (None, case.name))
+        return [result for result in results if result]
 
     def result(self, setup: Setup, case: TyreCase) -> Result | None:
-        """Result of one case; None if it could not be computed."""
+        """Find the result of one case; None if it could not be computed."""
         return _find(self.results, case, setup)
 
-    def outer(self, result: Result | None) -> compare.Plausible | None:
-        """Random bicycles around one result."""
+    def samples_around(self, result: Result | None) -> compare.Plausible | None:
+        """Find the random bicycles around one result; None where none were drawn."""
         return _find(self.plausible, result.case, result.setup) if result else None
 
     def decomposition(self, setup: Setup, name: str) -> compare.Decomposition | None:
-        """Decomposition of the tyre and surface ``name``; None if it was measured at one pressure only."""
+        """Find the decomposition of the tyre and surface ``name``; None if it was measured at one pressure only."""
         return next((d for d in self.decompositions if d.setup == setup and d.higher.name == name), None)
 
 
 @contextmanager
-def spread(workers: int) -> Iterator[Each]:
-    """Give ``each(work, items, what)``: results of ``work(*item)`` in order, over processes, with a bar ``what``."""
+def spread(workers: int) -> Iterator[Distribute]:
+    """Give ``distribute(work, items, label)``: results of ``work(*item)`` in order, over processes, with a bar."""
     from bicycle.effects.effect_registry import model_workers
     from tyre.ground.progress import progress_bar
 
     with model_workers(workers) if workers > 1 else nullcontext() as pool:
 
-        def each(work: Callable[..., Any], items: Iterable[tuple[Any, ...]], what: str) -> list[Any]:
+        def distribute(work: Callable[..., Any], items: Iterable[tuple[Any, ...]], label: str) -> list[Any]:
             waits = [pool.submit(work, *item).result if pool else partial(work, *item) for item in items]
-            return [wait() for wait in progress_bar(waits, desc=what, unit="step")]
+            return [wait() for wait in progress_bar(waits, desc=label, unit="step")]
 
-        yield each
+        yield distribute
 
 
-def run_study(settings: Settings, *, each: Each | None = None, cases: Cases | None = None) -> Study:
-    """Compute the study; ``each`` spreads the work (see :func:`spread`), by default over this process alone."""
-    if each is None:
-        with spread(1) as here:
-            return run_study(settings, each=here, cases=cases)
+def run_study(settings: Settings, *, distribute: Distribute | None = None, cases: Cases | None = None) -> Study:
+    """Compute the study; ``distribute`` spreads the work (see :func:`spread`), by default over this process alone."""
+    if distribute is None:
+        with spread(1) as in_this_process:
+            return run_study(settings, distribute=in_this_process, cases=cases)
     cases = cases or tyre_cases(settings)
-    first = cases.found[0].name
-    pairs = [
-        (settings, case, setup)
-        for setup in settings.setups
-        for case in cases.found
-        if case.name == first or setup == settings.reference
-    ]
-    solved = each(_solve_or_reason, pairs, "modes and critical speeds")
-    results = [one for one in solved if isinstance(one, Result)]
-    left_out = [
-        *cases.left_out,
-        *(
-            f"{case.name}, {case.condition}, {setup.label}: {one}"
-            for (_, case, setup), one in zip(pairs, solved, strict=True)
-            if isinstance(one, str)
-        ),
-    ]
-    subject = [r.case for r in results if r.setup == settings.reference and r.case.name == first]
+
+    # Modes and critical speeds of every case; the tyre in question has them in all worlds.
+    results, left_out = _solve_cases(settings, cases, distribute)
+    subject = [r.case for r in results if r.setup == settings.reference and r.case.name == cases.studied[0].name]
     if not subject:
         raise InputError("no case can be computed: " + "; ".join(left_out))
     subject.sort(key=lambda case: case.order)
     focus = min(subject, key=lambda case: abs(case.order - LIMITS.typical_bar))
-    todo = [
-        (settings, *(_find(results, case, setup) for case in ends))
-        for setup in settings.setups
-        for ends in pressure_ends([r.case for r in results if r.setup == setup])
-    ]
-    decompositions = each(compare.decompose, todo, "causes of the changes")
-    asked = [_find(results, case, settings.reference) for case in dict.fromkeys((subject[0], subject[-1]))]
-    outer = each(compare.plausible, [(settings, r.case, r.setup) for r in asked], "plausible bicycles")
-    checks = each(compare.check, [(settings, r) for r in asked], "Monte Carlo")
-    sizes = each(compare.amplitude, [(settings, r.case, r.setup) for r in asked], "amplitude of wobble")
-    done = list({(r.case.name, r.case.condition): r.case for r in results}.values())
-    order = list(dict.fromkeys(case.name for case in done))
+
+    # What causes the change from the highest to the lowest pressure.
+    decompositions = distribute(compare.decompose, _pressure_changes(settings, results), "causes of the changes")
+
+    # The reference world at the lowest and highest pressure: what nobody measured varied, random bicycles, amplitude.
+    end_cases = tuple(dict.fromkeys((subject[0], subject[-1])))
+    end_results = [_find(results, case, settings.reference) for case in end_cases]
+    ends = [(settings, r.case, r.setup) for r in end_results]
+    plausible = distribute(compare.sample_bicycles, ends, "plausible bicycles")
+    checks = distribute(compare.check, [(settings, r) for r in end_results], "Monte Carlo")
+    amplitudes = distribute(compare.amplitude, ends, "amplitude of wobble")
+
     return Study(
-        settings,
-        tuple(sorted(done, key=lambda case: (order.index(case.name), case.order))),
-        focus,
-        tuple(left_out),
-        tuple(results),
-        tuple(decompositions),
-        tuple(outer),
-        compare.hinges(settings, subject, focus),
-        compare.contact_models(settings, dict.fromkeys((subject[0], subject[-1]))),
-        compare.sources(settings, focus),
-        tuple(checks),
-        tuple(sizes),
+        settings=settings,
+        cases=_order_cases(results),
+        focus=focus,
+        left_out=tuple(left_out),
+        results=tuple(results),
+        decompositions=tuple(decompositions),
+        plausible=tuple(plausible),
+        hinges=compare.hinges(settings, subject, focus),
+        contact_models=compare.contact_models(settings, end_cases),
+        sources=compare.sources(settings, focus),
+        checks=tuple(checks),
+        amplitudes=tuple(amplitudes),
     )
+
+
+def _solve_cases(settings: Settings, cases: Cases, distribute: Distribute) -> tuple[list[Result], list[str]]:
+    """Solve every case in the reference world and the first tyre in all; also say what is left out and why."""
+    first = cases.studied[0].name
+    items = []
+    for setup in settings.setups:
+        items += [
+            (settings, case, setup) for case in cases.studied if case.name == first or setup == settings.reference
+        ]
+    results = []
+    left_out = list(cases.left_out)
+    for (_, case, setup), outcome in zip(items, distribute(_solve, items, "modes and critical speeds"), strict=True):
+        if isinstance(outcome, Result):
+            results.append(outcome)
+        else:
+            left_out.append(f"{case.name}, {case.condition}, {setup.label}: {outcome}")
+    return results, left_out
+
+
+def _pressure_changes(settings: Settings, results: Sequence[Result]) -> list[tuple[Settings, Result, Result]]:
+    """Pair the results at highest and lowest pressure of each tyre and surface, in each world."""
+    changes = []
+    for setup in settings.setups:
+        for higher, lower in pressure_ends([r.case for r in results if r.setup == setup]):
+            changes.append((settings, _find(results, higher, setup), _find(results, lower, setup)))
+    return changes
+
+
+def _order_cases(results: Sequence[Result]) -> tuple[TyreCase, ...]:
+    """List the cases that have a result: tyres in the order of the results, each by rising pressure."""
+    cases = list({(r.case.name, r.case.condition): r.case for r in results}.values())
+    names = list(dict.fromkeys(case.name for case in cases))
+    return tuple(sorted(cases, key=lambda case: (names.index(case.name), case.order)))
 
 
 def pressure_ends(cases: Sequence[TyreCase]) -> list[tuple[TyreCase, TyreCase]]:
     """Pair the cases of highest and of lowest pressure of each tyre and surface."""
     rising = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.order)
-    by_tyre = ([case for case in rising if case.name == name] for name in dict.fromkeys(case.name for case in cases))
-    return [(mine[-1], mine[0]) for mine in by_tyre if len(mine) > 1]
+    ends = []
+    for name in dict.fromkeys(case.name for case in cases):
+        of_tyre = [case for case in rising if case.name == name]
+        if len(of_tyre) > 1:
+            ends.append((of_tyre[-1], of_tyre[0]))
+    return ends
 
 
-def _solve_or_reason(settings: Settings, case: TyreCase, setup: Setup) -> Result | str:
+def _solve(settings: Settings, case: TyreCase, setup: Setup) -> Result | str:
+    """Solve one case, or give the reason why it cannot be."""
     try:
         return solve(settings, case, setup)
     except InputError as error:
         return str(error)
 
 
-def _find(found: Sequence[Any], case: TyreCase, setup: Setup) -> Any:
+def _find(entries: Sequence[Any], case: TyreCase, setup: Setup) -> Any:
     """Find the entry of a case and setup; cases of other processes are told apart by name and condition."""
     key = (setup, case.name, case.condition)
-    return next((one for one in found if (one.setup, one.case.name, one.case.condition) == key), None)
+    return next((entry for entry in entries if (entry.setup, entry.case.name, entry.case.condition) == key), None)

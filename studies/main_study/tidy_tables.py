@@ -10,7 +10,7 @@ import pandas as pd
 from bicycle.model.eigen import damping_ratio, frequency_hz, oscillating
 from studies.main_study.cases import TyreCase
 from studies.main_study.compare import CRITICAL, DAMPING
-from studies.main_study.published import compared
+from studies.main_study.published import compare_findings
 from studies.main_study.settings import Setup
 from studies.main_study.study import Study
 from tyre.ground.text_table import write_csv
@@ -32,17 +32,17 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
     rows = {
         "tyre_properties": _tyres(study),
         "eigenvalues": _eigenvalues(study),
-        "damping_ratios": _compared(study),
+        "damping_ratios": _damping_ratios(study),
         "critical_speeds": _critical(study),
         "decomposition_damping_ratio": _changes(study, DAMPING, ""),
         "decomposition_critical_speed": _changes(study, CRITICAL, "_m_s"),
         "wobble": _wobble(study),
         "hinges": _hinges(study),
-        "plausible_fronts": _plausible(study),
-        "published": _published(study),
+        "plausible_fronts": _front_samples(study),
+        "published": _comparisons(study),
         "monte_carlo": _monte_carlo(study),
     }
-    return {name: pd.DataFrame(list(found)) for name, found in rows.items()}
+    return {name: pd.DataFrame(list(table_rows)) for name, table_rows in rows.items()}
 
 
 def _condition(study: Study, case: TyreCase, setup: Setup) -> Row:
@@ -89,10 +89,11 @@ def _eigenvalues(study: Study) -> Iterator[Row]:
         condition = _condition(study, result.case, result.setup)
         for mode, values in result.modes.branches.items():
             for branch, value in enumerate(values[: len(speeds)].T, 1):
-                there = ~np.isnan(value)
-                kept = value[there]
-                numbers = (speeds[there], kept.real, kept.imag, frequency_hz(kept), damping_ratio(oscillating(kept)))
-                for speed, real, imaginary, hertz, ratio in zip(*numbers, strict=True):
+                present = ~np.isnan(value)
+                root = value[present]
+                ratio = damping_ratio(oscillating(root))
+                numbers = (speeds[present], root.real, root.imag, frequency_hz(root), ratio)
+                for speed, real, imaginary, hertz, zeta in zip(*numbers, strict=True):
                     yield condition | {
                         "speed_m_s": speed,
                         "mode": mode,
@@ -100,11 +101,11 @@ def _eigenvalues(study: Study) -> Iterator[Row]:
                         "real_1_s": real,
                         "imaginary_rad_s": imaginary,
                         "frequency_Hz": hertz,
-                        "damping_ratio": ratio,
+                        "damping_ratio": zeta,
                     }
 
 
-def _compared(study: Study) -> Iterator[Row]:
+def _damping_ratios(study: Study) -> Iterator[Row]:
     for result in study.results:
         for mode, ratio in result.damping.items():
             hertz = result.frequency[mode]
@@ -159,7 +160,8 @@ def _changes(study: Study, quantity: str, unit: str) -> Iterator[Row]:
 def _wobble(study: Study) -> Iterator[Row]:
     limit = study.settings.fastest
     for r in study.results:
-        span, outer = r.span(limit), study.outer(r)
+        span = r.span(limit)
+        samples = study.samples_around(r)
         row = _condition(study, r.case, r.setup) | {
             "looked_at_up_to_m_s": limit,
             "unstable": span is not None,
@@ -169,9 +171,9 @@ def _wobble(study: Study) -> Iterator[Row]:
             "at_m_s": r.least.speed if r.least else None,
         }
         for edge in ("onset", "end"):
-            low, high = (outer.likely(edge) if outer else None) or (None, None)
+            low, high = (samples.interval(edge) if samples else None) or (None, None)
             row |= {f"plausible_{edge}_5_%_m_s": low, f"plausible_{edge}_95_%_m_s": high}
-        counts = (outer.count, outer.without) if outer else (None, None)
+        counts = (samples.count, samples.stable_count) if samples else (None, None)
         yield row | dict(zip(("random_bicycles", "of_these_without_wobble"), counts, strict=True))
 
 
@@ -189,10 +191,10 @@ def _hinges(study: Study) -> Iterator[Row]:
             }
 
 
-def _plausible(study: Study) -> Iterator[Row]:
-    for one in study.plausible:
-        for k, (onset, end, computed) in enumerate(zip(one.onset, one.end, one.computed, strict=True)):
-            yield _condition(study, one.case, one.setup) | {
+def _front_samples(study: Study) -> Iterator[Row]:
+    for samples in study.plausible:
+        for k, (onset, end, computed) in enumerate(zip(samples.onset, samples.end, samples.computed, strict=True)):
+            yield _condition(study, samples.case, samples.setup) | {
                 "number": k,
                 "computed": bool(computed),
                 "onset_m_s": onset,
@@ -200,29 +202,29 @@ def _plausible(study: Study) -> Iterator[Row]:
             }
 
 
-def _published(study: Study) -> Iterator[Row]:
-    for one in compared(study):
-        low, high = one.ours or (None, None)
+def _comparisons(study: Study) -> Iterator[Row]:
+    for comparison in compare_findings(study):
+        low, high = comparison.ours or (None, None)
         yield {
-            "who": one.finding.who,
-            "quantity": one.finding.quantity,
-            "hands": one.finding.hands,
-            "published_low": one.finding.low,
-            "published_high": one.finding.high,
+            "who": comparison.finding.who,
+            "quantity": comparison.finding.quantity,
+            "hands": comparison.finding.hands,
+            "published_low": comparison.finding.low,
+            "published_high": comparison.finding.high,
             "here_low": low,
             "here_high": high,
-            "verdict": one.verdict,
-            "read": one.finding.read,
-            "source": one.finding.source,
+            "verdict": comparison.verdict,
+            "read": comparison.finding.read,
+            "source": comparison.finding.source,
         }
 
 
 def _monte_carlo(study: Study) -> Iterator[Row]:
     settings = study.settings
-    for one in study.checks:
-        for q in one.quantities:
+    for check in study.checks:
+        for q in check.quantities:
             low, high = q.band()
-            yield _condition(study, one.result.case, one.result.setup) | {
+            yield _condition(study, check.result.case, check.result.setup) | {
                 "what": q.name,
                 "unit": q.unit,
                 "value": q.value,

@@ -26,7 +26,7 @@ def test_the_table_of_postures(posture):
     said = [float(number) for number in re.findall(r"-?\d+\.?\d*", row)]
     bicycle = load_bicycle(f"pista_charlie_{posture}")
     settings = Settings(bicycle, camber_share=0.8, trail=0.0, twisting=0.0)
-    case = next(c for c in tyre_cases(settings).found if c.name == "Tyre1 flat" and c.pressure_bar == 5.5)
+    case = next(c for c in tyre_cases(settings).studied if c.name == "Tyre1 flat" and c.pressure_bar == 5.5)
     linear = model(settings, settings.reference, case.contact).linear_model()
     found = {(c.mode, c.direction): c.speed for c in critical_speeds(linear, max_speed=40.0)}
     expected = [bicycle[key] for key in ("xB", "zB", "IBxx", "IBxz", "IBzz")] + list(bicycle.static_loads)

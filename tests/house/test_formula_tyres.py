@@ -140,13 +140,13 @@ def test_the_main_study_takes_the_tyre_as_its_subject(folder):
     rear, front = (source.at(load=load, pressure=PRESSURE * 1e5) for load in settings.bicycle.static_loads)
     given = settings.further["camber_thrust"]["camber_stiffness"]
     assert given == pytest.approx({"rear": rear.camber_stiffness, "front": front.camber_stiffness})
-    found = tyre_cases(settings).found
+    found = tyre_cases(settings).studied
     assert found[0].name == "Made-up 28 (synthetic) flat"
     assert found[0].synthetic
     assert found[0].contact == pytest.approx(
         [rear.cornering_stiffness, rear.relaxation_length, front.cornering_stiffness, front.relaxation_length]
     )
-    others = tyre_cases(settings_of(bicycle="benchmark", tyre=str(folder / "my89.toml"))).found
+    others = tyre_cases(settings_of(bicycle="benchmark", tyre=str(folder / "my89.toml"))).studied
     assert [case.pressure_bar for case in others] == [3.0, 5.0]
 
 

@@ -29,7 +29,7 @@ def small(bicycle: Bicycle | str = RACING, **others: Any) -> Settings:
 
 def chosen(settings: Settings, wanted: Mapping[str, Sequence[float]], left_out: Sequence[str] = ()) -> Cases:
     """Of the cases of a study those of the named tyres and pressures (bar), in this order."""
-    found = {(case.name, case.pressure_bar): case for case in tyre_cases(settings).found}
+    found = {(case.name, case.pressure_bar): case for case in tyre_cases(settings).studied}
     return Cases(tuple(found[name, bar] for name, bars in wanted.items() for bar in bars), tuple(left_out))
 
 

@@ -38,8 +38,8 @@ def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: 
                 "bicycle": bicycle.name, "report_written": report.is_file(),
                 "seconds": round(time.perf_counter() - started, 1), "left_out": list(study.left_out),
                 "loads_N": [round(load, 1) for load in bicycle.static_loads],
-                "hands_off": {r.case.condition: band(r, settings) for r in study.of(off, study.names[0])},
-                "hands_on": {r.case.condition: band(r, settings) for r in study.of(on, study.names[0])},
+                "hands_off": {r.case.condition: band(r, settings) for r in study.results_of(off, study.names[0])},
+                "hands_on": {r.case.condition: band(r, settings) for r in study.results_of(on, study.names[0])},
             }
         )  # fmt: skip
     return {"rows": rows}

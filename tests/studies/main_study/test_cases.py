@@ -27,7 +27,7 @@ def at_measured_loads(rear: float, front: float) -> Bicycle:
 def test_tyre_values_at_measured_conditions_are_the_papers():
     found = tyre_cases(small(at_measured_loads(490.0, 340.0)))
     assert found.left_out == ()
-    cases = {(c.name, c.pressure_bar): c for c in found.found}
+    cases = {(c.name, c.pressure_bar): c for c in found.studied}
     printed = {  # Dell'Orto et al., Tables 2-9: N/deg and mm, rear at 490 N, front at 340 N
         ("Tyre1 flat", 3.5): (110.7, 140.9, 105.3, 134.0),
         ("Tyre1 drum", 7.5): (100.8, 76.8, 80.5, 61.3),
@@ -48,33 +48,33 @@ def test_tyre_values_at_measured_conditions_are_the_papers():
 
 
 def test_without_pressures_each_tyre_is_studied_where_it_was_measured():
-    found = tyre_cases(small()).found
+    found = tyre_cases(small()).studied
     assert [(c.name, c.condition) for c in found[:4]] == [
         ("Tyre1 flat", "3.5 bar"), ("Tyre1 flat", "5.5 bar"), ("Tyre1 flat", "7.5 bar"), ("Tyre1 drum", "3.5 bar")
     ]  # fmt: skip
     assert len(found) == 12
     assert all(case.packaged for case in found)
-    assert {c.condition for c in tyre_cases(small(pressures=(4.0, 6.25))).found} == {"4 bar", "6.25 bar"}
+    assert {c.condition for c in tyre_cases(small(pressures=(4.0, 6.25))).studied} == {"4 bar", "6.25 bar"}
 
 
 def test_heavy_bicycle_is_extrapolated_and_a_very_heavy_one_out_of_reach():
-    assert all(case.extrapolated and not case.out_of_reach for case in tyre_cases(small("benchmark")).found)
+    assert all(case.extrapolated and not case.out_of_reach for case in tyre_cases(small("benchmark")).studied)
     values = dict(exactly_known("benchmark").values)
     values["mB"] = 300.0
-    assert all(case.out_of_reach for case in tyre_cases(small(Bicycle("tandem", values))).found)
+    assert all(case.out_of_reach for case in tyre_cases(small(Bicycle("tandem", values))).studied)
 
 
 def test_only_the_users_tyre_is_studied_where_one_is_given(tmp_path):
     own = own_table(tmp_path)
-    mine = tyre_cases(small(tyre=str(own))).found
-    like = [case for case in tyre_cases(small()).found if case.name == "Tyre3 flat"]
+    mine = tyre_cases(small(tyre=str(own))).studied
+    like = [case for case in tyre_cases(small()).studied if case.name == "Tyre3 flat"]
     assert [(c.name, c.condition) for c in mine] == [
         ("Mine (synthetic) flat", f"{bar} bar") for bar in (3.5, 5.5, 7.5)
     ]  # fmt: skip
     assert all(case.synthetic and not case.packaged for case in mine)
     for one, other in zip(mine, like, strict=True):  # between the loads the trend is fitted anew to the table
         np.testing.assert_allclose(one.contact, other.contact, rtol=0.01)
-    drum = tyre_cases(small(tyre="Tyre1", surface="drum", pressures=(4.0,))).found
+    drum = tyre_cases(small(tyre="Tyre1", surface="drum", pressures=(4.0,))).studied
     assert [(c.name, c.condition) for c in drum] == [("Tyre1 drum", "4 bar")]
     with pytest.raises(InputError, match="no tyre 'Tyre9' .did you mean"):
         tyre_cases(small(tyre="Tyre9"))
@@ -83,7 +83,7 @@ def test_only_the_users_tyre_is_studied_where_one_is_given(tmp_path):
 def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_path):
     own = own_table(tmp_path, pressures=(5.5,))
     found = tyre_cases(small(tyre=str(own), pressures=(4.0, 5.5)))
-    assert [(c.name, c.condition) for c in found.found] == [("Mine (synthetic) flat", "5.5 bar")]
+    assert [(c.name, c.condition) for c in found.studied] == [("Mine (synthetic) flat", "5.5 bar")]
     (words,) = found.left_out
     assert words.startswith("Mine flat at 4 bar: ")
     assert "it was measured at 550000 Pa only" in words
@@ -92,9 +92,9 @@ def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_p
 
 
 def test_the_tyre_of_a_model_file_is_studied_at_its_measured_pressures_too():
-    found = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5})).found
+    found = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5})).studied
     assert [(c.name, c.condition) for c in found] == [("Tyre3 flat", f"{bar} bar") for bar in (5.5, 3.5, 7.5)]
-    asked = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5}, pressures=(4.0,))).found
+    asked = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5}, pressures=(4.0,))).studied
     assert [c.condition for c in asked] == ["5.5 bar", "4 bar"]
 
 
@@ -102,10 +102,10 @@ def test_trail_and_twisting_torque_of_a_tyres_file_take_the_place_of_the_assumed
     """The .tir file of docs/tyres.md states both; its values stand in every world, and are not drawn."""
     tir = Path(__file__).parents[3] / "docs" / "examples" / "tyres" / "example.tir"
     settings = small(tyre=str(tir), pressures=(5.0,))
-    (case,) = tyre_cases(settings).found
+    (case,) = tyre_cases(settings).studied
     source = read_tyre(tir)
     wheels = [source.at(load=load, pressure=5e5) for load in settings.bicycle.static_loads]
-    found = case.on(settings.reference)
+    found = case.apply_to(settings.reference)
     assert found.trail == pytest.approx([p.pneumatic_trail for p in wheels])
     assert found.twisting == pytest.approx([p.twisting_stiffness for p in wheels])
     assert found.camber_share == pytest.approx([p.camber_stiffness / p.load for p in wheels])
@@ -121,7 +121,7 @@ NUMBERS = {
 
 
 def test_numbers_of_a_model_file_are_a_tyre_known_to_a_tenth():
-    first = tyre_cases(small(contact=NUMBERS, pressures=(4.0, 7.0))).found[0]
+    first = tyre_cases(small(contact=NUMBERS, pressures=(4.0, 7.0))).studied[0]
     assert first.contact.tolist() == [6000.0, 0.12, 5000.0, 0.1]
     np.testing.assert_allclose(first.covariance, np.diag((0.1 * first.contact) ** 2))
     assert (first.name, first.condition) == ("tyre of the model file", "as given")
@@ -137,7 +137,7 @@ def test_a_tyre_of_its_own_and_another_pressure_on_each_wheel():
             "pressure_bar": {"rear": 4.0, "front": 7.0},
         }
     )  # fmt: skip
-    first = tyre_cases(settings).found[0]
+    first = tyre_cases(settings).studied[0]
     rear_load, front_load = settings.bicycle.static_loads
     rear = TyreMap.load("Tyre1", surface="drum").assuming(0.03).at(load=rear_load, pressure=4e5)
     front = TyreMap.load("Tyre3").assuming(0.03).at(load=front_load, pressure=7e5)
@@ -157,7 +157,7 @@ def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch, re
     one = settings.reference
     monkeypatch.setattr(Settings, "setups", property(lambda self: (one,)))  # one world tells it
     study = run_study(settings)
-    assert [r.case.condition for r in study.of(settings.reference)] == ["4 bar", "5.5 bar", "7 bar"]
+    assert [r.case.condition for r in study.results_of(settings.reference)] == ["4 bar", "5.5 bar", "7 bar"]
     assert [case.condition for case in study.subject] == ["4 bar", "5.5 bar", "7 bar"]
     assert study.focus.condition == "5.5 bar"
     (decomposition,) = [d for d in study.decompositions if d.setup == settings.reference]

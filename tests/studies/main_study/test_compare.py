@@ -48,7 +48,7 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
     changes = 0
     for setup in racing.settings.setups:
         for name in racing.names if setup == racing.settings.reference else racing.names[:1]:
-            low, high = racing.of(setup, name)[0], racing.of(setup, name)[-1]
+            low, high = racing.results_of(setup, name)[0], racing.results_of(setup, name)[-1]
             for mode in ("wobble", "weave"):
                 change = racing.decomposition(setup, name).change(mode, main_study.DAMPING)
                 if change is not None:
@@ -62,7 +62,7 @@ def test_what_exists_at_one_pressure_only_has_no_decomposition():
     """The front almost stiff enough: at 7.5 bar there is no unstable wobble to move."""
     front = small().front.__class__(8000.0, 20.0, given=True)
     settings = small(front=front, speeds=np.linspace(0, 30, 4), trail=0.0, twisting=0.0)
-    low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
+    low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).studied
     results = [main_study.solve(settings, case, settings.reference) for case in (high, low)]
     assert results[0].span(30.0) is None
     assert results[1].span(30.0) is not None
@@ -126,7 +126,7 @@ def test_size_where_wobble_is_no_oscillation_at_an_end(racing):
 def test_what_the_file_gives_or_has_once_is_not_varied():
     given = {"camber_thrust": {"camber_stiffness": 200.0}, "steer_damper": {"damping": 0.5}}
     settings = small(further=given, speeds=small().speeds[::4])
-    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).studied
     found = {one.what for one in main_study.hinges(settings, [case], case)}
     assert found == set(ENDS) - {"camber thrust", "friction of the steering", "pressure"}
 
@@ -137,7 +137,7 @@ def test_lag_trail_and_string_side_by_side():
     Most of what a string changes is its trail: a lag with that trail has -0.0778 of -0.0883, from -0.0509.
     """
     settings = small(load_bicycle(RACING), twisting=0.0, speeds=np.linspace(0, 40, 161), max_speed=60.0)
-    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
+    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).studied
     assumed, _ = main_study.contact_models(settings, [case])
     assert assumed.trail == pytest.approx((0.0241, 0.0241), abs=5e-5)
     expected = {
@@ -158,7 +158,7 @@ def test_lag_trail_and_string_side_by_side():
 def known():
     """Racing bicycle, a tyre at two pressures."""
     settings = small(fronts=8)
-    return settings, chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).found
+    return settings, chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).studied
 
 
 def test_draws_fill_their_ranges():
@@ -194,7 +194,7 @@ def test_the_front_is_the_same_for_every_pressure_and_the_tyre_is_not(known):
 
 def test_the_bicycle_is_the_same_for_every_tyre():
     settings = small(load_bicycle(RACING))
-    first, second = chosen(settings, {"Tyre1 flat": (5.5,), "Tyre3 flat": (3.5,)}).found
+    first, second = chosen(settings, {"Tyre1 flat": (5.5,), "Tyre3 flat": (3.5,)}).studied
     found = [(case, main_study.uncertainty(settings, case, settings.reference)) for case in (first, second)]
     rows = zip(*(main_study.draws(settings, case, one, 5) for case, one in found), strict=True)
     for mine, other in rows:
@@ -209,7 +209,7 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
     if number:  # hands on nothing wobbles in the assumed ranges; less damping makes it
         settings = replace(settings, arms=replace(settings.arms, inertia=0.05, stiffness=0.0, damping=0.05, given=True))
         setup = settings.setups[1]
-    found = main_study.plausible(settings, case, setup)
+    found = main_study.sample_bicycles(settings, case, setup)
     drawn = main_study.front_draws(settings)
     tyres = main_study.draws(settings, case, main_study.uncertainty(settings, case, setup), settings.fronts)
     wobbling = 0
@@ -231,7 +231,7 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
         assert growing(model, found.onset[k] - 0.01) == 0
         assert growing(model, found.end[k] - 0.01) == 1
         assert growing(model, found.end[k] + 0.01) == (found.end[k] == settings.fastest)
-    assert 0 < wobbling == found.count - found.without
+    assert 0 < wobbling == found.count - found.stable_count
     assert wobbling < settings.fronts
 
 
@@ -249,7 +249,7 @@ def test_camber_thrust_and_friction_of_the_file_are_kept(known):
 
 def test_a_draw_that_makes_no_bicycle_is_counted_and_costs_no_other(known, monkeypatch):
     settings, cases = known
-    whole = main_study.plausible(settings, cases[0], settings.reference)
+    whole = main_study.sample_bicycles(settings, cases[0], settings.reference)
 
     draws = main_study.draws
 
@@ -258,7 +258,7 @@ def test_a_draw_that_makes_no_bicycle_is_counted_and_costs_no_other(known, monke
             yield None if k == 3 else values | {"mB": -1.0} if k == 4 else values
 
     monkeypatch.setattr("studies.main_study.result.draws", with_gap)
-    found = main_study.plausible(settings, cases[0], settings.reference)
+    found = main_study.sample_bicycles(settings, cases[0], settings.reference)
     assert not found.computed[3]
     kept = np.flatnonzero(found.computed)
     assert set(kept) >= {0, 1, 2, 5, 6, 7}
@@ -272,11 +272,11 @@ def test_counts_and_quantiles(known):
     onset = np.array([*np.arange(1.0, 22.0), np.nan, np.nan, np.nan])
     computed = np.array([True] * 23 + [False])
     one = main_study.Plausible(cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)))
-    assert (one.count, one.without) == (23, 2)
-    assert one.likely("onset") == pytest.approx((2.0, 20.0))
-    assert one.likely("end") == pytest.approx((12.0, 30.0))
+    assert (one.count, one.stable_count) == (23, 2)
+    assert one.interval("onset") == pytest.approx((2.0, 20.0))
+    assert one.interval("end") == pytest.approx((12.0, 30.0))
     few = main_study.Plausible(cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:])
-    assert few.likely("onset") == (19.0, 21.0)  # of few it is all
+    assert few.interval("onset") == (19.0, 21.0)  # of few it is all
     none = main_study.Plausible(cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:])
-    assert none.likely("onset") is None
-    assert (none.count, none.without) == (2, 2)
+    assert none.interval("onset") is None
+    assert (none.count, none.stable_count) == (2, 2)

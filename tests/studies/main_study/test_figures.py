@@ -20,7 +20,7 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
     growth, bars = canvases[0].axes[:2]
     assert canvases[0].get_suptitle() == "a Pista track bicycle with a rider in the drops on Tyre1 flat"
     assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front (assumed)"
-    results = racing.of(reference, "Tyre1 flat")
+    results = racing.results_of(reference, "Tyre1 flat")
     drawn = [line for line in growth.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
     for line, result in zip(drawn, results, strict=True):
         branch = result.modes.branch("wobble")[:-1, 0]
@@ -70,7 +70,7 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
     main_study.draw_damping(racing, tmp_path / "f")
     wobble = canvases[0].axes[0]
     assert wobble.get_ylabel() == "Wobble: damping ratio"
-    results = racing.of(racing.settings.reference, "Tyre1 flat")
+    results = racing.results_of(racing.settings.reference, "Tyre1 flat")
     expected = [[r.case.pressure_bar, r.damping["wobble"].value] for r in results]
     np.testing.assert_allclose(wobble.lines[0].get_xydata(), expected)
     assert [tick.get_text() for tick in canvases[0].axes[-1].get_xticklabels()] == ["3.5", "5.5", "7.5"]
@@ -85,7 +85,7 @@ def one_world(monkeypatch, results_alone):
 def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     numbers = {"cornering_stiffness": 6000.0, "relaxation_length": 0.12}
     settings = small(contact=numbers, fronts=2, samples=20, speeds=np.linspace(0, 30, 4))
-    study = main_study.run_study(settings, cases=main_study.Cases(main_study.tyre_cases(settings).found[:1], ()))
+    study = main_study.run_study(settings, cases=main_study.Cases(main_study.tyre_cases(settings).studied[:1], ()))
     main_study.draw_headline(study, tmp_path / "f")
     main_study.draw_causes(study, tmp_path / "f")
     main_study.draw_damping(study, tmp_path / "f")

@@ -100,7 +100,7 @@ def turns(model, found) -> float:
 
 def test_the_handlebar_turns_more_in_what_counts_as_wobble(racing):
     setup = racing.settings.reference
-    edges = [(r.modes.model, c) for r in racing.of(setup) for c in r.crossings if c.kind == "oscillatory"]
+    edges = [(r.modes.model, c) for r in racing.results_of(setup) for c in r.crossings if c.kind == "oscillatory"]
     wobble = [turns(*one) for one in edges if one[1].mode == "wobble"]
     weave = [turns(*one) for one in edges if one[1].mode == "weave" and one[1].frequency_hz > 1]
     assert len(wobble) >= 9
@@ -133,7 +133,7 @@ def test_an_undamped_front_wobbles_from_rest_on(stiffness, ends):
 
 def test_band_edges_are_where_the_eigenvalues_lose_and_regain_stability(racing):
     setup, limit = racing.settings.reference, racing.settings.fastest
-    for result in racing.of(setup):
+    for result in racing.results_of(setup):
         linear = model(racing.settings, setup, result.case.contact).linear_model()
         (band,) = result.bands(limit)
         edges = [(band.start, 0.01)] + ([(band.end, -0.01)] if band.end else [])
@@ -150,7 +150,7 @@ def test_band_edges_are_where_the_eigenvalues_lose_and_regain_stability(racing):
 def test_stable_worlds_have_no_growing_fast_oscillation(racing, number):
     setup = racing.settings.setups[number]
     speeds = np.linspace(0.1, racing.settings.fastest, 60)
-    for result in racing.of(setup):
+    for result in racing.results_of(setup):
         assert result.span(racing.settings.fastest) is None
         assert result.bands(racing.settings.fastest) == []
         assert not any(growing(result.modes.model, speed) for speed in speeds)
@@ -160,7 +160,7 @@ def test_stable_worlds_have_no_growing_fast_oscillation(racing, number):
 def test_without_a_rider_weave_and_wobble_exchange_character(number):
     """One fast oscillation of the empty Pista grows below 30 m/s; it is wobble only behind an exchange of character."""
     settings = small("pista", trail=0.0, twisting=0.0)
-    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).found
+    (case,) = chosen(settings, {"Tyre1 flat": (3.5,)}).studied
     result = main_study.solve(settings, case, settings.setups[number])
     assert growing(result.modes.model, 25.0, above=4.0) == 1
     (fast,) = (c for c in result.crossings if c.kind == "oscillatory" and c.destabilising and c.speed < 30)
@@ -179,7 +179,7 @@ def test_without_a_rider_weave_and_wobble_exchange_character(number):
 def test_stiff_arms_leave_no_speed_that_is_stable(world, never):
     """Self-stable between weave and capsize, until arms of 10 N m/rad end that (Doria & Tognazzo 2014, abstract)."""
     settings = small(RACING, arms=main_study.Arms(inertia=0.0, stiffness=10.0, damping=0.0))
-    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).studied
     result = main_study.solve(settings, case, settings.setups[world])
     assert main_study.never_stable(result, settings.fastest) is never
     by_kind = {(c.mode, c.direction): c.speed for c in result.crossings}
@@ -196,7 +196,7 @@ def wobble_root(result) -> complex:
 def test_least_damping_is_that_of_a_direct_scan_of_the_eigenvalues(racing):
     """Of the pairs of 4 to 15 Hz the least damped one over the speeds that are ridden is the flexing front's."""
     for setup in racing.settings.setups[:2]:
-        for result in racing.of(setup):
+        for result in racing.results_of(setup):
             ratios = {}
             for speed in racing.settings.speeds[(racing.settings.speeds >= 3) & (racing.settings.speeds <= 20)]:
                 values = model(racing.settings, setup, result.case.contact).linear_model().eigenvalues(float(speed))
@@ -211,7 +211,7 @@ def test_least_damping_is_that_of_a_direct_scan_of_the_eigenvalues(racing):
 @pytest.mark.parametrize("tyre", ["Tyre1 flat", "Tyre3 flat"])
 def test_standard_deviations_against_monte_carlo(racing, tyre):
     setup = racing.settings.reference
-    result = racing.of(setup, tyre)[-1]
+    result = racing.results_of(setup, tyre)[-1]
     case, speed = result.case, racing.settings.report_speed
     end = result.bands(30.0)[0].end
     random = np.random.default_rng(7)
@@ -238,7 +238,7 @@ def test_sd_of_the_bicycle_moves_loads_tyre_camber_thrust_and_hinge_with_it():
     setup = settings.reference
 
     def chosen_case(bicycle):
-        cases = main_study.tyre_cases(small(bicycle)).found
+        cases = main_study.tyre_cases(small(bicycle)).studied
         return next(c for c in cases if (c.name, c.pressure_bar) == ("Tyre1 drum", 5.5))
 
     def quantities(bicycle, contact):
@@ -281,13 +281,13 @@ def test_an_exactly_known_bicycle_leaves_the_uncertainty_of_the_tyre(racing):
         )  # fmt: skip
         others = [k for k in range(len(names)) if k not in order]
         assert not covariance[others].any()
-    for result in racing.of(setup):
+    for result in racing.results_of(setup):
         assert all(c.sd == pytest.approx(c.tyre_sd, rel=1e-6) for c in result.crossings)
 
 
 def test_what_no_file_states_has_a_standard_deviation_too():
     """A bicycle of which only the values are known is no better known than its tyres."""
     settings = small(Bicycle("unstated", exactly_known(RACING).values, {}), speeds=np.linspace(0, 30, 3))
-    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).found
+    (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).studied
     (start,) = [b.start for b in main_study.solve(settings, case, settings.reference).bands(30.0)]
     assert start.sd > 1.05 * start.tyre_sd > 0

@@ -84,7 +84,7 @@ def test_the_answer_comes_first_and_its_rule_after_the_figure(racing, written):
 
 def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draws(racing, report):
     """Two draws a apart have the sd a / sqrt(2); the linear one is 1."""
-    (result,) = racing.of(racing.settings.reference, "Tyre1 flat")[:1]
+    (result,) = racing.results_of(racing.settings.reference, "Tyre1 flat")[:1]
     (band,) = result.bands(30.0)
     identity = CrossingIdentity("wobble", destabilising=True)
 
@@ -138,7 +138,7 @@ def test_rounding_keeps_sums(before, after):
     weave = CrossingIdentity("weave", destabilising=False)
     change = main_study.Change(weave, main_study.CRITICAL, before, after, -0.00049, 0.0015)
     for digits in (2, 3, 5):
-        p = main_study.printed(change, digits)
+        p = main_study.round_change(change, digits)
         assert p.total == p.after - p.before == p.length + p.stiffness + p.interaction
         assert float(p.before) == pytest.approx(before, abs=0.5001 * 10.0**-digits)
         assert float(p.interaction) == pytest.approx(change.interaction, abs=2.001 * 10.0**-digits)
@@ -187,7 +187,7 @@ def test_numbers_have_the_digits_of_their_sd():
     assert main_study.like(-0.0773, 0.00096) == "-0.0773"
     assert main_study.like(38.84, 30.0) == "39"
     assert main_study.like(38.84, 0.0) == "38.84"
-    assert (main_study.signed(-0.0004, ".2f"), main_study.signed(0.5, ".1f")) == ("0.00", "+0.5")
+    assert (main_study.with_sign(-0.0004, ".2f"), main_study.with_sign(0.5, ".1f")) == ("0.00", "+0.5")
     assert main_study.span_of([3.04, 2.96], ".1f") == "3.0"
     assert main_study.span_of([3.0, 2.0, 5.0], ".1f") == "2.0 to 5.0"
     assert main_study.span_of([-0.2, 0.1], ".1f", sign=True) == "-0.2 to +0.1"

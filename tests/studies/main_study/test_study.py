@@ -15,7 +15,7 @@ def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_fir
     assert len(racing.results) == 4 * 3 + 2
     for setup in racing.settings.setups:
         others = list(racing.cases[3:]) if setup == racing.settings.reference else []
-        assert [r.case for r in racing.of(setup)] == [*racing.cases[:3], *others]
+        assert [r.case for r in racing.results_of(setup)] == [*racing.cases[:3], *others]
     assert racing.names == ["Tyre1 flat", "Tyre3 flat"]
     assert [case.condition for case in racing.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert racing.focus.condition == "5.5 bar"
@@ -108,8 +108,8 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
     settings = quick()
     for workers in (1, 2):
         (tmp_path / str(workers)).mkdir()
-        with main_study.spread(workers) as each:
-            study = main_study.run_study(settings, each=each, cases=one_tyre(settings))
+        with main_study.spread(workers) as distribute:
+            study = main_study.run_study(settings, distribute=distribute, cases=one_tyre(settings))
         written = main_study.write_tables(study, tmp_path / str(workers))
         assert study.amplitudes
         main_study.draw_amplitude(study, tmp_path / str(workers) / "amplitude")  # of cases that are copies by a worker

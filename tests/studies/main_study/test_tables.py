@@ -8,7 +8,7 @@ import pytest
 from by_hand import ARMS, FRONT, by_hand
 from eigenvalue_sets import assert_same_eigenvalues
 
-from studies.main_study import Comparison, Finding, compared, findings, model, tables, write_tables
+from studies.main_study import Comparison, Finding, compare_findings, findings, model, tables, write_tables
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,9 @@ def finding(low, high, quantity="onset_m_s"):
 
 
 def ours(study, who, quantity):
-    (one,) = (one for one in compared(study) if one.finding.who.startswith(who) and one.finding.quantity == quantity)
+    (one,) = (
+        one for one in compare_findings(study) if one.finding.who.startswith(who) and one.finding.quantity == quantity
+    )
     return one.ours
 
 
@@ -157,11 +159,11 @@ def test_our_frequencies_and_shapes_are_those_of_the_eigenvalues(racing):
 
 def test_our_edges_and_weave_speeds_are_those_of_the_results(racing):
     reference = racing.settings.reference
-    spans = [r.span(30.0) for r in racing.of(reference)]
+    spans = [r.span(30.0) for r in racing.results_of(reference)]
     assert ours(racing, "Plöchl", "onset_m_s") == (min(s.low for s in spans), max(s.low for s in spans))
     assert ours(racing, "Plöchl", "end_m_s") == (min(s.high for s in spans), math.inf)
     assert ours(racing, "Klinger", "onset_m_s") is None
-    found = [(r.case, c) for r in racing.of(reference) for c in r.crossings if c.mode == "weave"]
+    found = [(r.case, c) for r in racing.results_of(reference) for c in r.crossings if c.mode == "weave"]
     weave = {case.name + case.condition: c.speed for case, c in found}
     shifts = [abs(weave[f"{name}3.5 bar"] - weave[f"{name}7.5 bar"]) for name in racing.names]
     assert ours(racing, "Bulsink", "weave_shift_m_s") == pytest.approx((min(shifts), max(shifts)))
