@@ -3,8 +3,8 @@
 from tyre.ground.door import room
 
 FILES = {
-    "chart": ("NamedBoundary", "StabilityChart", "Uncertain", "along_axes", "checked", "contour_values", "headers",
-              "record", "rows", "spread", "stability_chart", "title"),
+    "chart": ("NamedBoundary", "StabilityChart", "Uncertain", "along_axes", "contour_values",
+              "describe_check", "headers", "record", "rows", "spread", "stability_chart", "title"),
     "curve": ("CLOSED", "DOUBLE_ZERO", "EDGE", "Boundary"), "figure": ("draw_chart",),
     "plane": ("Look", "Plane", "marks", "split_range", "usual_range"),
     "search": ("all_boundaries", "complete_boundaries"),

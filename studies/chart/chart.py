@@ -33,51 +33,57 @@ CELLS = 300  # of a band, along each axis
 
 def name_crossing_root(plane: Plane, boundary: Boundary) -> tuple[str, ...]:
     """Name the crossing root at each point: two joined by a plus if it is in doubt, empty if it is unknown."""
-    space, x, count = plane.space, plane.x(boundary.shares), len(boundary)
-    values, rules = space.values(x), Rules.of(space.linear)
+    space = plane.space
+    count = len(boundary)
+    values = space.values(plane.x(boundary.shares))
+    rules = Rules.of(space.linear)
     gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
     polynomial = space.family.polynomials(values, count)[0]
-    speeds, row = plane.speeds(boundary.shares), np.arange(count)
-    found = name_points(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, row, speeds)
-    away = np.abs(found.values - 1j * np.abs(boundary.roots.imag)[:, None])
-    own = away.argmin(1)
-    near = away[row, own] < FAR * boundary.sizes + 1e-6
-    pairs = zip(near, found.first[row, own].tolist(), found.second[row, own].tolist(), strict=True)
-    return tuple(rules.name(first, second) if known else "" for known, first, second in pairs)
+    speeds = plane.speeds(boundary.shares)
+    point = np.arange(count)
+    named = name_points(rules, polynomial, np.sqrt(gravity * wheelbase), gravity, point, speeds)
+    distance = np.abs(named.values - 1j * np.abs(boundary.roots.imag)[:, None])
+    nearest = distance.argmin(1)
+    is_crossing = distance[point, nearest] < FAR * boundary.sizes + 1e-6
+    pairs = zip(is_crossing, named.first[point, nearest].tolist(), named.second[point, nearest].tolist(), strict=True)
+    return tuple(rules.name(first, second) if is_named else "" for is_named, first, second in pairs)
 
 
 @dataclass(frozen=True)
 class Uncertain:
-    """Numbers that are uncertain, p of them: ``names``, ``covariance`` (p, p) in SI units, ``values`` (p,)."""
+    """Numbers of the model that are uncertain, p of them."""
 
-    names: tuple[str, ...]
-    covariance: Array
-    values: Array
+    names: tuple[str, ...]  # p keys of parameters
+    covariance: Array  # (p, p), SI
+    values: Array  # (p,), SI
 
     @classmethod
-    def of(cls, plane: Plane, given: Mapping[str, float] | None = None, *, assume: bool = False) -> "Uncertain":
-        """Numbers that the model states or that are given, SI, without those of the axes; ``assume`` takes defaults."""
-        names, covariance = model_covariance(plane.space.model, given, assume=assume)
-        own = {entry for entries in plane.space.entries for entry in entries}
-        kept = [i for i, name in enumerate(names) if name not in own]
+    def of(cls, plane: Plane, sd: Mapping[str, float] | None = None, *, assume: bool = False) -> "Uncertain":
+        """Take those with an sd in the model or in ``sd`` (SI), without the axes; ``assume`` adds default sds."""
+        names, covariance = model_covariance(plane.space.model, sd, assume=assume)
+        axis_keys = {entry for entries in plane.space.entries for entry in entries}
+        places = [i for i, name in enumerate(names) if name not in axis_keys]
         values = plane.space.model.parameters
-        chosen = tuple(names[i] for i in kept)
-        return cls(chosen, covariance[np.ix_(kept, kept)], np.array([values[name] for name in chosen]))
+        chosen = tuple(names[i] for i in places)
+        return cls(chosen, covariance[np.ix_(places, places)], np.array([values[name] for name in chosen]))
 
     def __bool__(self) -> bool:
         return bool(self.names)
 
 
 def spread(plane: Plane, boundary: Boundary, uncertain: Uncertain) -> Array:
-    """Standard deviation (m,) of the real part of the crossing root along a boundary, 1/s."""
-    space, points = plane.space, plane.x(boundary.shares)
+    """Compute the standard deviation (m,), 1/s, of the real part of the crossing root along a boundary."""
+    space = plane.space
+    points = plane.x(boundary.shares)
     values, right = np.linalg.eig(space.matrices(points, plane.speed))
     left = np.linalg.inv(right)
-    own, row = np.abs(values - boundary.roots[:, None]).argmin(1), np.arange(len(points))
-    u, x = left[row, own], right[row, :, own]
-    here, slopes = space.values(points), []
+    crossing = np.abs(values - boundary.roots[:, None]).argmin(1)
+    row = np.arange(len(points))
+    u, x = left[row, crossing], right[row, :, crossing]
+    parameters = space.values(points)
+    slopes = []
     for name, value, variance in zip(uncertain.names, uncertain.values, np.diag(uncertain.covariance), strict=True):
-        at = np.broadcast_to(np.asarray(here[name], float), len(points))
+        at = np.broadcast_to(np.asarray(parameters[name], float), len(points))
         share = at / value if value else np.ones(len(at))  # of a tyre that is softer here than in the model
         step = 1e-5 * np.maximum(np.abs(at), np.sqrt(variance) * np.abs(share))
         ends = [space.matrices(points, plane.speed, {name: at + sign * step}) for sign in (1, -1)]
@@ -86,30 +92,33 @@ def spread(plane: Plane, boundary: Boundary, uncertain: Uncertain) -> Array:
 
 
 def along_axes(boundary: Boundary, growth: Array) -> Array:
-    """Standard deviations (m, 3) of a boundary in shares of the axes, from those of the real part (m,) in 1/s."""
+    """Convert sds of the real part (m,), 1/s, to sds (m, 3) along first axis, second axis and normal, in shares."""
     uphill = np.abs(boundary.gradients.real)
     with np.errstate(divide="ignore"):
         return np.stack([growth / uphill[:, 0], growth / uphill[:, 1], growth / np.hypot(*uphill.T)], -1)
 
 
 def band_of(shares: Array, sd: Array) -> tuple[Array, Array]:
-    """Shares (k,) of either axis, and distances (k, k) of such points in half widths of the band of a boundary."""
+    """Measure how far a grid lies from a boundary of ``shares`` (m, 2) and normal sd (m,), in half widths of its band.
+
+    Return the shares (k,) of either axis and the distances (k, k); up to 1 a point is inside.
+    """
     share = np.linspace(0, 1, CELLS + 1)
     point = np.arange(len(shares))
     between = np.linspace(0, len(point) - 1, 6 * len(point))
-    dense = np.stack([np.interp(between, point, along) for along in shares.T], -1)
-    away, at = scipy.spatial.KDTree(dense).query(lattice(share, share))
-    away = away / np.maximum(BAND * np.interp(between, point, sd)[at], 1e-12)
-    return share, away.reshape(CELLS + 1, CELLS + 1)
+    dense = np.stack([np.interp(between, point, column) for column in shares.T], -1)
+    distance, nearest = scipy.spatial.KDTree(dense).query(lattice(share, share))
+    distance = distance / np.maximum(BAND * np.interp(between, point, sd)[nearest], 1e-12)
+    return share, distance.reshape(CELLS + 1, CELLS + 1)
 
 
 @dataclass(frozen=True, eq=False)
 class NamedBoundary:
-    """A boundary, and at each point (m) the name of its mode and the number of unstable roots on its stable side."""
+    """A boundary of m points, and what is known at each."""
 
-    curve: Boundary
+    curve: Boundary  # points in shares of the axes, roots and gradients
     names: tuple[str, ...]  # m; two joined by a plus where in doubt, empty where unknown
-    beside: NDArray[np.intp]  # (m,), unstable roots just off the boundary, on its stable side
+    roots_on_stable_side: NDArray[np.intp]  # (m,), unstable roots just off the boundary, on its stable side
     growth_sd: Array  # (m,), 1/s, of the real part of the crossing root
 
     @property
@@ -118,10 +127,14 @@ class NamedBoundary:
         return tuple(dict.fromkeys(self.names))
 
     def pieces(self, plane: Plane) -> Iterator[tuple[str, bool, Array, Array]]:
-        """Stretches of one name: whether each limits what is stable, its points (m, 2) and frequencies (m,) in Hz."""
-        order, start = [*range(len(self.names)), *[0] * self.curve.closed], 0
-        points, hertz = plane.x(self.curve.shares)[order], self.frequency[order]
-        kinds = [(self.names[k], bool(self.beside[k] == 0)) for k in order]
+        """Yield stretches of one name: True if it limits what is stable, points (k, 2) in axis units, (k,) Hz."""
+        order = list(range(len(self.names)))
+        if self.curve.closed:
+            order.append(0)
+        points = plane.x(self.curve.shares)[order]
+        hertz = self.frequency[order]
+        start = 0
+        kinds = [(self.names[k], bool(self.roots_on_stable_side[k] == 0)) for k in order]
         for k in range(1, len(order)):
             if k == len(order) - 1 or kinds[k] != kinds[start]:
                 yield *kinds[start], points[start : k + 1], hertz[start : k + 1]
@@ -138,7 +151,7 @@ class NamedBoundary:
         return along_axes(self.curve, self.growth_sd)
 
     @property
-    def band_is_told(self) -> bool:
+    def band_is_narrow(self) -> bool:
         """True if the band is narrow enough for first order to mean something."""
         return bool(np.median(BAND * self.spread[:, 2]) <= WIDE)
 
@@ -147,33 +160,35 @@ class NamedBoundary:
 class StabilityChart:
     """Boundaries over a plane, and what was found on the way."""
 
-    plane: Plane
-    boundaries: tuple[NamedBoundary, ...]
-    check: Check
-    uncertain: Uncertain
-    marks: tuple[Mark, ...]
+    plane: Plane  # the two axes, and the speed if it is none of them
+    boundaries: tuple[NamedBoundary, ...]  # all that were found
+    check: Check  # counts of unstable roots that show if a boundary is missing
+    uncertain: Uncertain  # numbers whose sds move the boundaries
+    marks: tuple[Mark, ...]  # the model and measured conditions
 
     def frame(self) -> pd.DataFrame:
-        """A row per point of a boundary; units stand in the names of the columns."""
+        """Make a table with a row per point of a boundary; units are in the names of the columns."""
         axes = [span.axis for span in self.plane.spans]
         tables = []
-        for number, one in enumerate(self.boundaries, 1):
-            curve, points = one.curve, self.plane.x(one.curve.shares)
+        for number, boundary in enumerate(self.boundaries, 1):
+            curve = boundary.curve
+            points = self.plane.x(curve.shares)
             columns: dict[str, Any] = {axis.column: points[:, i] for i, axis in enumerate(axes)}
             columns |= {
                 "boundary": number,
                 "closed": curve.closed,
-                "mode": [name or "unknown" for name in one.names],
+                "mode": [name or "unknown" for name in boundary.names],
                 "kind": "real" if curve.real else "oscillatory",
-                "frequency_Hz": one.frequency,
+                "frequency_Hz": boundary.frequency,
                 "residual_real_1_s": curve.roots.real,
                 "largest_root_1_s": curve.sizes,
-                "unstable_roots_on_the_stable_side": one.beside,
+                "unstable_roots_on_the_stable_side": boundary.roots_on_stable_side,
                 f"towards_instability_{axes[0].key}": curve.normals[:, 0],
                 f"towards_instability_{axes[1].key}": curve.normals[:, 1],
             }
             if self.uncertain:
-                sd, scale = one.spread, self.plane.scale(curve.shares)
+                sd = boundary.spread
+                scale = self.plane.scale(curve.shares)
                 columns |= {f"sd_{axis.column}": sd[:, i] * scale[:, i] for i, axis in enumerate(axes)}
                 columns["sd_normal_share_of_axes"] = sd[:, 2]
             columns["tyre_inside_measured_range"] = self.plane.space.inside(points)
@@ -182,15 +197,15 @@ class StabilityChart:
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=names)
 
     def regions(self, first: Array, second: Array) -> NDArray[np.intp]:
-        """Number of unstable roots (k, l) as the boundaries tell it, at rising shares (k,) and (l,) of the axes."""
+        """Count unstable roots (k, l) from the boundaries crossed, at rising shares (k,) and (l,) of the axes."""
         grid = self.check.grid
-        start = int(self.check.told[0, 0] - count_unstable(self.curves, grid, grid, 0)[0, 0])
+        start = int(self.check.predicted[0, 0] - count_unstable(self.curves, grid, grid, 0)[0, 0])
         return count_unstable(self.curves, first, second, start)
 
     @property
     def curves(self) -> tuple[Boundary, ...]:
         """The boundaries without their names."""
-        return tuple(one.curve for one in self.boundaries)
+        return tuple(boundary.curve for boundary in self.boundaries)
 
     @property
     def doubts(self) -> list[str]:
@@ -198,8 +213,10 @@ class StabilityChart:
         missing = self.check.grid[np.argwhere(self.check.wrong)[:1]]
 
         def place(shares: Array) -> list[tuple[str, float, str]]:
-            found = zip(self.plane.spans, self.plane.x(np.reshape(shares, (1, 2)))[0], strict=True)
-            return [(span.axis.key, value, span.axis.unit) for span, value in found]
+            values = self.plane.x(np.reshape(shares, (1, 2)))[0]
+            return [
+                (span.axis.key, value, span.axis.unit) for span, value in zip(self.plane.spans, values, strict=True)
+            ]
 
         return _render("doubts", self, missing=missing, place=place)
 
@@ -207,22 +224,26 @@ class StabilityChart:
 def stability_chart(
     plane: Plane, *, sd: Mapping[str, float] | None = None, assume: bool = False, step: float = 1 / 150
 ) -> StabilityChart:
-    """Every boundary of a plane, named, with the uncertainty that the model states, and checked."""
+    """Find, name and check every boundary of a plane, with the uncertainty of the model's sds and of ``sd`` (SI).
+
+    Points are at most ``step`` (share of the axes) apart; ``assume`` takes default sds where none is stated.
+    """
     uncertain = Uncertain.of(plane, sd, assume=assume)
     curves, check = complete_boundaries(plane, all_boundaries(plane, step=step), step=step)
     boundaries = []
     for curve in curves:
-        beside = plane.unstable(np.clip(curve.shares - ASIDE * curve.normals, 0.0, 1.0))
+        roots_on_stable_side = plane.unstable(np.clip(curve.shares - ASIDE * curve.normals, 0.0, 1.0))
         growth = spread(plane, curve, uncertain) if uncertain else np.full(len(curve), np.nan)
-        boundaries.append(NamedBoundary(curve, name_crossing_root(plane, curve), beside, growth))
+        boundaries.append(NamedBoundary(curve, name_crossing_root(plane, curve), roots_on_stable_side, growth))
     return StabilityChart(plane, tuple(boundaries), check, uncertain, tuple(marks(plane)))
 
 
 def contour_values(plane: Plane, output: Output, count: int = 41) -> tuple[Array, Array]:
-    """Shares (count,) of either axis, and an output of one number (count, count) there; NaN where there is none."""
+    """Compute an output on a grid: shares (count,) of either axis, and values (count, count), NaN where none."""
     share = np.linspace(0, 1, count)
     shares = lattice(share, share)
-    points, speeds = plane.x(shares), plane.speeds(shares)
+    points = plane.x(shares)
+    speeds = plane.speeds(shares)
     if output.source == ROOTS:
         values = output.function(eigenvalues(plane.space.matrices(points, plane.speed)))
     else:
@@ -248,45 +269,48 @@ def headers(chart: StabilityChart) -> list[str]:
 
 
 def rows(chart: StabilityChart) -> list[list[Any]]:
-    """A row per boundary: mode, ranges, frequency, standard deviations, and what is stable on its stable side."""
-    found = []
-    for number, one in enumerate(chart.boundaries, 1):
-        points, stable = chart.plane.x(one.curve.shares), float(np.mean(one.beside == 0))
+    """Make a row per boundary: mode, ranges, frequency, standard deviations, and what is stable on its stable side."""
+    table = []
+    for number, boundary in enumerate(chart.boundaries, 1):
+        points = chart.plane.x(boundary.curve.shares)
+        stable = float(np.mean(boundary.roots_on_stable_side == 0))
         remark = ""
-        if one.curve.closed:
+        if boundary.curve.closed:
             remark = "closed"
-        elif DOUBLE_ZERO in one.curve.ends:
+        elif DOUBLE_ZERO in boundary.curve.ends:
             remark = "ends where its frequency becomes zero"
-        found.append(
+        table.append(
             [
                 number,
-                " / ".join((name or "unknown").replace("+", " or ") for name in one.distinct),
-                *(_range(values) for values in (*points.T, one.frequency)),
-                *_deviations(chart, one),
+                " / ".join((name or "unknown").replace("+", " or ") for name in boundary.distinct),
+                *(_range(values) for values in (*points.T, boundary.frequency)),
+                *_deviations(chart, boundary),
                 "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
                 remark,
             ]
         )
-    return found
+    return table
 
 
 def _range(values: Any) -> str:
+    """Print lowest and highest of the values, or one if they print alike."""
     low, high = f"{values.min():.4g}", f"{values.max():.4g}"
     return low if low == high else f"{low} .. {high}"
 
 
-def _deviations(chart: StabilityChart, one: NamedBoundary) -> list[str]:
+def _deviations(chart: StabilityChart, boundary: NamedBoundary) -> list[str]:
+    """Print the median sd along each axis, in its unit; "beyond" if it is longer than the axis."""
     if not chart.uncertain:
         return []
-    share, size = np.median(one.spread[:, :2], axis=0), np.median(chart.plane.scale(one.curve.shares), axis=0)
+    share, size = np.median(boundary.spread[:, :2], axis=0), np.median(chart.plane.scale(boundary.curve.shares), axis=0)
     return ["0" if s < 1e-9 else "beyond" if s > 1 else f"{s * x:.2g}" for s, x in zip(share, size, strict=True)]
 
 
-def checked(chart: StabilityChart) -> list[str]:
+def describe_check(chart: StabilityChart) -> list[str]:
     """Write lines on the check of the chart, and on its band."""
-    rest = speed_of_rest(chart.plane.space)
-    from_rest = any(span.axis.key == SPEED and span.low == rest for span in chart.plane.spans)
-    return _render("checked", chart, rest=rest, from_rest=from_rest)
+    slowest = speed_of_rest(chart.plane.space)
+    from_rest = any(span.axis.key == SPEED and span.low == slowest for span in chart.plane.spans)
+    return _render("checked", chart, rest=slowest, from_rest=from_rest)
 
 
 def _render(name: str, chart: StabilityChart, **more: Any) -> list[str]:
@@ -295,7 +319,7 @@ def _render(name: str, chart: StabilityChart, **more: Any) -> list[str]:
 
 
 def record(chart: StabilityChart) -> dict[str, Any]:
-    """The chart as JSON-ready data."""
+    """Make the chart JSON-ready; points in the units of the axes."""
     plane, check, table = chart.plane, chart.check, chart.frame()
     return {
         "axes": [
@@ -304,26 +328,26 @@ def record(chart: StabilityChart) -> dict[str, Any]:
         "speed_m_s": plane.speed,
         "boundaries": [
             {
-                "modes": list(one.distinct),
-                "kind": "real" if one.curve.real else "oscillatory",
-                "closed": one.curve.closed,
-                "ends": list(one.curve.ends),
-                "points": plane.x(one.curve.shares).tolist(),
-                "frequency_Hz": one.frequency.tolist(),
-                "unstable_roots_on_the_stable_side": one.beside.tolist(),
-                "sd": [_finite(table.loc[table.boundary == number, f"sd_{s.axis.column}"]) for s in plane.spans]
+                "modes": list(boundary.distinct),
+                "kind": "real" if boundary.curve.real else "oscillatory",
+                "closed": boundary.curve.closed,
+                "ends": list(boundary.curve.ends),
+                "points": plane.x(boundary.curve.shares).tolist(),
+                "frequency_Hz": boundary.frequency.tolist(),
+                "unstable_roots_on_the_stable_side": boundary.roots_on_stable_side.tolist(),
+                "sd": [_json_numbers(table.loc[table.boundary == number, f"sd_{s.axis.column}"]) for s in plane.spans]
                 if chart.uncertain
                 else None,
             }
-            for number, one in enumerate(chart.boundaries, 1)
+            for number, boundary in enumerate(chart.boundaries, 1)
         ],
         "marks": [
-            dict(zip(("kind", "label", "x", "y"), (m.kind, m.label, *_finite((m.x, m.y))), strict=True))
+            dict(zip(("kind", "label", "x", "y"), (m.kind, m.label, *_json_numbers((m.x, m.y))), strict=True))
             for m in chart.marks
         ],
         "check": {
-            "grid_points": check.apart.size,
-            "more_than_a_cell_from_boundaries": int(check.apart.sum()),
+            "grid_points": check.far.size,
+            "more_than_a_cell_from_boundaries": int(check.far.sum()),
             "not_explained": int(check.wrong.sum()),
             "points_with_wrong_sides": check.sides,
         },
@@ -332,5 +356,6 @@ def record(chart: StabilityChart) -> dict[str, Any]:
     }
 
 
-def _finite(values: Any) -> list[float | None]:
+def _json_numbers(values: Any) -> list[float | None]:
+    """Make numbers JSON-ready: None for what is not finite."""
     return [float(value) if np.isfinite(value) else None for value in values]

@@ -45,32 +45,32 @@ class Boundary:
 
     @property
     def segments(self) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Begin and end (k, 2) of every piece, and whether the unstable side is to its left (k,)."""
-        ahead = np.roll(self.shares, -1, 0) if self.closed else self.shares[1:]
-        begin = self.shares[: len(ahead)]
-        along = ahead - begin
-        normal = self.normals[: len(ahead)] + np.roll(self.normals, -1, 0)[: len(ahead)]
-        return begin, ahead, (-along[:, 1] * normal[:, 0] + along[:, 0] * normal[:, 1]) > 0
+        """Begin and end (k, 2), shares, of every piece between points, and True (k,) if its left side is unstable."""
+        end = np.roll(self.shares, -1, 0) if self.closed else self.shares[1:]
+        begin = self.shares[: len(end)]
+        piece = end - begin
+        normal = self.normals[: len(end)] + np.roll(self.normals, -1, 0)[: len(end)]
+        return begin, end, (-piece[:, 1] * normal[:, 0] + piece[:, 0] * normal[:, 1]) > 0
 
     def distance(self, point: Array) -> tuple[float, int]:
         """Distance of a ``point`` (2,), in shares of the axes, and the number of the nearest piece."""
         if len(self) == 1:
             return float(np.hypot(*(self.shares[0] - point))), 0
         begin, end, _ = self.segments
-        along = end - begin
-        t = np.clip(((point - begin) * along).sum(1) / np.maximum((along**2).sum(1), 1e-300), 0.0, 1.0)
-        away = np.hypot(*(begin + t[:, None] * along - point).T)
-        return float(away.min()), int(away.argmin())
+        piece = end - begin
+        t = np.clip(((point - begin) * piece).sum(1) / np.maximum((piece**2).sum(1), 1e-300), 0.0, 1.0)
+        distance = np.hypot(*(begin + t[:, None] * piece - point).T)
+        return float(distance.min()), int(distance.argmin())
 
     def passes(self, point: Array, root: complex, normal: Array, within: float) -> bool:
         """True if a critical point (2,) with its root and unit vector (2,) towards instability lies on this curve."""
-        away, k = self.distance(point)
-        if away > within:
+        distance, k = self.distance(point)
+        if distance > within:
             return False
-        near = [k, min(k + 1, len(self) - 1)]
-        omega = np.sort(np.abs(self.roots[near].imag))
+        piece = [k, min(k + 1, len(self) - 1)]
+        omega = np.sort(np.abs(self.roots[piece].imag))
         room = 0.05 * (omega[1] + abs(root.imag)) + 1e-6 * self.sizes[k] + (omega[1] - omega[0])
-        return bool((omega[0] - room <= abs(root.imag) <= omega[1] + room) and max(self.normals[near] @ normal) > 0)
+        return bool((omega[0] - room <= abs(root.imag) <= omega[1] + room) and max(self.normals[piece] @ normal) > 0)
 
 
 class AxisRoot(NamedTuple):
@@ -86,15 +86,17 @@ class AxisRoot(NamedTuple):
 
 def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoot:
     """Pick at each of m points the root nearest to ``expected`` (m,), 1/s; where ``real`` the one nearest to zero."""
-    values, row = look.values, np.arange(len(look.values))
+    values = look.values
+    row = np.arange(len(values))
     target = np.where(real, 0.0, expected)
-    away = np.abs(values - target[:, None])
-    away = np.where(~real[:, None] & (values.imag <= 0), np.inf, away)
-    own = np.where(np.isinf(away).all(1), np.abs(values - target[:, None]).argmin(1), away.argmin(1))
-    root, gradient = values[row, own], look.gradients[row, own]
-    apart = np.abs(values - root[:, None])
-    apart[row, own] = np.inf
-    height, uphill = root.real.copy(), gradient.real.copy()
+    distance = np.abs(values - target[:, None])
+    distance = np.where(~real[:, None] & (values.imag <= 0), np.inf, distance)
+    nearest = np.where(np.isinf(distance).all(1), np.abs(values - target[:, None]).argmin(1), distance.argmin(1))
+    root, gradient = values[row, nearest], look.gradients[row, nearest]
+    separation = np.abs(values - root[:, None])
+    separation[row, nearest] = np.inf
+    height = root.real.copy()
+    uphill = gradient.real.copy()
     k = np.flatnonzero(real)
     if k.size:
         left, size, right = np.linalg.svd(look.matrices[k])
@@ -104,14 +106,14 @@ def axis_root(look: Look, expected: Complex, real: NDArray[np.bool_]) -> AxisRoo
         joint = (u * x).sum(1)
         with np.errstate(divide="ignore", invalid="ignore"):
             root[k], gradient[k] = size[:, -1] / joint, uphill[k] / joint[:, None]
-    return AxisRoot(root, gradient, height, uphill, np.abs(values).max(1), apart.min(1))
+    return AxisRoot(root, gradient, height, uphill, np.abs(values).max(1), separation.min(1))
 
 
 class Sharp(NamedTuple):
     """Points (m, 2) on the axis, what crosses there, and which of them Newton reached."""
 
     shares: Array  # (m, 2), shares of the two axes, 0 to 1
-    at: AxisRoot
+    at: AxisRoot  # what crosses there
     reached: NDArray[np.bool_]  # (m,), False: no such root on the axis near here
 
 
@@ -122,14 +124,15 @@ def sharpen(
     real: NDArray[np.bool_],
     *,
     longest: float,
-    held: NDArray[np.bool_] | None = None,
+    fixed: NDArray[np.bool_] | None = None,
 ) -> Sharp:
     """Move points (m, 2) by Newton to where the root near ``expected`` (m,), 1/s, lies on the imaginary axis.
 
-    No step is longer than ``longest``; coordinates that are ``held`` (m, 2) stay; all in shares of the axes.
+    No step is longer than ``longest``; coordinates that are ``fixed`` (m, 2) stay; all in shares of the axes.
     """
-    u, root = shares.copy(), expected.astype(complex)
-    free = np.ones_like(u) if held is None else (~held).astype(float)
+    u = shares.copy()
+    root = expected.astype(complex)
+    free = np.ones_like(u) if fixed is None else (~fixed).astype(float)
     moving = np.arange(len(u))
     for _ in range(12):
         at = axis_root(plane.look(u[moving]), root[moving], real[moving])
@@ -138,17 +141,17 @@ def sharpen(
             step = -at.height[:, None] * uphill / (uphill**2).sum(1, keepdims=True)
         step = np.where(np.isfinite(step), step, 0.0)
         step *= np.minimum(1.0, longest / np.maximum(np.hypot(*step.T), 1e-300))[:, None]
-        now = np.clip(u[moving] + step, 0.0, 1.0)
-        taken, u[moving] = now - u[moving], now
-        root[moving] = at.root + (at.gradient * taken).sum(1)
-        moving = moving[np.hypot(*taken.T) > 1e-13]  # of the range: a step below this is rounding
+        moved = np.clip(u[moving] + step, 0.0, 1.0)
+        change, u[moving] = moved - u[moving], moved
+        root[moving] = at.root + (at.gradient * change).sum(1)
+        moving = moving[np.hypot(*change.T) > 1e-13]  # of the range: a step below this is rounding
         if not moving.size:
             break
     at = axis_root(plane.look(u), root, real)
     steep = np.hypot(*(at.uphill * free).T)
     with np.errstate(divide="ignore", invalid="ignore"):
-        left = np.abs(at.height) / steep
-    return Sharp(u, at, (real | (at.root.imag > 0)) & (left < 1e-9) & (np.abs(at.root.real) < 1e-9 * at.size))
+        remaining = np.abs(at.height) / steep
+    return Sharp(u, at, (real | (at.root.imag > 0)) & (remaining < 1e-9) & (np.abs(at.root.real) < 1e-9 * at.size))
 
 
 SMALLEST = 1e-7  # of the range
@@ -162,7 +165,7 @@ class Seed:
 
     shares: Array  # (2,), 0 to 1
     root: complex  # 1/s
-    real: bool
+    real: bool  # True: a root crosses at zero; False: a pair
     gradient: Array  # (2,), 1/s, derivatives of the root with the shares
 
     @property
@@ -199,69 +202,71 @@ class _Walker:
             reach, leaves = _limit_step(u, tangent, h)
             if leaves and reach < SMALLEST:
                 return points, roots, EDGE
-            ahead, expected = u + reach * tangent, root + complex(gradient @ (reach * tangent))
-            at = self._look(ahead, expected)
-            direction, move = self._direction(at, way, tangent), _newton(at)
+            predicted, expected = u + reach * tangent, root + complex(gradient @ (reach * tangent))
+            at = self._look(predicted, expected)
+            direction = self._direction(at, way, tangent)
+            move = _newton(at)
             sure = self.seed.real or abs(complex(at.root[0]) - expected) < 0.5 * float(at.rival[0])
             # the tangent may turn by 0.25 rad; a corrector that moves farther than 0.2 of the step came from too far
             if not (np.hypot(*move) <= 0.2 * reach + 1e-12 and direction @ tangent > np.cos(0.25) and sure):
                 h = min(h, reach) / 2
                 if h < self.step / 16:  # where the curve bends, one step of Newton leaves a point beside it
                     u = np.clip(u + _newton(self._look(u, root)), 0.0, 1.0)
-                    here = self._look(u, root)
-                    turned = self._direction(here, way, tangent)
+                    sharpened = self._look(u, root)
+                    turned = self._direction(sharpened, way, tangent)
                     if turned @ tangent > 0:
-                        tangent, gradient, root = turned, here.gradient[0], complex(here.root[0])
+                        tangent, gradient, root = turned, sharpened.gradient[0], complex(sharpened.root[0])
                 continue
-            now = ahead + move
-            if leaves or ((now < 0) | (now > 1)).any():
-                found = self._at_edge(u, ahead, now, complex(at.root[0]))
-                if found is None:
+            corrected = predicted + move
+            if leaves or ((corrected < 0) | (corrected > 1)).any():
+                edge_point = self._at_edge(u, predicted, corrected, complex(at.root[0]))
+                if edge_point is None:
                     h = min(h, reach) / 2
                     continue
-                return [*points, found[0]], [*roots, found[1]], EDGE
-            if len(points) >= 3 and self._back(u, now, first, direction, complex(at.root[0])):
+                return [*points, edge_point[0]], [*roots, edge_point[1]], EDGE
+            if len(points) >= 3 and self._back(u, corrected, first, direction, complex(at.root[0])):
                 return points, roots, CLOSED
             tangent, gradient = direction, at.gradient[0]
-            u, root = now, complex(at.root[0] + gradient @ move)
+            u, root = corrected, complex(at.root[0] + gradient @ move)
             points.append(u)
             roots.append(root)
             h = min(self.step, 1.5 * h)
         return points, roots, LOST
 
     def _direction(self, at: AxisRoot, way: float, before: Array) -> Array:
-        """The tangent (2,) there: of a pair, what leads to the other side of ``before`` is another branch."""
+        """Find the unit tangent (2,) there, ``way`` round; of a real root turned so that it goes on as ``before``."""
         uphill = at.uphill[0]
-        found = way * np.array([-uphill[1], uphill[0]]) / max(float(np.hypot(*uphill)), 1e-300)
-        return -found if self.seed.real and found @ before < 0 else found
+        tangent = way * np.array([-uphill[1], uphill[0]]) / max(float(np.hypot(*uphill)), 1e-300)
+        return -tangent if self.seed.real and tangent @ before < 0 else tangent
 
     def _look(self, u: Array, expected: complex) -> AxisRoot:
+        """Compute the root (1/s) nearest to ``expected`` at one point (2,), shares of the axes."""
         return axis_root(self.plane.look(u[None]), np.array([expected]), np.array([self.seed.real]))
 
-    def _at_edge(self, u: Array, ahead: Array, now: Array, root: complex) -> tuple[Array, complex] | None:
-        """The point at which the way from ``u`` leaves the chart."""
-        way = now - u
+    def _at_edge(self, u: Array, ahead: Array, target: Array, root: complex) -> tuple[Array, complex] | None:
+        """Find where the way from ``u`` leaves the chart: point (2,) and root (1/s); None if no such root is there."""
+        way = target - u
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(way > 0, (1 - u) / way, np.where(way < 0, -u / way, np.inf))
         k = int(share.argmin())
         start = np.clip(u + min(float(share[k]), 1.0) * way, 0.0, 1.0)
         start[k] = 1.0 if way[k] > 0 else 0.0
-        held = np.array([[k == 0, k == 1]])
-        found = sharpen(
-            self.plane, start[None], np.array([root]), np.array([self.seed.real]), longest=self.step, held=held
+        fixed = np.array([[k == 0, k == 1]])
+        sharp = sharpen(
+            self.plane, start[None], np.array([root]), np.array([self.seed.real]), longest=self.step, fixed=fixed
         )
-        near = np.hypot(*(found.shares[0] - start)) <= self.step
-        return (found.shares[0], complex(found.at.root[0])) if found.reached[0] and near else None
+        close = np.hypot(*(sharp.shares[0] - start)) <= self.step
+        return (sharp.shares[0], complex(sharp.at.root[0])) if sharp.reached[0] and close else None
 
-    def _back(self, u: Array, now: Array, first: Array, direction: Array, root: complex) -> bool:
+    def _back(self, u: Array, end: Array, first: Array, direction: Array, root: complex) -> bool:
         """True if the step from ``u`` to ``now`` passes the seed again, the same way and with the same root."""
-        along, start = now - u, self.seed.shares
-        t = float((start - u) @ along) / max(float(along @ along), 1e-300)
+        step, start = end - u, self.seed.shares
+        t = float((start - u) @ step) / max(float(step @ step), 1e-300)
         if not -0.25 <= t <= 1.25 or direction @ first < 0.7:
             return False
-        away = np.hypot(*(u + t * along - start))
+        distance = np.hypot(*(u + t * step - start))
         alike = abs(root.imag - self.seed.root.imag) <= 0.05 * abs(self.seed.root.imag) + self.slow
-        return bool(away < 0.25 * max(float(np.hypot(*along)), SMALLEST) and (self.seed.real or alike))
+        return bool(distance < 0.25 * max(float(np.hypot(*step)), SMALLEST) and (self.seed.real or alike))
 
 
 def _newton(at: AxisRoot) -> Array:
@@ -288,7 +293,7 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
             break
     ends = (ends[0] if good[0] else LOST, ends[1] if good[-1] else LOST)
     if seed.real:
-        turns = _turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
+        turns = _add_turns(plane, sharp.shares[good], sharp.at.gradient[good].real, seed, step)
         if len(turns) > good.sum():
             sharp = _sharpen_on_edges(plane, turns, np.zeros(len(turns), complex), seed, step)
             good = sharp.reached
@@ -299,17 +304,18 @@ def trace(plane: Plane, seed: Seed, *, step: float, slow: float) -> Boundary:
 def _walk_both_ways(walker: _Walker, step: float) -> tuple[Array, Complex, tuple[str, str]]:
     """Walk both ways from a seed: points (m, 2) at most ``step`` apart, roots (m,), and the two ends."""
     seed = walker.seed
-    ahead, roots_ahead, end = walker.walk(1.0)
-    behind, roots_behind, begin = walker.walk(-1.0) if end != CLOSED else ([], [], end)
-    shares = np.array([*behind[::-1], seed.shares, *ahead])
-    roots = np.array([*roots_behind[::-1], seed.root, *roots_ahead])
+    forward, roots_forward, end = walker.walk(1.0)
+    backward, roots_backward, begin = walker.walk(-1.0) if end != CLOSED else ([], [], end)
+    shares = np.array([*backward[::-1], seed.shares, *forward])
+    roots = np.array([*roots_backward[::-1], seed.root, *roots_forward])
     return *_fill_between(shares, roots, step, closed=end == CLOSED), (begin, end)
 
 
 def _sharpen_on_edges(plane: Plane, shares: Array, roots: Complex, seed: Seed, step: float) -> Sharp:
-    held = (shares <= 0) | (shares >= 1)
-    held[held.all(1)] = False
-    return sharpen(plane, shares, roots, np.full(len(shares), seed.real), longest=step, held=held)
+    """Sharpen points (m, 2) of the seed's boundary; those on an edge of the chart move along it."""
+    fixed = (shares <= 0) | (shares >= 1)
+    fixed[fixed.all(1)] = False
+    return sharpen(plane, shares, roots, np.full(len(shares), seed.real), longest=step, fixed=fixed)
 
 
 def _fill_between(shares: Array, roots: Complex, step: float, *, closed: bool) -> tuple[Array, Complex]:
@@ -321,23 +327,23 @@ def _fill_between(shares: Array, roots: Complex, step: float, *, closed: bool) -
     at = np.concatenate([k + np.arange(n) / n for k, n in enumerate(pieces)] + [[len(length)]])
     at = at[:-1] if closed else at
     place = np.arange(len(shares))
-    found = np.stack([np.interp(at, place, column) for column in shares.T], -1)
-    return found, np.interp(at, place, roots.real) + 1j * np.interp(at, place, roots.imag)
+    filled = np.stack([np.interp(at, place, column) for column in shares.T], -1)
+    return filled, np.interp(at, place, roots.real) + 1j * np.interp(at, place, roots.imag)
 
 
-def _turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
+def _add_turns(plane: Plane, shares: Array, uphill: Array, seed: Seed, step: float) -> Array:
     """Add two points, close to each other, wherever a second root becomes zero and the unstable side changes."""
     points: list[Array] = [shares[0]]
     for k in range(len(shares) - 1):
         a, b, before = shares[k], shares[k + 1], uphill[k]
         if before @ uphill[k + 1] < 0:
-            # of the range: how sharply it is told where the unstable side of a real root changes
+            # of the range: how sharply it is located where the unstable side of a real root changes
             while np.hypot(*(b - a)) > 1e-5:
                 middle = _sharpen_on_edges(plane, (a + b)[None] / 2, np.zeros(1, complex), seed, step)
                 point = middle.shares[0]
                 if not min(np.hypot(*(point - a)), np.hypot(*(point - b))) < np.hypot(*(b - a)):
                     break
                 a, b = (point, b) if middle.at.gradient[0].real @ before > 0 else (a, point)
-            points += [one for one in (a, b) if one is not shares[k] and one is not shares[k + 1]]
+            points += [end for end in (a, b) if end is not shares[k] and end is not shares[k + 1]]
         points.append(shares[k + 1])
     return np.array(points)

@@ -32,10 +32,10 @@ HOW = "give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log, for example front_complian
 class Span:
     """An axis from ``low`` to ``high`` (in its unit), in equal steps or, if ``log``, in equal ratios."""
 
-    axis: Axis
-    low: float
-    high: float
-    log: bool = False
+    axis: Axis  # key, unit and title of the number
+    low: float  # in the unit of the axis
+    high: float  # likewise
+    log: bool = False  # True: equal ratios
 
     def at(self, share: Any) -> Any:
         """Values at each ``share`` of the way, 0 to 1, any shape."""
@@ -58,13 +58,13 @@ class Span:
 
 
 def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
-    """Name, range and whether in equal ratios, of a ``text`` such as ``c=0.02:0.1`` or ``c``."""
-    name, equals, rest = text.partition("=")
-    if not name or (equals and not rest):
+    """Split a ``text`` such as ``c=0.02:0.1:log`` or ``c``: name, range (unit of the axis) or None, equal ratios."""
+    name, equals, range_text = text.partition("=")
+    if not name or (equals and not range_text):
         raise InputError(f"axis {text!r}: {HOW}")
     if not equals:
         return name, None, False
-    parts = rest.split(":")
+    parts = range_text.split(":")
     log = len(parts) == 3 and parts[2] == "log"
     numbers = typed_numbers(parts[:2] if log else parts, unit_of(canonical(name)))
     if len(numbers) != 2 or numbers[0] >= numbers[1]:
@@ -85,16 +85,16 @@ class Look(NamedTuple):
 
 
 class Plane:
-    """Two axes of a model."""
+    """Two numbers of a model over the unit square, at a ``speed`` (m/s) unless it is one of them."""
 
     def __init__(self, space: ModelSpace, spans: tuple[Span, Span], speed: float | None = None) -> None:
         self.space, self.spans, self.speed = space, spans, speed
 
     @classmethod
     def of(cls, content: Any, x: str, y: str, *, speed: float | None = None) -> "Plane":
-        """The plane of two axes as they are written."""
-        given = [split_range(text) for text in (x, y)]
-        names = [canonical(name) for name, _, _ in given]
+        """Make the plane of two axes written as NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log, at ``speed`` (m/s)."""
+        parsed = [split_range(text) for text in (x, y)]
+        names = [canonical(name) for name, _, _ in parsed]
         if names[0] == names[1]:
             raise InputError(f"both axes are {names[0]}; give two different ones")
         if SPEED in names and speed is not None:
@@ -103,7 +103,7 @@ class Plane:
             raise InputError("no axis is the speed: give the --speed (m/s) of the chart, or --x speed")
         space = ModelSpace(content, names)
         space.refuse_switches()
-        spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, given, strict=True)]
+        spans = [_span(space, axis, ends, log=log) for axis, (_, ends, log) in zip(space.axes, parsed, strict=True)]
         plane = cls(space, (spans[0], spans[1]), speed)
         corners = lattice(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
         speeds = plane.speeds(corners)
@@ -114,7 +114,7 @@ class Plane:
         return plane
 
     def x(self, shares: Array) -> Array:
-        """Values (m, 2) in the units of the axes."""
+        """Convert ``shares`` (m, 2), 0 to 1, to values (m, 2) in the units of the axes."""
         return np.stack([span.at(shares[:, i]) for i, span in enumerate(self.spans)], -1)
 
     def speeds(self, shares: Array) -> Array:
@@ -143,29 +143,29 @@ class Plane:
 
 
 def lattice(first: Array, second: Array) -> Array:
-    """Points of a grid (k l, 2), the second axis running fastest."""
+    """List the points (k l, 2) of a grid of ``first`` (k,) and ``second`` (l,), the second running fastest."""
     return np.stack(np.meshgrid(first, second, indexing="ij"), -1).reshape(-1, 2)
 
 
 def speed_of_rest(space: ModelSpace) -> float:
-    """The lowest speed of a chart, m/s."""
+    """Lowest speed of a chart, m/s: below it undamped pairs lie on the imaginary axis at any value."""
     return 1e-3 * speed_unit(space.linear)  # of sqrt(g w): slower is rest, where undamped pairs lie on the axis
 
 
-def _span(space: ModelSpace, axis: Axis, given: tuple[float, float] | None, *, log: bool) -> Span:
-    low, high = usual_range(space, axis) if given is None else given
+def _span(space: ModelSpace, axis: Axis, span: tuple[float, float] | None, *, log: bool) -> Span:
+    low, high = usual_range(space, axis) if span is None else span
     if axis.key == SPEED:
-        rest = speed_of_rest(space)
+        slowest = speed_of_rest(space)
         if low < 0:
             raise InputError(f"speed {low:g} m/s is not allowed; give speeds >= 0 m/s")
-        low = max(low, rest)
+        low = max(low, slowest)
         if high <= low:
-            raise InputError(f"speed up to {high:g} m/s: nothing moves below {rest:.2g} m/s; give a range of speeds")
+            raise InputError(f"speed up to {high:g} m/s: nothing moves below {slowest:.2g} m/s; give a range of speeds")
     return Span(axis, low, high, log)
 
 
 def usual_range(space: ModelSpace, axis: Axis) -> tuple[float, float]:
-    """The range of an axis where none is given: what is measured of a tyre, what is typical of all else."""
+    """Choose the range of an axis, in its unit, where none is stated: measured of a tyre, typical of all else."""
     if axis.key == SPEED:
         return SLOW, FAST
     if not axis.wheels:
@@ -173,7 +173,8 @@ def usual_range(space: ModelSpace, axis: Axis) -> tuple[float, float]:
     assert space.tyres is not None
     sources = [space.tyres.sources[wheel] for wheel in axis.wheels]
     if axis.condition == "load_N":
-        low, high = max(s.load_range[0] for s in sources), min(s.load_range[1] for s in sources)
+        low = max(s.load_range[0] for s in sources)
+        high = min(s.load_range[1] for s in sources)
     else:
         low = max(s.pressure_range[0] for s in sources) / PASCAL_PER_BAR
         high = min(s.pressure_range[1] for s in sources) / PASCAL_PER_BAR
@@ -190,7 +191,7 @@ OF_A_TYRE = ("cornering_stiffness", "relaxation_length")  # parameters of contac
 class Mark:
     """A point, or a line where one coordinate is NaN, in the units of the axes; ``kind`` begins with one above."""
 
-    kind: str
+    kind: str  # MODEL, PRESSURE or LOAD; TYRE and the wheel whose load it has
     label: str  # words beside the mark
     x: float  # in the unit of the first axis; NaN: a line at ``y``
     y: float  # in the unit of the second axis; NaN: a line at ``x``
@@ -199,45 +200,46 @@ class Mark:
 def marks(plane: Plane) -> list[Mark]:
     """Everything to be marked that lies within the ranges of a chart."""
     space, base = plane.space, plane.space.base.tolist()
-    found = [Mark(MODEL, "the model as it stands", *base)]
+    candidates = [Mark(MODEL, "the model as it stands", *base)]
     for i, axis in enumerate(space.axes):
         sources = [space.tyres.sources[wheel] for wheel in axis.wheels] if space.tyres is not None else []
-        for source in {one.label: one for one in sources if not one.synthetic}.values():
+        for source in {tyre.label: tyre for tyre in sources if not tyre.synthetic}.values():
             bars = axis.condition == "pressure_bar"
             kind, values = (PRESSURE, source.pressures / PASCAL_PER_BAR) if bars else (LOAD, source.loads)
             for value in values.tolist():
-                place = [value if k == i else other for k, other in enumerate(base)]
-                found.append(Mark(kind, f"{source.tyre} {value:g} {axis.unit}", *place))
-    found += _tyres(space, base)
-    shown = []
-    for mark in dict.fromkeys(found):
+                place = [value if k == i else coordinate for k, coordinate in enumerate(base)]
+                candidates.append(Mark(kind, f"{source.tyre} {value:g} {axis.unit}", *place))
+    candidates += _tyres(space, base)
+    within_ranges = []
+    for mark in dict.fromkeys(candidates):
         within = [s.low <= x <= s.high for s, x in zip(plane.spans, (mark.x, mark.y), strict=True) if not math.isnan(x)]
         if within and all(within):
-            shown.append(mark)
-    return shown
+            within_ranges.append(mark)
+    return within_ranges
 
 
 def _tyres(space: ModelSpace, base: list[float]) -> list[Mark]:
-    """Packaged and named tyres at the wheel load of an axis that is one of their properties."""
+    """Mark packaged and named tyres, at the load of their wheel, on axes that are properties of a tyre."""
     keys = [ParameterKey.parse(axis.key) for axis in space.axes]
-    own = [key.name if key.effect and key.name in OF_A_TYRE else "" for key in keys]
-    if not any(own) or (all(own) and keys[0].wheel != keys[1].wheel):
+    properties = [key.name if key.effect and key.name in OF_A_TYRE else "" for key in keys]
+    if not any(properties) or (all(properties) and keys[0].wheel != keys[1].wheel):
         return []
-    wheel = next(key.wheel for key, name in zip(keys, own, strict=True) if name) or WHEELS[1]
+    wheel = next(key.wheel for key, name in zip(keys, properties, strict=True) if name) or WHEELS[1]
     load = dict(zip(WHEELS, tyre_loads(space.model.effects, space.model.parameters), strict=True))[wheel]
-    sources, found = [] if space.tyres is None else list(space.tyres.sources.values()), []
+    sources = [] if space.tyres is None else list(space.tyres.sources.values())
+    marks = []
     for name in available_tyres():
         with suppress(InputError):  # not measured on a flat surface
             sources.append(read_tyre(name, surface="flat"))
-    for source in {one.label: one for one in sources if not one.synthetic}.values():
+    for source in {tyre.label: tyre for tyre in sources if not tyre.synthetic}.values():
         for pressure in source.pressures.tolist():
             if not out_of_reach(source, load=load, pressure=pressure):
-                held = source.at(load=load, pressure=pressure)
-                x, y = (getattr(held, name) if name else value for name, value in zip(own, base, strict=True))
-                told = all(
-                    value is not None and not (name and math.isnan(value))
-                    for name, value in zip(own, (x, y), strict=True)
+                condition = source.at(load=load, pressure=pressure)
+                x, y = (
+                    getattr(condition, name) if name else value for name, value in zip(properties, base, strict=True)
                 )
-                label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
-                found += [Mark(f"{TYRE}, {wheel} wheel's load", label, float(x), float(y))] if told else []
-    return found
+                is_missing = [name and (v is None or math.isnan(v)) for name, v in zip(properties, (x, y), strict=True)]
+                if not any(is_missing) and x is not None and y is not None:
+                    label = f"{source.tyre} {pressure / PASCAL_PER_BAR:g} bar"
+                    marks.append(Mark(f"{TYRE}, {wheel} wheel's load", label, float(x), float(y)))
+    return marks

@@ -49,7 +49,7 @@ def command(
     sd = numbers_by_name(sds, "--sd", "c=0.005", "standard deviation")
 
     # Tables and figures take a second to load: what was asked for is checked before.
-    from studies.chart import checked, draw_chart, headers, record, rows, stability_chart, title
+    from studies.chart import describe_check, draw_chart, headers, record, rows, stability_chart, title
 
     chart = stability_chart(plane, sd=sd, assume=assume)
     with results(out):
@@ -60,6 +60,6 @@ def command(
     if json_file != "-":
         if chart.boundaries:
             print_table(rows(chart), headers(chart))
-        for line in checked(chart):
+        for line in describe_check(chart):
             click.echo(line)
     print_warnings([*plane.space.linear.warnings, *chart.doubts])

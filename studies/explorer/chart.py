@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.stability.mode_figure import mode_look, mode_words
-from studies.chart.chart import BAND, NamedBoundary, StabilityChart, checked, stability_chart, title
+from studies.chart.chart import BAND, NamedBoundary, StabilityChart, describe_check, stability_chart, title
 from studies.chart.plane import Plane, Span, lattice, split_range
 from studies.explorer.figures import Figure, Palette, colour_on, figure, plain, series
 from studies.explorer.models import model_content, model_of
@@ -80,7 +80,7 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
         return []
     found: list[dict[str, Any]] = []
     for one in chart.boundaries:
-        if not one.band_is_told or _widest(one) < HAIR:
+        if not one.band_is_narrow or _widest(one) < HAIR:
             continue
         # closed rims one after the other, None between them
         rims = [point for rim in _ribbon(chart, one) for point in ([None, None], *rim.tolist(), rim[0].tolist())][1:]
@@ -191,11 +191,15 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
 
 
 def chart_notes(chart: StabilityChart) -> list[str]:
-    """Note how to read a chart, how it was checked, and what is doubtful."""
+    """Note how to read a chart, how it was describe_check, and what is doubtful."""
     said = ["shaded: something is unstable"]
-    said += ["thin lines: unstable on both sides"] if any((one.beside != 0).any() for one in chart.boundaries) else []
+    said += (
+        ["thin lines: unstable on both sides"]
+        if any((one.roots_on_stable_side != 0).any() for one in chart.boundaries)
+        else []
+    )
     said += ["hatched: the tyre is extrapolated"] if _outside(chart).any() else []
-    return [*said, *(line.partition("; --sd")[0] for line in checked(chart)), *hidden(chart), *chart.doubts]
+    return [*said, *(line.partition("; --sd")[0] for line in describe_check(chart)), *hidden(chart), *chart.doubts]
 
 
 def chart_csv(state: State) -> str:

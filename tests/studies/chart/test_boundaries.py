@@ -88,7 +88,7 @@ def test_the_count_of_unstable_roots_agrees_with_random_curves(seed):
 
     toy = Toy(lambda u: blocks(pair(wave(u, 0), 4 + 0.2 * wave(u, 3)), pair(wave(u, 1), 9.0), single(wave(u, 2))))
     found, check = complete_boundaries(toy, all_boundaries(toy, step=STEP), step=STEP)
-    assert check.apart.sum() > 5000
+    assert check.far.sum() > 5000
     assert not check.wrong.any()
     assert check.sides == 0
     assert all(set(b.ends) <= {EDGE, CLOSED} for b in found)
@@ -105,4 +105,4 @@ def test_a_missing_boundary_is_found_by_the_count_and_else_said():
     assert not check.wrong.any()
     x, y = np.meshgrid(check.grid, check.grid, indexing="ij")
     inside = np.hypot(x - 0.4, y - 0.6) < 0.2
-    np.testing.assert_array_equal(check.told[check.apart], 2 * inside[check.apart])
+    np.testing.assert_array_equal(check.predicted[check.far], 2 * inside[check.far])

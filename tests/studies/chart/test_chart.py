@@ -146,10 +146,10 @@ def test_marks_of_tyres_stand_where_the_tyre_is():
 def test_stable_or_unstable_everywhere(no_pictures, tmp_path):
     calm = stability_chart(Plane.of(WHIPPLE, "speed=4.9:5.1", "c=0.079:0.081"))
     assert calm.boundaries == ()
-    assert room.checked(calm)[0] == "no boundary here: stable everywhere"
+    assert room.describe_check(calm)[0] == "no boundary here: stable everywhere"
     room.draw_chart(calm, tmp_path / "calm", title="t")
     wild = stability_chart(Plane.of(WHIPPLE, "speed=1:2", "c=0.079:0.081"))
-    assert room.checked(wild)[0] == "no boundary here: 2 unstable roots everywhere"
+    assert room.describe_check(wild)[0] == "no boundary here: 2 unstable roots everywhere"
     assert list(wild.frame().columns)[:2] == ["speed_m_s", "c_m"]
 
 
@@ -208,8 +208,8 @@ def test_the_command(tmp_path, capsys, monkeypatch):
 
 def test_a_band_wider_than_the_chart_is_not_drawn_and_said():
     chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5, "lam": 0.3})
-    assert not any(one.band_is_told for one in chart.boundaries)
+    assert not any(one.band_is_narrow for one in chart.boundaries)
     assert sum("its band would be wider than most of the chart" in text for text in chart.doubts) == 2
     narrow = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.005})
-    assert all(one.band_is_told for one in narrow.boundaries)
+    assert all(one.band_is_narrow for one in narrow.boundaries)
     assert narrow.doubts == []
