@@ -3,7 +3,7 @@
 from tyre.ground.door import room
 
 HOME = {  # module -> the names that it gives to other rooms; each is imported when it is first used
-    "chart": ("BAND_NAME", "bands", "hidden"),
+    "chart": ("BAND_NAME", "bands", "note_hidden_bands"),
     "exports": ("as_command", "as_python", "eigenvalues_csv", "model_toml", "saved_page"),
     "figures": (
         "DARK", "LIGHT", "amplitude_figure", "colour_on", "damping_figure", "figure_or_words", "halving",
@@ -11,11 +11,11 @@ HOME = {  # module -> the names that it gives to other rooms; each is imported w
     ),
     "forms": ("controls", "controls_html", "law_options", "starts"),
     "models": (
-        "AtSpeed", "amplitudes", "at_speed", "bicycle_or_none", "build", "computed", "model_content", "ranking",
+        "AtSpeed", "amplitudes", "at_speed", "bicycle_or_none", "build", "compute_modes", "model_content", "ranking",
     ),
-    "geometry": ("SLIDERS", "Misfit", "moved", "side_view", "slider_fields"),
+    "geometry": ("SLIDERS", "Misfit", "move_bicycle", "side_view", "slider_fields"),
     "motion": ("FRAMES", "mode_motion"),
-    "server": ("CLOSE", "HOST", "build_server", "listening", "serve"),
+    "server": ("CLOSE", "HOST", "build_server", "open_socket", "serve"),
     "state": ("State", "parse_state"),
     "tyre_files": ("MOST_TYRES", "TYRES", "kept_here", "shown_name"),
     "uploads": ("start_state", "with_file", "with_files"),

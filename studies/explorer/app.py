@@ -18,7 +18,15 @@ from studies.explorer import exports, figures
 from studies.explorer.chart import chart_csv, chart_figure, chart_notes, chart_of
 from studies.explorer.forms import controls_html
 from studies.explorer.geometry import Misfit
-from studies.explorer.models import Computed, amplitudes, at_speed, bicycle_name, computed, ranking, view_from_the_side
+from studies.explorer.models import (
+    Computed,
+    amplitudes,
+    at_speed,
+    bicycle_name,
+    compute_modes,
+    ranking,
+    view_from_the_side,
+)
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State as Shown
 from studies.explorer.state import parse_state
@@ -41,7 +49,7 @@ plotly.js-basic-dist-min, MIT), a quarter of what Dash would ask for."""
 def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
     """Figures along speed, and under ``shown`` what the browser needs beside them."""
     state = parse_state(asked)
-    now, palette, pinned = computed(state), _palette(theme), exports.pinned(state)
+    now, palette, pinned = compute_modes(state), _palette(theme), exports.compute_pins(state)
     shown = {
         "asked": asked,
         "address": state.address,
@@ -107,7 +115,9 @@ FILES: dict[Any, tuple[str, Callable[[Shown, figures.Palette], str]]] = {
 @cache
 def program() -> str:
     """Program of the page, which stands in it: it asks for the figures before anything else is read."""
-    return "".join(exports.packaged(f"assets/{name}.js") for name in ("appearance", "common", "server", "explorer"))
+    return "".join(
+        exports.read_packaged(f"assets/{name}.js") for name in ("appearance", "common", "server", "explorer")
+    )
 
 
 def program_hash() -> str:
@@ -120,7 +130,7 @@ def build_app(initial: str = "") -> Dash:
     places = ("metas", "title", "favicon", "css", "app_entry", "config", "scripts", "renderer")
     page = exports.template("explorer").render(
         initial=initial,
-        style=Markup(exports.packaged("assets/explorer.css")),
+        style=Markup(exports.read_packaged("assets/explorer.css")),
         program=Markup(program()),
         along=ALONG,
         at=AT,
@@ -165,7 +175,7 @@ def build_app(initial: str = "") -> Dash:
 def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figures.Palette], dict[str, Any]]) -> None:
     @app.callback(Output(name, "data"), Input(question, "data"), prevent_initial_call=True)
     def answered(asked: Any) -> Any:
-        text, theme = _asked(asked)
+        text, theme = _read_question(asked)
         try:
             state = parse_state(text)
         except InputError as error:  # else the message already stands on the page
@@ -176,14 +186,14 @@ def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figure
 def _form_and_files(app: Dash) -> None:
     @app.callback(Output("along", "data"), Input("ask-along", "data"), prevent_initial_call=True)
     def along(asked: Any) -> Any:
-        text, theme = _asked(asked)
+        text, theme = _read_question(asked)
         refused = {"asked": text}
         return _or_message(lambda: main_figures(text, theme), lambda told: {"shown": refused | told})
 
     @app.callback(Output("form", "data"), Input("ask-form", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
         try:
-            return {"html": controls_html(parse_state(_asked(asked)[0]))}
+            return {"html": controls_html(parse_state(_read_question(asked)[0]))}
         except InputError:  # also of a rider or another name that is not known: the message stands beside the figures
             return {"html": controls_html(Shown())}
 
@@ -195,7 +205,7 @@ def _form_and_files(app: Dash) -> None:
         prevent_initial_call=True,
     )
     def dropped(contents: Any, name: Any, asked: Any) -> Any:
-        given, names = _listed(contents), _listed(name)
+        given, names = _read_list(contents), _read_list(name)
         if not given or len(given) != len(names):
             return no_update
         try:
@@ -215,7 +225,7 @@ def _form_and_files(app: Dash) -> None:
 
     @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)
     def save(asked: Any) -> Any:
-        text, theme = _asked(asked)
+        text, theme = _read_question(asked)
         what = asked.get("what") if isinstance(asked, dict) else None
         if not isinstance(what, str) or what not in FILES:
             return no_update
@@ -242,13 +252,13 @@ def _or_message(made: Callable[[], Any], refused: Callable[[dict[str, str]], Any
         return refused({"message": figures.FAILED})
 
 
-def _listed(given: Any) -> list[str]:
+def _read_list(given: Any) -> list[str]:
     """List what the browser sends of one file or of several."""
     listed = given if isinstance(given, list) else [given]
     return listed if all(isinstance(one, str) for one in listed) else []
 
 
-def _asked(asked: Any) -> tuple[Any, Any]:
+def _read_question(asked: Any) -> tuple[Any, Any]:
     """Address and colours of a question (with a running number, so that the same is answered again)."""
     return (asked.get("text"), asked.get("theme")) if isinstance(asked, dict) else (None, None)
 

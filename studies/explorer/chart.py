@@ -12,7 +12,7 @@ import numpy as np
 from bicycle.stability.mode_figure import mode_look, mode_words
 from studies.chart.chart import BAND, NamedBoundary, StabilityChart, describe_check, stability_chart, title
 from studies.chart.plane import Plane, Span, lattice, split_range
-from studies.explorer.figures import Figure, Palette, colour_on, figure, plain, series
+from studies.explorer.figures import Figure, Palette, colour_on, figure, json_cells, series
 from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
 from studies.explorer.tyre_files import TYRES
@@ -80,7 +80,7 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
         return []
     found: list[dict[str, Any]] = []
     for one in chart.boundaries:
-        if not one.band_is_narrow or _widest(one) < HAIR:
+        if not one.band_is_narrow or _largest_half_width(one) < HAIR:
             continue
         # closed rims one after the other, None between them
         rims = [point for rim in _ribbon(chart, one) for point in ([None, None], *rim.tolist(), rim[0].tolist())][1:]
@@ -105,16 +105,16 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     return found
 
 
-def hidden(chart: StabilityChart) -> list[str]:
+def note_hidden_bands(chart: StabilityChart) -> list[str]:
     """Note the bands that are narrower than a line."""
     return [
         f"boundary {number}: its band is narrower than its line; the table has its standard deviations"
         for number, one in enumerate(chart.boundaries, 1)
-        if chart.uncertain and _widest(one) < HAIR
+        if chart.uncertain and _largest_half_width(one) < HAIR
     ]
 
 
-def _widest(one: NamedBoundary) -> float:
+def _largest_half_width(one: NamedBoundary) -> float:
     return float(BAND * one.spread[:, 2].max())
 
 
@@ -186,12 +186,12 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
     axes = [span.axis.column for span in chart.plane.spans]
     columns = ["boundary", "mode", *axes, "frequency_Hz", "unstable_roots_on_the_stable_side"]
     columns += [f"sd_{axis}" for axis in axes if f"sd_{axis}" in frame]
-    rows = [plain(row) for row in frame.reindex(columns=columns).astype(object).to_numpy().tolist()]
+    rows = [json_cells(row) for row in frame.reindex(columns=columns).astype(object).to_numpy().tolist()]
     return {"columns": [name.replace("_", " ") for name in columns], "rows": rows}
 
 
 def chart_notes(chart: StabilityChart) -> list[str]:
-    """Note how to read a chart, how it was describe_check, and what is doubtful."""
+    """Note how to read a chart, how it was checked, and what is doubtful."""
     said = ["shaded: something is unstable"]
     said += (
         ["thin lines: unstable on both sides"]
@@ -199,7 +199,12 @@ def chart_notes(chart: StabilityChart) -> list[str]:
         else []
     )
     said += ["hatched: the tyre is extrapolated"] if _outside(chart).any() else []
-    return [*said, *(line.partition("; --sd")[0] for line in describe_check(chart)), *hidden(chart), *chart.doubts]
+    return [
+        *said,
+        *(line.partition("; --sd")[0] for line in describe_check(chart)),
+        *note_hidden_bands(chart),
+        *chart.doubts,
+    ]
 
 
 def chart_csv(state: State) -> str:

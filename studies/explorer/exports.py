@@ -15,9 +15,9 @@ from typing import Any
 from bicycle.effects.effect_registry import outside_origins
 from studies.explorer import figures as drawn
 from studies.explorer.chart import chart_figure, chart_notes, chart_of
-from studies.explorer.models import POINTS, Computed, at_speed, bicycle_name, computed, model_content, ranking
+from studies.explorer.models import POINTS, Computed, at_speed, bicycle_name, compute_modes, model_content, ranking
 from studies.explorer.motion import mode_motion
-from studies.explorer.state import State, parse_state, written
+from studies.explorer.state import State, parse_state, write_value
 from studies.explorer.tyre_files import TYRES, files_of, kept_here, tyre_names
 from studies.reporting.markdown_text import html_template
 from tyre.ground.files import slug
@@ -36,7 +36,7 @@ print(found, *critical, sep='\\n')
 """
 
 
-def packaged(name: str) -> str:
+def read_packaged(name: str) -> str:
     """Text of a file of the page."""
     return files("studies.explorer").joinpath(name).read_text(encoding="utf-8")
 
@@ -44,7 +44,7 @@ def packaged(name: str) -> str:
 @cache
 def template(name: str) -> Any:
     """Template of the page; everything that it is given and that is not markup is escaped."""
-    return html_template(packaged(f"templates/{name}.html.j2"))
+    return html_template(read_packaged(f"templates/{name}.html.j2"))
 
 
 def file_stem(state: State) -> str:
@@ -57,24 +57,26 @@ def model_toml(state: State) -> str:
     """Model file of a state, its rider part of the bicycle."""
     import tomli_w
 
-    head = HEAD.format(address=replace(state, pins=()).address, needed=_needed(state))
-    return head + tomli_w.dumps(TYRES.portable(model_content(state)))
+    head = HEAD.format(address=replace(state, pins=()).address, needed=_name_needed_files(state))
+    return head + tomli_w.dumps(TYRES.with_file_names(model_content(state)))
 
 
-def _needed(state: State) -> str:
+def _name_needed_files(state: State) -> str:
     names = ", ".join(TYRES.content(tyre_names(state.content)))
     return NEEDED.format(names=names) if names else ""
 
 
 def eigenvalues_csv(state: State) -> str:
     """Row per speed, mode and root, as ``velotyre modes --csv`` writes it."""
-    return str(computed(state).named.to_dataframe().to_csv(index=False, lineterminator="\n"))
+    return str(compute_modes(state).named.to_dataframe().to_csv(index=False, lineterminator="\n"))
 
 
 def as_command(state: State) -> str:
     """Command that computes the same on a packaged bicycle, or on a model file that it writes first."""
     step = (state.fast - state.slow) / (POINTS - 1)
-    speeds = f"{written(state.slow)}:{written(state.fast)}:{written(step)} --max-speed {written(state.fast)}"
+    speeds = (
+        f"{write_value(state.slow)}:{write_value(state.fast)}:{write_value(step)} --max-speed {write_value(state.fast)}"
+    )
     own = "".join(f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file)
     content = model_content(state)
     if isinstance(content["bicycle"], str) and set(content) == {"bicycle"}:
@@ -85,20 +87,24 @@ def as_command(state: State) -> str:
 def as_python(state: State) -> str:
     """Lines of Python that compute the same."""
     own = "".join(f"vt.load_effects({str(origin.file)!r})\n" for origin in outside_origins() if origin.file)
-    model = pformat(TYRES.portable(model_content(state)), sort_dicts=False, width=100)
-    return PYTHON.format(own=own + _needed(state), model=model, slow=state.slow, fast=state.fast, points=POINTS)
+    model = pformat(TYRES.with_file_names(model_content(state)), sort_dicts=False, width=100)
+    return PYTHON.format(
+        own=own + _name_needed_files(state), model=model, slow=state.slow, fast=state.fast, points=POINTS
+    )
 
 
-def pinned(state: State) -> dict[str, Computed]:
+def compute_pins(state: State) -> dict[str, Computed]:
     """Compute what is pinned to a state, by the words that name it."""
-    return {f"pin {k}: {bicycle_name(pin)}": computed(pin) for k, pin in enumerate(map(parse_state, state.pins), 1)}
+    return {
+        f"pin {k}: {bicycle_name(pin)}": compute_modes(pin) for k, pin in enumerate(map(parse_state, state.pins), 1)
+    }
 
 
 def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> str:
     """Present view as one HTML file: figures, tables, data and the model file inside."""
-    now, at = computed(state), at_speed(state)
+    now, at = compute_modes(state), at_speed(state)
     figures = {
-        "Modes along speed": drawn.modes_figure(now, pinned(state), palette),
+        "Modes along speed": drawn.modes_figure(now, compute_pins(state), palette),
         "Critical speeds": drawn.critical_strip(now, palette),
         "Root locus": drawn.root_locus(now, palette),
         "Damping at the chosen speed": drawn.damping_figure(at, palette),
@@ -128,9 +134,9 @@ def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> 
             at=state.at,
             address=state.address,
             plotly=_plotly(),
-            content=_packed(json.dumps(content, allow_nan=False).encode()),
-            common=packaged("assets/common.js"),
-            style=packaged("assets/explorer.css"),
+            content=_compress(json.dumps(content, allow_nan=False).encode()),
+            common=read_packaged("assets/common.js"),
+            style=read_packaged("assets/explorer.css"),
         )
     )
 
@@ -138,9 +144,9 @@ def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> 
 @cache
 def _plotly() -> str:
     """Program that draws, compressed."""
-    return _packed(packaged("assets/plotly-basic.min.js").encode())
+    return _compress(read_packaged("assets/plotly-basic.min.js").encode())
 
 
-def _packed(data: bytes) -> str:
+def _compress(data: bytes) -> str:
     """Compress to letters that no tag of HTML can be made of (base 85 has no slash)."""
     return base64.b85encode(gzip.compress(data, 9, mtime=0)).decode("ascii")

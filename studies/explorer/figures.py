@@ -261,11 +261,11 @@ def modes_table(named: Modes) -> dict[str, Any]:
     shown = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
     shown |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
     columns = [f"{shown.get(name, name)} {'' if unit == '1' else unit}".strip() for name, unit in UNITS.items()]
-    rows = [[*plain(row), halving(row[2])] for row in frame.itertuples(index=False, name=None)]
+    rows = [[*json_cells(row), halving(row[2])] for row in frame.itertuples(index=False, name=None)]
     return {"columns": [*columns, "time"], "rows": rows}
 
 
-def plain(cells: Iterable[Any]) -> list[Any]:
+def json_cells(cells: Iterable[Any]) -> list[Any]:
     """Values as JSON has them: None in place of what is no finite number."""
     return [None if isinstance(cell, float) and not math.isfinite(cell) else cell for cell in cells]
 
@@ -295,9 +295,9 @@ def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, An
                 "marker": style["marker"] | {"maxdisplayed": marks},
             }
             meta = {"mode": name, "pin": label}
-            yield shared | {"y": plain(values.real.tolist()), "showlegend": column == 0, "meta": meta}
+            yield shared | {"y": json_cells(values.real.tolist()), "showlegend": column == 0, "meta": meta}
             if not np.isnan(hertz).all():
-                yield shared | {"y": plain(hertz.tolist()), "yaxis": "y2", "showlegend": False}
+                yield shared | {"y": json_cells(hertz.tolist()), "yaxis": "y2", "showlegend": False}
 
 
 def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) -> str:
@@ -346,12 +346,12 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     for name, values in at.named.branches.items():
         ratio, hertz, sd = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0]), at.sd[name]
         rows += [
-            [*plain([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
+            [*json_cells([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
             for root in values[0][~np.isnan(values[0])].tolist()
         ]
         if values[0, 0].imag > 0:
             words, banded = mode_words(name), not math.isnan(sd)
-            band = {"type": "data", "array": plain([sd]), "color": palette.text, "thickness": 2, "visible": banded}
+            band = {"type": "data", "array": json_cells([sd]), "color": palette.text, "thickness": 2, "visible": banded}
             data.append(
                 {
                     "type": "bar",
@@ -392,7 +392,7 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
         for c in found.changes
     ]
     columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
-    words, names = escape(mode_words(found.mode)), [_short(c.parameter) for c in top]
+    words, names = escape(mode_words(found.mode)), [_shorten(c.parameter) for c in top]
     bars = {
         "type": "bar",
         "orientation": "h",
@@ -459,7 +459,7 @@ def _in_two_lines(name: str) -> str:
     return f"{name[:middle]}<br>{name[middle:]}"
 
 
-def _short(parameter: str) -> str:
+def _shorten(parameter: str) -> str:
     """Name of a parameter without its effect if that says it twice."""
     parts = parameter.split(".")
     return ".".join(parts[1:]) if len(parts) > 1 and parts[0] == parts[1] else parameter

@@ -16,7 +16,7 @@ from studies.explorer.chart import chart_axes
 from studies.explorer.exports import template
 from studies.explorer.geometry import GEOMETRY, slider_fields
 from studies.explorer.models import bicycle_or_none, known_tyres
-from studies.explorer.state import FASTEST, ON, State, written
+from studies.explorer.state import FASTEST, ON, State, write_value
 from studies.explorer.tyre_files import TYRES, is_loaded, shown_name
 from studies.model_space.model_argument import LAWS
 from studies.model_space.model_example import typical_values
@@ -49,7 +49,7 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
                     {"value": one, "words": one or "as measured", "chosen": one == surface}
                     for one in ("", "flat", "drum")
                 ],
-                "pressure": written(pressure) if isinstance(pressure, float) else "",
+                "pressure": write_value(pressure) if isinstance(pressure, float) else "",
                 "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
                 "load": None if loads is None else f"{loads[number]:.1f}",
                 "load_bar": None if source is None or loads is None else _bar(loads[number], source.load_range),
@@ -106,13 +106,20 @@ class Edit:
 def controls_html(state: State) -> dict[str, str]:
     """Render the forms of a state by their place: model, speeds, chosen speed with mode, axes of the chart."""
     ends = [
-        {"key": key, "words": words, "value": written(getattr(state, key)), "low": 0.1, "high": FASTEST, "step": 0.1}
+        {
+            "key": key,
+            "words": words,
+            "value": write_value(getattr(state, key)),
+            "low": 0.1,
+            "high": FASTEST,
+            "step": 0.1,
+        }
         for key, words in (("slow", "From"), ("fast", "To"))
     ]
     at = {
         "key": "at",
         "words": "Chosen speed",
-        "value": written(state.at),
+        "value": write_value(state.at),
         "low": state.slow,
         "high": state.fast,
         "step": 0.05,
@@ -198,7 +205,7 @@ def starts(effect: type[Effect], bicycle: Bicycle | None) -> dict[str, str]:
             continue  # equals a parameter of the bicycle
         usual = p.default if isinstance(p.default, float | int) else float(f"{sum(p.typical) / 2:.4g}")
         value = fitting[p.name] if fitting else usual
-        found |= {f"effects.{effect.identifier}.{key}": written(float(value)) for key in p.entries()}
+        found |= {f"effects.{effect.identifier}.{key}": write_value(float(value)) for key in p.entries()}
     return found or {f"effects.{effect.identifier}": ON}
 
 
@@ -233,7 +240,7 @@ def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict
         "low": bottom,
         "high": top,
         "step": float(f"{(top - bottom) / 200:.1g}"),
-        "value": written(value) if isinstance(value, float) else "",
+        "value": write_value(value) if isinstance(value, float) else "",
         "about": parameter.description,
         "typical": f"{low:g} .. {high:g}",
         "tied": parameter.default if isinstance(parameter.default, str) else "",

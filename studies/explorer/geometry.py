@@ -46,7 +46,7 @@ class Misfit(InputError):
         self.key = f"{GEOMETRY}.{key}"
 
 
-def shown(key: str, values: Mapping[str, float]) -> float:
+def slider_value(key: str, values: Mapping[str, float]) -> float:
     """Value of a slider: SI, the head angle in degrees, heights upwards."""
     value = values[SLIDERS[key].parameter]
     if key == "head_angle":
@@ -54,7 +54,7 @@ def shown(key: str, values: Mapping[str, float]) -> float:
     return -value if key.endswith("height") else value
 
 
-def moved(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
+def move_bicycle(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
     """Move the numbers of a ``bicycle`` that ``geometry`` names; fork and bar go along with the wheelbase."""
     values = dict(bicycle.values)
     for key, value in geometry.items():
@@ -75,7 +75,7 @@ def _refuse(key: str, p: Mapping[str, float]) -> None:
     front = (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"] / mass  # share of the weight
     offset = p["rF"] * math.sin(p["lam"]) - p["c"] * math.cos(p["lam"])
     gap = math.hypot(p["w"], p["rR"] - p["rF"]) - p["rR"] - p["rF"]
-    value = shown(key, p)
+    value = slider_value(key, p)
     rules = {
         "must be above 0": value <= 0 and key != "trail",
         "must be between 45 and 90 deg": key == "head_angle" and not 45 < value < 90,
@@ -96,7 +96,7 @@ def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
     """Slider and number of each key, at the values of a ``bicycle``."""
     found = []
     for key, slider in SLIDERS.items():
-        value = shown(key, bicycle.values)
+        value = slider_value(key, bicycle.values)
         low, high = min(slider.low, value), max(slider.high, value)
         found.append(
             {
@@ -112,7 +112,7 @@ def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
     return found
 
 
-def kept_on_the_axis(effects: Mapping[str, Any], before: Bicycle, after: Bicycle) -> dict[str, Any]:
+def keep_hinge_on_axis(effects: Mapping[str, Any], before: Bicycle, after: Bicycle) -> dict[str, Any]:
     """Tables of effects in which the hinge of a flexible front has kept its distance from the steer axis."""
     table = effects.get("front_compliance")
     if not isinstance(table, Mapping) or not {"joint_x", "joint_z"} <= set(table):
@@ -160,7 +160,7 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         "circles": [(kind, *(round(1e3 * number, 1) for number in circle)) for *circle, kind in circles],
         "trail": 1e3 * p["c"],
         "at": 1e3 * (p["w"] + p["c"] / 2),
-        "head_angle": shown("head_angle", p),
+        "head_angle": slider_value("head_angle", p),
         "wheelbase": p["w"],
         "mass": sum(p[key] for key in ("mR", "mB", "mH", "mF")),
         "box": (-0.55e3, -4.9e3 * r, 1e3 * (p["w"] + 1.2), 4.9e3 * r + 130),

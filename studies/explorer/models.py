@@ -18,7 +18,7 @@ from bicycle.parameters.bicycle import Bicycle
 from bicycle.stability.critical import CriticalSpeed, critical_speeds
 from bicycle.stability.named_modes import Modes, modes
 from bicycle.stability.propagation import mode_sd, model_covariance
-from studies.explorer.geometry import GEOMETRY, kept_on_the_axis, moved, side_view
+from studies.explorer.geometry import GEOMETRY, keep_hinge_on_axis, move_bicycle, side_view
 from studies.explorer.state import State
 from studies.explorer.tyre_files import TYRES, refuse_unloaded
 from studies.model_space.lasting_motions import Trace, curves_of, traces_of
@@ -32,7 +32,7 @@ R = TypeVar("R")
 _one_at_a_time = RLock()  # requests come in parallel; the same state is computed once
 
 
-def _kept(*view: str) -> Callable[[Callable[[State], R]], Callable[[State], R]]:
+def _cache_by_view(*view: str) -> Callable[[Callable[[State], R]], Callable[[State], R]]:
     """Keep what is computed of the last models at the fields ``view`` of their states: asking again is free."""
 
     def keep(make: Callable[[State], R]) -> Callable[[State], R]:
@@ -74,19 +74,19 @@ class AtSpeed:
         return mode if mode in here else here[0]
 
 
-@_kept("slow", "fast")
-def computed(state: State) -> Computed:
+@_cache_by_view("slow", "fast")
+def compute_modes(state: State) -> Computed:
     """Compute model, modes and critical speeds of a state."""
-    model, linear = _built(state)
+    model, linear = _build_linear(state)
     notes = tuple(TYRES.in_words(str(note)) for note in linear.warnings)
     found = modes(linear, np.linspace(state.slow, state.fast, POINTS))
     return Computed(model, linear, found, critical_speeds(linear, max_speed=state.fast), notes)
 
 
-@_kept("at")
+@_cache_by_view("at")
 def at_speed(state: State) -> AtSpeed:
     """Compute the modes of a state at its chosen speed, with uncertainty."""
-    model, linear = _built(state)
+    model, linear = _build_linear(state)
     named = modes(linear, [state.at])
     names, covariance = model_covariance(model)
     roots = np.array([[values[0, 0] for values in named.branches.values()]])
@@ -94,13 +94,13 @@ def at_speed(state: State) -> AtSpeed:
     return AtSpeed(named, dict(zip(named.branches, damping[0].tolist(), strict=True)), names)
 
 
-@_kept("mode", "at", "fast")
+@_cache_by_view("mode", "at", "fast")
 def ranking(state: State) -> Ranking:
     """Rank parameters by what one sd of each does to the chosen mode at the chosen speed."""
     return rank(model_of(state), mode=at_speed(state).first(state.mode), speed=state.at, max_speed=state.fast)
 
 
-@_kept("fast")
+@_cache_by_view("fast")
 def amplitudes(state: State) -> tuple[Trace, ...]:
     """Follow the motions of a state on tyres that saturate, from its critical speeds up to the fastest speed on."""
     curves = curves_of(model_content(state))
@@ -113,11 +113,11 @@ def amplitudes(state: State) -> tuple[Trace, ...]:
 
 def model_of(state: State) -> Model:
     """Give the model of a state."""
-    return _built(state)[0]
+    return _build_linear(state)[0]
 
 
-@_kept()
-def _built(state: State) -> tuple[Model, LinearModel]:
+@_cache_by_view()
+def _build_linear(state: State) -> tuple[Model, LinearModel]:
     model = build(state)
     return model, model.linear_model()
 
@@ -130,12 +130,12 @@ def bicycle_or_none(state: State) -> Bicycle | None:
         return None
 
 
-@_kept()
+@_cache_by_view()
 def _bicycle(state: State) -> Bicycle:
     content = state.content
     refuse_other_files(content)
     alone = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
-    return moved(build_model(alone | _rider(state, content)).bicycle, state.geometry)
+    return move_bicycle(build_model(alone | _rider(state, content)).bicycle, state.geometry)
 
 
 def build(state: State) -> Model:
@@ -152,9 +152,9 @@ def model_content(state: State) -> dict[str, Any]:
     if state.geometry:
         unmoved = tuple((key, value) for key, value in state.model if not key.startswith(f"{GEOMETRY}."))
         before, after = _bicycle(replace(state, model=unmoved)), _bicycle(state)
-        effects = kept_on_the_axis(content.get("effects", {}), before, after)
-        return TYRES.located(content | {"bicycle": model_table(after), "effects": effects})
-    return TYRES.located(content | _rider(state, content))
+        effects = keep_hinge_on_axis(content.get("effects", {}), before, after)
+        return TYRES.with_paths(content | {"bicycle": model_table(after), "effects": effects})
+    return TYRES.with_paths(content | _rider(state, content))
 
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:

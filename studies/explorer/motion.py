@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.explorer.models import AtSpeed, computed
+from studies.explorer.models import AtSpeed, compute_modes
 from studies.explorer.state import State
 from studies.motion.animation import BicycleDrawing, bicycle_drawing, modal_motion
 from tyre.ground.arrays import Array
@@ -17,7 +17,7 @@ BODIES = {"rear frame": "rear", "rear wheel": "wheel", "front frame": "front", "
 
 def mode_motion(state: State, at: AtSpeed) -> dict[str, Any]:
     """Frames of the chosen mode at the chosen speed: views as paths, and a table of sizes and phases."""
-    now, name = computed(state), at.first(state.mode)
+    now, name = compute_modes(state), at.first(state.mode)
     root = complex(at.named.branch(name)[0, 0])
     motion = modal_motion(now.linear, speed=state.at, eigenvalue=root, amplitude=0.25, frames=FRAMES)
     drawn = bicycle_drawing(now.model)

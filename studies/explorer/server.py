@@ -42,26 +42,26 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
     def refuse() -> Response | None:
         host, origin = request.host, request.headers.get("Origin")
         if host not in allowed:
-            return said(403, "this server answers to its own address only")
+            return answer_in_words(403, "this server answers to its own address only")
         if origin is not None and origin.removeprefix("http://") not in allowed:
-            return said(403, "another site may not ask this server")
+            return answer_in_words(403, "another site may not ask this server")
         link = request.path == "/" and request.headers.get("Sec-Fetch-Mode") == "navigate"
         if request.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none") and not link:
-            return said(403, "another site may not ask this server")
+            return answer_in_words(403, "another site may not ask this server")
         if request.path == CALLBACK:
             return _refused_callback(callbacks)
         odd = "//" in request.path or ".." in request.path
         if odd or (request.path not in PAGES and not request.path.startswith(FOLDERS)):
-            return said(404, "there is no such page")
-        return None if request.method in ("GET", "HEAD") else said(405, "only reading is allowed here")
+            return answer_in_words(404, "there is no such page")
+        return None if request.method in ("GET", "HEAD") else answer_in_words(405, "only reading is allowed here")
 
     @server.errorhandler(DependencyException)
     def no_such_part(error: DependencyException) -> Response:
-        return said(404, "there is no such page")
+        return answer_in_words(404, "there is no such page")
 
     @server.errorhandler(HTTPException)
     def refused(error: HTTPException) -> Response:
-        return said(error.code or 500, (error.description or error.name).replace("\n", " "))
+        return answer_in_words(error.code or 500, (error.description or error.name).replace("\n", " "))
 
     @server.errorhandler(InputError)
     def in_words(error: InputError) -> Response:
@@ -82,7 +82,7 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
         return answer
 
 
-def said(code: int, words: str) -> Response:
+def answer_in_words(code: int, words: str) -> Response:
     """Answer in plain words."""
     return Response(f"velotyre explore: {words}\n", status=code, mimetype="text/plain")
 
@@ -90,14 +90,18 @@ def said(code: int, words: str) -> Response:
 def _refused_callback(callbacks: Mapping[str, Any]) -> Response | None:
     """Refuse a question that no callback of the page asks, or one with values that no page sends."""
     if request.method != "POST":
-        return said(405, "only the page itself asks here")
+        return answer_in_words(405, "only the page itself asks here")
     if request.content_length is not None and request.content_length > LARGEST_BODY:
-        return said(413, f"a request may have {LARGEST_BODY} bytes")
+        return answer_in_words(413, f"a request may have {LARGEST_BODY} bytes")
     try:
         body = request.get_json(silent=True) if request.content_length is not None else None
     except RecursionError:
         body = None
-    return None if _is_asked(body, callbacks) and _is_small(body) else said(400, "this is no request of the page")
+    return (
+        None
+        if _is_asked(body, callbacks) and _is_small(body)
+        else answer_in_words(400, "this is no request of the page")
+    )
 
 
 def _is_asked(body: Any, callbacks: Mapping[str, Any]) -> bool:
@@ -142,7 +146,7 @@ def build_server(initial: str, port: int) -> Any:
     return app.server
 
 
-def listening(port: int) -> socket.socket:
+def open_socket(port: int) -> socket.socket:
     """Open a socket on this machine; port 0 takes a free one."""
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -160,7 +164,7 @@ def serve(initial: str, *, port: int, browser: bool) -> None:
     """Serve the page until it is interrupted."""
     from werkzeug.serving import make_server
 
-    place = listening(port)
+    place = open_socket(port)
     port = place.getsockname()[1]
     application = build_server(initial, port)
     server = make_server(HOST, port, application, threaded=True, fd=place.fileno())

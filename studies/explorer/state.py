@@ -27,7 +27,7 @@ ON = "on"  # value of effects.NAME for an effect that is there without numbers o
 Value = float | bool | str
 
 
-def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
+def make_tables(flat: Mapping[str, Value]) -> dict[str, Any]:
     """Make tables from dotted keys."""
     content: dict[str, Any] = {}
     for key, value in flat.items():
@@ -43,7 +43,7 @@ def nested(flat: Mapping[str, Value]) -> dict[str, Any]:
     return content
 
 
-def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
+def make_dotted_keys(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
     """Make dotted keys from the content of a model file, for :class:`State`."""
     flat: dict[str, Value] = {}
 
@@ -68,14 +68,14 @@ def flattened(content: Mapping[str, Any]) -> tuple[tuple[str, Value], ...]:
     return tuple(sorted(flat.items()))
 
 
-def written(value: Value) -> str:
+def write_value(value: Value) -> str:
     """Write a value as the address has it, every digit of a number."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return repr(value).removesuffix(".0") if isinstance(value, float) else value
 
 
-def finite(key: str, value: str) -> float:
+def read_number(key: str, value: str) -> float:
     """Read the number that a text of an address is."""
     found = _number(value)
     if not math.isfinite(found) or len(value) > 40:
@@ -113,7 +113,7 @@ def model_value(key: str, value: str) -> Value:
         return value  # such as 0.3 +/- 0.01, which the reader of bicycles checks
     if len(parts) == 1 or len(parts) > 4 or (parts[0] == "effects" and len(parts) == 2):
         raise InputError(f"address: {key} = {shown(value)} is no key and value of a model file")
-    return finite(key, value)
+    return read_number(key, value)
 
 
 def each_wheel(model: Mapping[str, Value]) -> dict[str, Value]:
@@ -157,12 +157,12 @@ class State:
     @property
     def content(self) -> dict[str, Any]:
         """The content of its model file, without the rider and what is moved."""
-        return {key: value for key, value in nested(dict(self.model)).items() if key != GEOMETRY}
+        return {key: value for key, value in make_tables(dict(self.model)).items() if key != GEOMETRY}
 
     @property
     def geometry(self) -> dict[str, Any]:
         """Numbers of the bicycle that are moved, by the keys of their sliders."""
-        return dict(nested(dict(self.model)).get(GEOMETRY, {}))
+        return dict(make_tables(dict(self.model)).get(GEOMETRY, {}))
 
     @property
     def address(self) -> str:
@@ -174,10 +174,10 @@ class State:
             if field.name not in ("model", "pins") and getattr(self, field.name) != getattr(start, field.name)
         ]
         pairs = [*self.model, *view, *((PIN, pin) for pin in self.pins)]
-        return "&".join(f"{quote(key)}={quote(written(value), safe='/:,')}" for key, value in pairs)
+        return "&".join(f"{quote(key)}={quote(write_value(value), safe='/:,')}" for key, value in pairs)
 
 
-def _short(value: Any) -> str:
+def _read_line(value: Any) -> str:
     if len(text("")(value)) > 80 or any(ord(letter) < 32 for letter in value):
         raise remarked("must be one line of at most 80 letters")
     return str(value)
@@ -185,7 +185,7 @@ def _short(value: Any) -> str:
 
 _speed = number(above=0.0, most=FASTEST, says=f"must be a speed above 0 and up to {FASTEST:g} m/s")
 VIEW = schema.table(
-    {schema.maybe(key): _short for key in ("name", "rider", "mode", "x", "y")}
+    {schema.maybe(key): _read_line for key in ("name", "rider", "mode", "x", "y")}
     | {schema.maybe("posture"): text("must be upright, hoods or drops", allowed=("upright", "hoods", "drops"))}
     | {schema.maybe(key): _speed for key in ("slow", "fast", "at")}
 )
@@ -211,7 +211,7 @@ def parse_state(address: Any) -> State:
         if key.split(".")[0] in (*FILE_KEYS, GEOMETRY):
             model[key] = model_value(key, value)
         elif key in ("slow", "fast", "at"):
-            view[key] = finite(key, value)
+            view[key] = read_number(key, value)
         else:
             view[key] = value
     try:
@@ -229,7 +229,7 @@ def parse_state(address: Any) -> State:
             f"address: speeds from {state.slow:g} to {state.fast:g} m/s with {state.at:g} m/s chosen; the first must "
             "be below the second and the chosen one between them"
         )
-    nested(model)
+    make_tables(model)
     return state
 
 

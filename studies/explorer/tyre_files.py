@@ -86,11 +86,11 @@ class TyreFiles:
         with self.by_name():
             return read_tyre(self._places.get(name, name), surface=surface)
 
-    def located(self, content: Mapping[str, Any]) -> dict[str, Any]:
+    def with_paths(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """The ``content`` of a model file with paths in place of the names of an address."""
         return with_tyres(content, lambda name: self._places.get(name, name))
 
-    def portable(self, content: Mapping[str, Any]) -> dict[str, Any]:
+    def with_file_names(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """The ``content`` of a model file for another folder: what was loaded is called by its file name alone."""
         named = {place: shown_name(key) for key, place in self._places.items() if is_loaded(key)}
         return with_tyres(content, lambda name: named.get(name, name))

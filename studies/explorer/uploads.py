@@ -13,7 +13,7 @@ from bicycle.files.bicycle_numbers import model_table
 from bicycle.model.model_file import MODEL
 from bicycle.parameters.bicycle import UNITS
 from studies.explorer.models import refuse_other_files
-from studies.explorer.state import State, flattened, parse_state
+from studies.explorer.state import State, make_dotted_keys, parse_state
 from studies.explorer.tyre_files import TYRES, shown_name, tyre_names, with_tyres
 from studies.model_space.model_argument import choose
 from tyre.ground import schema
@@ -66,7 +66,7 @@ def start_state(model: str | None) -> State:
     if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
         found = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
         content["bicycle"], name = model_table(found), found.name
-    return parse_state(State(model=flattened(content), name=name[:80]).address)
+    return parse_state(State(model=make_dotted_keys(content), name=name[:80]).address)
 
 
 def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
@@ -77,15 +77,15 @@ def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
         schema.read(MODEL, content)
         given = with_tyres(content, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
         refuse_other_files(given)
-        return _kept(state, flattened(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
+        return _take_model(state, make_dotted_keys(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
     bicycle = load_bicycle(path)
     others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
     others |= {WAY_OUT: True} if bicycle.unusual else {}
-    made = _kept(state, flattened({"bicycle": model_table(bicycle)} | others), bicycle.name)
+    made = _take_model(state, make_dotted_keys({"bicycle": model_table(bicycle)} | others), bicycle.name)
     return made, tuple(" ".join(note.split()) for note in bicycle.warnings)
 
 
-def _kept(state: State, model: Any, name: str) -> State:
+def _take_model(state: State, model: Any, name: str) -> State:
     return parse_state(replace(state, model=model, name=name[:80], rider="").address)
 
 

@@ -15,9 +15,9 @@ def address():
     pytest.importorskip("dash", reason="the page needs dash (extra explore)")
     from werkzeug.serving import make_server
 
-    from studies.explorer import CLOSE, HOST, build_server, listening
+    from studies.explorer import CLOSE, HOST, build_server, open_socket
 
-    place = listening(0)
+    place = open_socket(0)
     port = place.getsockname()[1]
     application = build_server("", port)
     server = make_server(HOST, port, application, threaded=True, fd=os.dup(place.fileno()))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies.chart import CLOSED, EDGE, Boundary, NamedBoundary
-from studies.explorer import BAND_NAME, LIGHT, bands, hidden
+from studies.explorer import BAND_NAME, LIGHT, bands, note_hidden_bands
 
 RADIUS, SLOPE = 0.3, 4.0  # of a circle in the middle; of the real part across it, 1/s per whole axis
 
@@ -57,9 +57,9 @@ def test_a_band_ends_at_1_96_standard_deviations_on_both_sides(sd):
 
 def test_what_is_too_narrow_too_wide_or_exact_has_none():
     assert bands(chart(line(0.0005)), LIGHT) == []
-    assert hidden(chart(line(0.02), line(0.0005))) == [
+    assert note_hidden_bands(chart(line(0.02), line(0.0005))) == [
         "boundary 2: its band is narrower than its line; the table has its standard deviations"
     ]
     assert bands(chart(line(0.2)), LIGHT) == []  # the doubts of the chart say so
     assert bands(chart(line(0.02), uncertain=False), LIGHT) == []
-    assert hidden(chart(line(0.0005), uncertain=False)) == []
+    assert note_hidden_bands(chart(line(0.0005), uncertain=False)) == []

@@ -50,10 +50,10 @@ def test_the_hinge_of_the_front_keeps_its_distance_from_the_steer_axis():
 ])  # fmt: skip
 def test_geometry_that_cannot_be_names_its_slider(key, value, words):
     with pytest.raises(site.Misfit, match=words) as refused:
-        site.moved(load_bicycle("benchmark"), {key: float(value)})
+        site.move_bicycle(load_bicycle("benchmark"), {key: float(value)})
     assert refused.value.key == f"geometry.{key}"
     with pytest.raises(InputError, match="geometry: unknown key 'tail'"):
-        site.moved(load_bicycle("benchmark"), {"tail": 1.0})
+        site.move_bicycle(load_bicycle("benchmark"), {"tail": 1.0})
 
 
 def test_the_side_view_is_to_scale():
@@ -75,7 +75,7 @@ def test_the_side_view_is_to_scale():
 
 def test_the_axis_of_frequencies_holds_what_is_slow():
     """The wheels on their tyres oscillate at 45 Hz; wobble at 8 and weave at 2 Hz need the room."""
-    found = site.computed(site.start_state(None))
+    found = site.compute_modes(site.start_state(None))
     top = site.modes_figure(found, {}, site.LIGHT)["layout"]["yaxis2"]["range"][1]
     assert max(np.nanmax(found.named.frequency(name)) for name in found.named.names) > 20
     assert np.nanmax(found.named.frequency("wobble")) < top < 20

@@ -122,7 +122,7 @@ def test_a_script_in_a_name_is_text():
     html = site.controls_html(state)["model"]
     assert "<script" not in html
     assert "&lt;script&gt;" in html
-    figure = site.modes_figure(site.computed(state), {"<b onclick=x>": site.computed(state)}, site.LIGHT)
+    figure = site.modes_figure(site.compute_modes(state), {"<b onclick=x>": site.compute_modes(state)}, site.LIGHT)
     assert not any("<b onclick" in trace["name"] for trace in figure["data"])
 
 
@@ -209,7 +209,7 @@ def test_the_model_of_the_command_line(tmp_path):
     start = site.start_state(None)  # a rider on a measured tyre, the front flexible, up to 30 m/s
     assert (start.content["bicycle"], start.slow, start.fast) == ("pista_charlie_drops", 1.0, 30.0)
     assert {"relaxation_length", "front_compliance"} < set(start.content["effects"])
-    assert "wobble" in [c.mode for c in site.computed(start).critical]
+    assert "wobble" in [c.mode for c in site.compute_modes(start).critical]
     with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
         site.start_state("pisto")
 
@@ -273,7 +273,7 @@ def test_amplitudes_over_speed():
 def test_pointing_at_a_curve_tells_frequency_damping_and_time():
     """Weave of the benchmark at 5 m/s (Meijaard et al. 2007, table 2): -0.77534 + 4.46487i 1/s."""
     state = site.parse_state("slow=5&fast=6&at=5")
-    curves = site.modes_figure(site.computed(state), {"pin 1: x": site.computed(state)}, site.LIGHT)["data"]
+    curves = site.modes_figure(site.compute_modes(state), {"pin 1: x": site.compute_modes(state)}, site.LIGHT)["data"]
     weave = next(curve for curve in curves if curve["name"] == "weave")
     assert weave["text"][0] == (
         "<b>weave</b> at 5 m/s<br>0.7106 Hz, damping ratio 0.1711<br>halves in 0.894 s"

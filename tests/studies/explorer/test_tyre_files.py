@@ -36,7 +36,7 @@ def test_a_model_and_its_tyre_are_dropped_together(tmp_path):
     (tmp_path / "model.toml").write_bytes(MODEL)
     model, found = read_model(tmp_path / "model.toml"), site.build(state)
     assert found.parameters == pytest.approx(dict(model.parameters), rel=1e-12)
-    assert not any("velotyre_tyres" in note for note in site.computed(state).notes)
+    assert not any("velotyre_tyres" in note for note in site.compute_modes(state).notes)
 
     (tmp_path / "mine.csv").write_bytes(TABLE)  # and taken away
     (tmp_path / "kept.toml").write_text(site.model_toml(state))
