@@ -46,48 +46,54 @@ the first is seen. ``assets/plotly-basic.min.js`` is plotly.js 4.1.1 as its make
 plotly.js-basic-dist-min, MIT), a quarter of what Dash would ask for."""
 
 
-def main_figures(asked: Any, theme: Any) -> dict[str, Any]:
-    """Figures along speed, and under ``shown`` what the browser needs beside them."""
-    state = parse_state(asked)
-    now, palette, pinned = compute_modes(state), _palette(theme), exports.compute_pins(state)
-    shown = {
-        "asked": asked,
+def main_figures(question: Any, theme: Any) -> dict[str, Any]:
+    """Draw the figures along speed of the address ``question``; under ``shown`` what the browser needs besides."""
+    state = parse_state(question)
+    model = compute_modes(state)
+    palette = _palette(theme)
+    pinned = exports.compute_pins(state)
+    view = {
+        "asked": question,
         "address": state.address,
-        "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in now.model.effects)}",
-        "modes": [{"value": name, "words": mode_words(name)} for name in now.named.names],
-        "critical": [figures.critical_words(c) for c in now.critical] or [f"none up to {state.fast:g} m/s"],
-        "sides": side_views(state, now, pinned),
-        "notes": [" ".join(str(note).split()) for note in (*now.notes, *now.named.events, *kept_here(state))],
+        "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in model.model.effects)}",
+        "modes": [{"value": name, "words": mode_words(name)} for name in model.named.names],
+        "critical": [figures.critical_words(c) for c in model.critical] or [f"none up to {state.fast:g} m/s"],
+        "sides": side_views(state, model, pinned),
+        "notes": [" ".join(str(note).split()) for note in (*model.notes, *model.named.events, *kept_here(state))],
     }
-    locus = figures.root_locus(now, palette)
+    locus = figures.root_locus(model, palette)
     del locus["layout"]["meta"]  # its table is that of the modes, which the browser has
-    modes, critical = figures.modes_figure(now, pinned, palette), figures.critical_strip(now, palette)
-    return {"figures": {"modes": modes, "critical": critical, "locus": locus}, "shown": shown}
+    modes = figures.modes_figure(model, pinned, palette)
+    critical = figures.critical_strip(model, palette)
+    return {"figures": {"modes": modes, "critical": critical, "locus": locus}, "shown": view}
 
 
-def side_views(state: Shown, now: Computed, pinned: Mapping[str, Computed]) -> str:
-    """Drawings to scale of the bicycle and of the one pinned last, side by side, with their critical speeds."""
-    last = list(zip(map(parse_state, state.pins), pinned.values(), strict=True))[-1:]
-    views = [
-        view_from_the_side(one) | {"critical": list(map(figures.critical_words, found.critical)), "fast": one.fast}
-        for one, found in ((state, now), *last)
-    ]
+def side_views(state: Shown, model: Computed, pinned: Mapping[str, Computed]) -> str:
+    """Draw the bicycle and the one pinned last to scale, side by side, with their critical speeds."""
+    last_pin = list(zip(map(parse_state, state.pins), pinned.values(), strict=True))[-1:]
+    views = []
+    for drawn_state, drawn_model in ((state, model), *last_pin):
+        critical = [figures.critical_words(speed) for speed in drawn_model.critical]
+        views.append(view_from_the_side(drawn_state) | {"critical": critical, "fast": drawn_state.fast})
     low, top, wide, high = zip(*(view["box"] for view in views), strict=True)
     return str(exports.template("side_view").render(views=views, box=(min(low), min(top), max(wide), max(high))))
 
 
 def _damping(state: Shown, palette: figures.Palette) -> dict[str, Any]:
+    """Answer with the damping figure, and with command and Python that compute the same."""
     figure = figures.figure_or_words("damping", lambda: figures.damping_figure(at_speed(state), palette), palette)
     return {"figure": figure, "command": exports.as_command(state), "python": exports.as_python(state)}
 
 
 def _chart(state: Shown, palette: figures.Palette) -> dict[str, Any]:
-    found = chart_of(state)
-    return {"figure": chart_figure(found, palette), "address": state.address, "notes": chart_notes(found)}
+    """Answer with the stability chart, the address it is of, and its notes."""
+    chart = chart_of(state)
+    return {"figure": chart_figure(chart, palette), "address": state.address, "notes": chart_notes(chart)}
 
 
-def _words_or(name: str, made: Callable[[Shown, figures.Palette], figures.Figure]) -> Any:
-    return lambda state, palette: {"figure": figures.figure_or_words(name, lambda: made(state, palette), palette)}
+def _words_or(name: str, make: Callable[[Shown, figures.Palette], figures.Figure]) -> Any:
+    """Make the answer of the figure ``name``: the figure, or words in its place."""
+    return lambda state, palette: {"figure": figures.figure_or_words(name, lambda: make(state, palette), palette)}
 
 
 # store of the answer, read by the function of assets/explorer.js of that name -> store of the question, answer
@@ -173,6 +179,8 @@ def build_app(initial: str = "") -> Dash:
 
 
 def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figures.Palette], dict[str, Any]]) -> None:
+    """Let the store ``name`` hold the answer to the question in the store ``question``."""
+
     @app.callback(Output(name, "data"), Input(question, "data"), prevent_initial_call=True)
     def answered(asked: Any) -> Any:
         text, theme = _read_question(asked)
@@ -184,11 +192,15 @@ def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figure
 
 
 def _form_and_files(app: Dash) -> None:
+    """Answer what is asked along speed, for the form, with dropped files, and for a file to save."""
+
     @app.callback(Output("along", "data"), Input("ask-along", "data"), prevent_initial_call=True)
     def along(asked: Any) -> Any:
         text, theme = _read_question(asked)
-        refused = {"asked": text}
-        return _or_message(lambda: main_figures(text, theme), lambda told: {"shown": refused | told})
+        view = {"asked": text}
+        return _or_message(
+            lambda: main_figures(text, theme), lambda figures_and_view: {"shown": view | figures_and_view}
+        )
 
     @app.callback(Output("form", "data"), Input("ask-form", "data"), prevent_initial_call=True)
     def form(asked: Any) -> Any:
@@ -205,8 +217,8 @@ def _form_and_files(app: Dash) -> None:
         prevent_initial_call=True,
     )
     def dropped(contents: Any, name: Any, asked: Any) -> Any:
-        given, names = _read_list(contents), _read_list(name)
-        if not given or len(given) != len(names):
+        texts, names = _read_list(contents), _read_list(name)
+        if not texts or len(texts) != len(names):
             return no_update
         try:
             start = parse_state(asked or "")
@@ -215,53 +227,54 @@ def _form_and_files(app: Dash) -> None:
 
         def load() -> dict[str, Any]:
             try:
-                contents = [base64.b64decode(text.partition(",")[2], validate=True) for text in given]
+                contents = [base64.b64decode(text.partition(",")[2], validate=True) for text in texts]
             except binascii.Error as error:
                 raise InputError(f"{names[0][:80]}: the browser did not send it whole; drop it again") from error
             state, remarks = with_files(start, list(zip(names, contents, strict=True)))
-            return {"address": state.address, "remarks": list(remarks), "name": ", ".join(one[:80] for one in names)}
+            return {"address": state.address, "remarks": list(remarks), "name": ", ".join(name[:80] for name in names)}
 
         return _or_message(load)
 
     @app.callback(Output("file", "data"), Input("save", "data"), prevent_initial_call=True)
     def save(asked: Any) -> Any:
         text, theme = _read_question(asked)
-        what = asked.get("what") if isinstance(asked, dict) else None
-        if not isinstance(what, str) or what not in FILES:
+        kind = asked.get("what") if isinstance(asked, dict) else None
+        if not isinstance(kind, str) or kind not in FILES:
             return no_update
-        ending, made = FILES[what]
+        ending, make = FILES[kind]
 
         def content() -> dict[str, Any]:
             state = parse_state(text)
             name = f"{exports.file_stem(state)}{ending}"
-            return {"content": made(state, _palette(theme)), "filename": name, "type": "text/plain"}
+            return {"content": make(state, _palette(theme)), "filename": name, "type": "text/plain"}
 
         return _or_message(content, lambda _: no_update)
 
 
-def _or_message(made: Callable[[], Any], refused: Callable[[dict[str, str]], Any] = dict) -> Any:
-    """Give what is made, or a refusal in words; what nobody foresaw goes to the terminal, and the page says so."""
+def _or_message(make: Callable[[], Any], refuse: Callable[[dict[str, str]], Any] = dict) -> Any:
+    """Answer with what ``make`` returns, or a refusal in words; an unforeseen error goes to the terminal."""
     try:
-        return made()
-    except Misfit as error:  # the page says it beside the slider
-        return refused({"message": str(error), "key": error.key})
+        return make()
+    except Misfit as error:  # the page shows it next to the slider
+        return refuse({"message": str(error), "key": error.key})
     except InputError as error:
-        return refused({"message": str(error)})
+        return refuse({"message": str(error)})
     except Exception:
         logging.getLogger(__name__).exception("no answer")
-        return refused({"message": figures.FAILED})
+        return refuse({"message": figures.FAILED})
 
 
-def _read_list(given: Any) -> list[str]:
-    """List what the browser sends of one file or of several."""
-    listed = given if isinstance(given, list) else [given]
-    return listed if all(isinstance(one, str) for one in listed) else []
+def _read_list(sent: Any) -> list[str]:
+    """Read one text or several, as the browser sends them for one file or several; empty if they are no texts."""
+    texts = sent if isinstance(sent, list) else [sent]
+    return texts if all(isinstance(text, str) for text in texts) else []
 
 
-def _read_question(asked: Any) -> tuple[Any, Any]:
-    """Address and colours of a question (with a running number, so that the same is answered again)."""
-    return (asked.get("text"), asked.get("theme")) if isinstance(asked, dict) else (None, None)
+def _read_question(question: Any) -> tuple[Any, Any]:
+    """Read address and theme of a question; its running number makes the same question be answered again."""
+    return (question.get("text"), question.get("theme")) if isinstance(question, dict) else (None, None)
 
 
 def _palette(theme: Any) -> figures.Palette:
+    """Choose the colours of a theme; light ones if it is none."""
     return figures.PALETTES.get(theme, figures.LIGHT) if isinstance(theme, str) else figures.LIGHT

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from collections.abc import Iterable
 from functools import lru_cache
 from html import escape
 from threading import Lock
@@ -24,9 +25,9 @@ from tyre.ground.errors import InputError
 def axis_options(state: State) -> list[dict[str, Any]]:
     """List what can stand along an axis of the chart of a state: key, words with the unit, usual range."""
     model = model_of(state)
-    found = [{"key": SPEED, "words": "speed, m/s", "low": f"{state.slow:g}", "high": f"{state.fast:g}"}]
+    options = [{"key": SPEED, "words": "speed, m/s", "low": f"{state.slow:g}", "high": f"{state.fast:g}"}]
     tyres = any("tyre" in table for table in state.content.get("effects", {}).values())
-    found += [
+    options += [
         {"key": key, "words": f"{key.split('_')[0]} of the tyres, {unit}", "low": "", "high": ""}
         for key, unit in OF_THE_TYRE.items()
         if tyres
@@ -39,23 +40,23 @@ def axis_options(state: State) -> list[dict[str, Any]]:
             continue
         unit = "" if axis.unit == "1" else f", {axis.unit}"
         words = f"{key.replace('_', ' ').replace('.', ': ', 1)}{unit}"
-        found.append({"key": key, "words": words, "low": f"{low:.6g}", "high": f"{high:.6g}"})
-    return found
+        options.append({"key": key, "words": words, "low": f"{low:.6g}", "high": f"{high:.6g}"})
+    return options
 
 
 def chart_axes(state: State) -> list[dict[str, Any]]:
-    """The two axes of the stability chart: ``name``, ``words``, ``options``, ``low``, ``high`` and ``log``."""
+    """Describe both axes of the chart: ``name``, ``words``, ``options``, ``chosen``, ``low``, ``high``, ``log``."""
     try:
         options = axis_options(state)
     except InputError:  # the message stands beside the figures
         return []
-    found: list[dict[str, Any]] = []
-    for name, words, usual, given in (("x", "Across", 0, state.x), ("y", "Upwards", 1, state.y)):
-        key, equals, ends = given.partition("=")
-        chosen = next((one for one in options if one["key"] == key), options[usual])
-        taken = ends if equals and chosen["key"] == key else ""
-        low, _, high = taken.removesuffix(":log").partition(":")
-        found.append(
+    axes: list[dict[str, Any]] = []
+    for name, words, usual, axis_text in (("x", "Across", 0, state.x), ("y", "Upwards", 1, state.y)):
+        key, equals, ends = axis_text.partition("=")
+        chosen = next((option for option in options if option["key"] == key), options[usual])
+        range_text = ends if equals and chosen["key"] == key else ""
+        low, _, high = range_text.removesuffix(":log").partition(":")
+        axes.append(
             {
                 "name": name,
                 "words": words,
@@ -63,10 +64,10 @@ def chart_axes(state: State) -> list[dict[str, Any]]:
                 "chosen": chosen["key"],
                 "low": low or chosen["low"],
                 "high": high or chosen["high"],
-                "log": taken.endswith(":log"),
+                "log": range_text.endswith(":log"),
             }
         )
-    return found
+    return axes
 
 
 BAND_NAME = "95 % band, first order (dotted edge)"
@@ -75,25 +76,24 @@ HAIR = 1.5e-3  # of the axes: a band whose half width is nowhere more is hidden 
 
 
 def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
-    """A filled trace for each boundary whose band means something; none where nothing is uncertain."""
+    """Make a filled trace for each boundary whose band is narrow; none where nothing is uncertain."""
     if not chart.uncertain:
         return []
-    found: list[dict[str, Any]] = []
-    for one in chart.boundaries:
-        if not one.band_is_narrow or _largest_half_width(one) < HAIR:
+    traces: list[dict[str, Any]] = []
+    for boundary in chart.boundaries:
+        if not boundary.band_is_narrow or _largest_half_width(boundary) < HAIR:
             continue
-        # closed rims one after the other, None between them
-        rims = [point for rim in _ribbon(chart, one) for point in ([None, None], *rim.tolist(), rim[0].tolist())][1:]
-        x, y = ([None if at is None else float(f"{at:.6g}") for at in along] for along in zip(*rims, strict=True))
-        colour = colour_on(mode_look(one.names[0] or "other").colour, palette)
+        rims = _join_rims(_ribbon(chart, boundary))
+        x, y = (_round_or_none(coordinates) for coordinates in zip(*rims, strict=True))
+        colour = colour_on(mode_look(boundary.names[0] or "other").colour, palette)
         red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-        found.append(
+        traces.append(
             {
                 "type": "scatter",
                 "mode": "lines",
                 "name": BAND_NAME,
                 "legendgroup": "band",
-                "showlegend": not found,
+                "showlegend": not traces,
                 "x": x,
                 "y": y,
                 "fill": "toself",
@@ -102,27 +102,43 @@ def bands(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
                 "line": {"color": colour, "dash": "dot", "width": 1},
             }
         )
-    return found
+    return traces
+
+
+def _join_rims(rims: list[Array]) -> list[list[float | None]]:
+    """Join closed rims (k, 2) into one line of points, with a gap of None between two."""
+    points: list[list[float | None]] = []
+    for rim in rims:
+        if points:
+            points.append([None, None])
+        points += [*rim.tolist(), rim[0].tolist()]
+    return points
+
+
+def _round_or_none(coordinates: Iterable[float | None]) -> list[float | None]:
+    """Round coordinates to six digits; the gaps stay None."""
+    return [None if x is None else float(f"{x:.6g}") for x in coordinates]
 
 
 def note_hidden_bands(chart: StabilityChart) -> list[str]:
     """Note the bands that are narrower than a line."""
     return [
         f"boundary {number}: its band is narrower than its line; the table has its standard deviations"
-        for number, one in enumerate(chart.boundaries, 1)
-        if chart.uncertain and _largest_half_width(one) < HAIR
+        for number, boundary in enumerate(chart.boundaries, 1)
+        if chart.uncertain and _largest_half_width(boundary) < HAIR
     ]
 
 
-def _largest_half_width(one: NamedBoundary) -> float:
-    return float(BAND * one.spread[:, 2].max())
+def _largest_half_width(boundary: NamedBoundary) -> float:
+    """Largest half width of a 95 % band, in shares of the axes."""
+    return float(BAND * boundary.spread[:, 2].max())
 
 
-def _ribbon(chart: StabilityChart, one: NamedBoundary) -> list[Array]:
+def _ribbon(chart: StabilityChart, boundary: NamedBoundary) -> list[Array]:
     """Rims (k, 2) of a band: its boundary moved by the half width to both sides, in the units of the axes."""
-    half = BAND * one.spread[:, 2:] * one.curve.normals
-    sides = [one.curve.shares + half, (one.curve.shares - half)[::-1]]
-    return [chart.plane.x(np.clip(rim, 0, 1)) for rim in (sides if one.curve.closed else [np.vstack(sides)])]
+    half = BAND * boundary.spread[:, 2:] * boundary.curve.normals
+    sides = [boundary.curve.shares + half, (boundary.curve.shares - half)[::-1]]
+    return [chart.plane.x(np.clip(rim, 0, 1)) for rim in (sides if boundary.curve.closed else [np.vstack(sides)])]
 
 
 FINE = 260  # cells of the shading along each axis
@@ -132,7 +148,7 @@ _one_at_a_time = Lock()
 
 
 def chart_of(state: State) -> StabilityChart:
-    """The chart of a state over its axes ``x`` and ``y``; kept, so that asking again is free."""
+    """Compute the chart of a state over its axes ``x`` and ``y``, or take it from those computed last."""
     if not state.x or not state.y:
         raise InputError("stability chart: choose what stands along both axes")
     at = None if SPEED in (split_range(state.x)[0], split_range(state.y)[0]) else state.at
@@ -142,11 +158,11 @@ def chart_of(state: State) -> StabilityChart:
 
 
 def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
-    """Boundaries by mode, shaded where something is unstable; pointing at one tells the frequency."""
+    """Draw boundaries by mode, shaded where something is unstable; pointing at one shows the frequency, Hz."""
     first, second = chart.plane.spans
     data, named = [], set()
-    for number, one in enumerate(chart.boundaries, 1):
-        for name, limit, points, hertz in one.pieces(chart.plane):
+    for number, boundary in enumerate(chart.boundaries, 1):
+        for name, limit, points, hertz in boundary.pieces(chart.plane):
             words = mode_words(name) if name else "mode unknown"
             data.append(
                 {
@@ -181,7 +197,7 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
 
 
 def chart_table(chart: StabilityChart) -> dict[str, Any]:
-    """Every point of the boundaries."""
+    """Tabulate every point of the boundaries."""
     frame = chart.frame()
     axes = [span.axis.column for span in chart.plane.spans]
     columns = ["boundary", "mode", *axes, "frequency_Hz", "unstable_roots_on_the_stable_side"]
@@ -192,15 +208,13 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
 
 def chart_notes(chart: StabilityChart) -> list[str]:
     """Note how to read a chart, how it was checked, and what is doubtful."""
-    said = ["shaded: something is unstable"]
-    said += (
-        ["thin lines: unstable on both sides"]
-        if any((one.roots_on_stable_side != 0).any() for one in chart.boundaries)
-        else []
-    )
-    said += ["hatched: the tyre is extrapolated"] if _outside(chart).any() else []
+    notes = ["shaded: something is unstable"]
+    if any((boundary.roots_on_stable_side != 0).any() for boundary in chart.boundaries):
+        notes.append("thin lines: unstable on both sides")
+    if _outside(chart).any():
+        notes.append("hatched: the tyre is extrapolated")
     return [
-        *said,
+        *notes,
         *(line.partition("; --sd")[0] for line in describe_check(chart)),
         *note_hidden_bands(chart),
         *chart.doubts,
@@ -208,25 +222,28 @@ def chart_notes(chart: StabilityChart) -> list[str]:
 
 
 def chart_csv(state: State) -> str:
-    """A row per point of a boundary, as ``velotyre chart`` writes it."""
+    """Write a row per point of a boundary, as ``velotyre chart`` does."""
     return str(chart_of(state).frame().to_csv(index=False, lineterminator="\n"))
 
 
 @lru_cache(maxsize=8)
 def _chart(address: str, at: float | None) -> StabilityChart:
+    """Compute the chart of an address at the speed ``at``, m/s; None: the speed is an axis."""
     state = parse_state(address)
     with TYRES.by_name():
         return stability_chart(Plane.of(model_content(state), state.x, state.y, speed=at))
 
 
 def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
+    """Make a trace for each mark: a point, or a line where it has one coordinate."""
     first, second = chart.plane.spans
-    found, named = [], set()
+    traces = []
+    named = set()
     for mark in chart.marks:
         lines = bool(np.isnan(mark.x) or np.isnan(mark.y))
-        x = [first.low, first.high] if np.isnan(mark.x) else [mark.x] * (1 + lines)
-        y = [second.low, second.high] if np.isnan(mark.y) else [mark.y] * (1 + lines)
-        found.append(
+        x = [first.low, first.high] if np.isnan(mark.x) else [mark.x, mark.x] if lines else [mark.x]
+        y = [second.low, second.high] if np.isnan(mark.y) else [mark.y, mark.y] if lines else [mark.y]
+        traces.append(
             {
                 "type": "scatter",
                 "mode": "lines" if lines else "markers",
@@ -241,10 +258,11 @@ def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
             }
         )
         named.add(mark.kind)
-    return found
+    return traces
 
 
 def _axis(span: Span) -> dict[str, Any]:
+    """Title, scale and range of an axis, as keys of plotly."""
     unit = "" if span.axis.unit == "1" else f", {span.axis.unit}"
     ends = [span.low, span.high]
     return {
@@ -265,9 +283,9 @@ def _shading(chart: StabilityChart, palette: Palette) -> dict[str, Any]:
     picture = np.zeros((FINE, FINE, 4), dtype=np.uint8)
     picture[counts > 0] = (*SHADES[palette.dark], 255)
     picture[_outside(chart) & (np.add.outer(np.arange(FINE), np.arange(FINE)) % 9 < 1)] = (*HATCH[palette.dark], 255)
-    found = io.BytesIO()
-    imsave(found, np.ascontiguousarray(picture.transpose(1, 0, 2)[::-1]), format="png")
-    source = f"data:image/png;base64,{base64.b64encode(found.getvalue()).decode('ascii')}"
+    png = io.BytesIO()
+    imsave(png, np.ascontiguousarray(picture.transpose(1, 0, 2)[::-1]), format="png")
+    source = f"data:image/png;base64,{base64.b64encode(png.getvalue()).decode('ascii')}"
     place = {"xref": "x domain", "yref": "y domain", "x": 0, "y": 1, "sizex": 1, "sizey": 1}
     return {"source": source, "sizing": "stretch", "layer": "below"} | place
 

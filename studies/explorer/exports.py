@@ -37,24 +37,24 @@ print(found, *critical, sep='\\n')
 
 
 def read_packaged(name: str) -> str:
-    """Text of a file of the page."""
+    """Read the text of a file of the page."""
     return files("studies.explorer").joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
 def template(name: str) -> Any:
-    """Template of the page; everything that it is given and that is not markup is escaped."""
+    """Read a template of the page; it escapes all that is not markup."""
     return html_template(read_packaged(f"templates/{name}.html.j2"))
 
 
 def file_stem(state: State) -> str:
-    """Name for files of a state, without ending."""
-    given = state.content["bicycle"]
-    return slug(given if isinstance(given, str) else state.name or "own")
+    """Make a name for files of a state, without ending."""
+    bicycle = state.content["bicycle"]
+    return slug(bicycle if isinstance(bicycle, str) else state.name or "own")
 
 
 def model_toml(state: State) -> str:
-    """Model file of a state, its rider part of the bicycle."""
+    """Write the model file of a state, its rider part of the bicycle."""
     import tomli_w
 
     head = HEAD.format(address=replace(state, pins=()).address, needed=_name_needed_files(state))
@@ -62,75 +62,79 @@ def model_toml(state: State) -> str:
 
 
 def _name_needed_files(state: State) -> str:
+    """Write a comment that names the loaded tyre files; empty without any."""
     names = ", ".join(TYRES.content(tyre_names(state.content)))
     return NEEDED.format(names=names) if names else ""
 
 
 def eigenvalues_csv(state: State) -> str:
-    """Row per speed, mode and root, as ``velotyre modes --csv`` writes it."""
+    """Write a row per speed, mode and root, as ``velotyre modes --csv`` writes it."""
     return str(compute_modes(state).named.to_dataframe().to_csv(index=False, lineterminator="\n"))
 
 
 def as_command(state: State) -> str:
-    """Command that computes the same on a packaged bicycle, or on a model file that it writes first."""
+    """Write the command that computes the same on a packaged bicycle, or on a model file that it writes first."""
     step = (state.fast - state.slow) / (POINTS - 1)
     speeds = (
         f"{write_value(state.slow)}:{write_value(state.fast)}:{write_value(step)} --max-speed {write_value(state.fast)}"
     )
-    own = "".join(f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file)
+    effects_option = "".join(
+        f" --effects {shlex.quote(str(origin.file))}" for origin in outside_origins() if origin.file
+    )
     content = model_content(state)
     if isinstance(content["bicycle"], str) and set(content) == {"bicycle"}:
-        return f"velotyre{own} modes {content['bicycle']} --speeds {speeds}"
-    return COMMAND.format(model=model_toml(state), own=own, speeds=speeds)
+        return f"velotyre{effects_option} modes {content['bicycle']} --speeds {speeds}"
+    return COMMAND.format(model=model_toml(state), own=effects_option, speeds=speeds)
 
 
 def as_python(state: State) -> str:
-    """Lines of Python that compute the same."""
-    own = "".join(f"vt.load_effects({str(origin.file)!r})\n" for origin in outside_origins() if origin.file)
+    """Write lines of Python that compute the same."""
+    load_lines = "".join(f"vt.load_effects({str(origin.file)!r})\n" for origin in outside_origins() if origin.file)
     model = pformat(TYRES.with_file_names(model_content(state)), sort_dicts=False, width=100)
     return PYTHON.format(
-        own=own + _name_needed_files(state), model=model, slow=state.slow, fast=state.fast, points=POINTS
+        own=load_lines + _name_needed_files(state), model=model, slow=state.slow, fast=state.fast, points=POINTS
     )
 
 
 def compute_pins(state: State) -> dict[str, Computed]:
-    """Compute what is pinned to a state, by the words that name it."""
+    """Compute the models that a state pins, by number and name."""
     return {
         f"pin {k}: {bicycle_name(pin)}": compute_modes(pin) for k, pin in enumerate(map(parse_state, state.pins), 1)
     }
 
 
 def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> str:
-    """Present view as one HTML file: figures, tables, data and the model file inside."""
-    now, at = compute_modes(state), at_speed(state)
+    """Write the present view as one HTML file, with figures, tables, data and the model file inside."""
+    model = compute_modes(state)
+    at = at_speed(state)
     figures = {
-        "Modes along speed": drawn.modes_figure(now, compute_pins(state), palette),
-        "Critical speeds": drawn.critical_strip(now, palette),
-        "Root locus": drawn.root_locus(now, palette),
+        "Modes along speed": drawn.modes_figure(model, compute_pins(state), palette),
+        "Critical speeds": drawn.critical_strip(model, palette),
+        "Root locus": drawn.root_locus(model, palette),
         "Damping at the chosen speed": drawn.damping_figure(at, palette),
         "Sensitivities at the chosen speed": drawn.figure_or_words(
             "sensitivity", lambda: drawn.sensitivity_figure(ranking(state), palette), palette
         ),
     }
-    notes = [*now.notes, *kept_here(state)]
+    notes = [*model.notes, *kept_here(state)]
     if chart:
-        found = chart_of(state)
-        figures["Stability chart"] = chart_figure(found, palette)
-        notes += [f"stability chart: {line}" for line in chart_notes(found)]
-    inside = {
+        stability = chart_of(state)
+        figures["Stability chart"] = chart_figure(stability, palette)
+        notes += [f"stability chart: {line}" for line in chart_notes(stability)]
+    files = {
         f"{file_stem(state)}.toml": model_toml(state),
         f"{file_stem(state)}_eigenvalues.csv": eigenvalues_csv(state),
     }
     for name, data in files_of(state).items():
         with suppress(UnicodeDecodeError):  # of a .mat: its numbers stand in the tables
-            inside[name] = data.decode()
-    content = {"figures": figures, "motion": mode_motion(state, at), "files": inside, "notes": notes}
+            files[name] = data.decode()
+    content = {"figures": figures, "motion": mode_motion(state, at), "files": files, "notes": notes}
     return str(
         template("saved_page").render(
             name=bicycle_name(state),
             dark=palette.dark,
             made=datetime.now(UTC).strftime("%Y-%m-%d"),
-            effects=", ".join(e.identifier.replace("_", " ") for e in now.model.effects),
+            effects=", ".join(e.identifier.replace("_", " ") for e in model.model.effects),
             at=state.at,
             address=state.address,
             plotly=_plotly(),
@@ -143,7 +147,7 @@ def saved_page(state: State, palette: drawn.Palette, *, chart: bool = False) -> 
 
 @cache
 def _plotly() -> str:
-    """Program that draws, compressed."""
+    """Read the program that draws, compressed."""
     return _compress(read_packaged("assets/plotly-basic.min.js").encode())
 
 

@@ -40,11 +40,11 @@ Figure = dict[str, Any]
 class Palette:
     """Colours of the page around the series."""
 
-    dark: bool
-    text: str
-    grid: str
-    line: str
-    unstable: str
+    dark: bool  # True: light on dark ground
+    text: str  # CSS colour of letters, as are the others
+    grid: str  # of grid lines
+    line: str  # of axes, marks and rims
+    unstable: str  # of shading
 
 
 LIGHT = Palette(False, "#1b1f24", "#dfe3e8", "#57606a", "rgba(200,70,47,0.13)")
@@ -63,7 +63,7 @@ def colour_on(colour: str, palette: Palette) -> str:
 
 
 def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, Any]:
-    """Line and marker of a mode, as keywords of a plotly trace."""
+    """Choose line, marker and opacity of a mode, as keys of a plotly trace; thin and pale if ``pinned``."""
     look = mode_look(mode)
     colour = colour_on(look.colour, palette)
     dash = "solid" if isinstance(look.line, str) else ",".join(f"{LINE_WIDTH * length:g}px" for length in look.line[1])
@@ -77,29 +77,31 @@ def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, An
 def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: str = "", **more: Any) -> Figure:
     """Make the figure ``name`` in the layout that all share, a line ``below`` the title, and further keys of plotly."""
     axis = {"gridcolor": palette.grid, "zerolinecolor": palette.line, "linecolor": palette.grid, "automargin": True}
-    found: dict[str, Any] = {
+    heading: dict[str, Any] = {
+        "text": title,
+        "font": {"size": 14},
+        "x": 0,
+        "xref": "container",
+        "y": 0.985,
+        "yref": "container",
+        "yanchor": "top",
+        "pad": {"l": 8, "t": 6},
+    }
+    if below:
+        heading["subtitle"] = {"text": below, "font": {"size": 12}}
+    layout: dict[str, Any] = {
         "height": HEIGHTS[name],
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
-        "title": {
-            "text": title,
-            "font": {"size": 14},
-            "x": 0,
-            "xref": "container",
-            "y": 0.985,
-            "yref": "container",
-            "yanchor": "top",
-            "pad": {"l": 8, "t": 6},
-            **({"subtitle": {"text": below, "font": {"size": 12}}} if below else {}),
-        },
+        "title": heading,
         "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48},
         "uirevision": "same",
         "hoverlabel": {"font": {"size": 13}},
         "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
     } | more
-    found |= {key: axis | own for key, own in found.items() if key.startswith(("xaxis", "yaxis"))}
-    return {"data": data, "layout": found}
+    layout |= {key: axis | changes for key, changes in layout.items() if key.startswith(("xaxis", "yaxis"))}
+    return {"data": data, "layout": layout}
 
 
 ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 12, "t": 48, "b": 48}
@@ -108,22 +110,24 @@ and numbers that it looks for beyond the figure make it lay the page out anew fo
 
 
 def halving(growth: float) -> str:
-    """Time in which a motion halves or doubles by its ``growth``, 1/s."""
+    """Write the time (s) in which a motion halves or doubles by its ``growth``, 1/s."""
     if growth == 0 or math.isnan(growth):
         return "neither grows nor decays"
     return f"{'doubles' if growth > 0 else 'halves'} in {math.log(2) / abs(growth):.3g} s"
 
 
-def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette) -> Figure:
-    """Real part above and frequency below along speed, by name, with what is pinned as thin lines."""
-    data = [curve for label, one in ({"": now} | dict(pinned)).items() for curve in _curves(one.named, palette, label)]
-    slow, fast, inside = _range(now)
-    low, high = _real_range([now, *pinned.values()])
+def modes_figure(model: Computed, pinned: Mapping[str, Computed], palette: Palette) -> Figure:
+    """Draw real part (1/s) above and frequency (Hz) below along speed, by mode; pinned models as thin lines."""
+    data: list[Any] = []
+    for label, drawn in {"": model, **pinned}.items():
+        data += _curves(drawn.named, palette, label)
+    slow, fast, critical = _range(model)
+    low, high = _real_range([model, *pinned.values()])
     line = {"type": "line", "xref": "x", "yref": "paper", "y0": 0, "y1": 1,
             "line": {"color": palette.line, "width": 1, "dash": "dot"}}  # fmt: skip
     shade = _shade(palette) | {"xref": "paper", "x0": 0, "x1": 1, "yref": "y", "y0": 0, "y1": high}
-    shapes = [shade, *(line | {"x0": c.speed, "x1": c.speed} for c in inside)]
-    beyond = "; tyre values extrapolated" if extrapolated(now.notes) else ""
+    shapes = [shade, *(line | {"x0": c.speed, "x1": c.speed} for c in critical)]
+    extrapolation = "; tyre values extrapolated" if extrapolated(model.notes) else ""
     return figure(
         "modes",
         data,
@@ -132,13 +136,13 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
         shapes=shapes,
         hovermode="closest",
         margin=FIXED,
-        meta=modes_table(now.named),
-        xaxis={"title": {"text": f"Speed, m/s{beyond}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
+        meta=modes_table(model.named),
+        xaxis={"title": {"text": f"Speed, m/s{extrapolation}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
         yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
         yaxis2={
             "title": {"text": "Frequency, Hz"},
             "domain": [0.0, 0.47],
-            "range": [0, slow_hertz([now, *pinned.values()])],
+            "range": [0, slow_hertz([model, *pinned.values()])],
         }
         | ONCE,
     )
@@ -147,20 +151,21 @@ def modes_figure(now: Computed, pinned: Mapping[str, Computed], palette: Palette
 SLOW_HZ = 15.0  # what oscillates faster, such as a wheel on its tyre, is left out of an axis at first
 
 
-def slow_hertz(every: Sequence[Computed]) -> float:
-    """End of an axis of frequencies (Hz) that holds the slow oscillations."""
-    highest = [
-        np.nanmax(hertz)
-        for one in every
-        for name in one.named.names
-        if np.isfinite(hertz := one.named.frequency(name)).any()
-    ]
+def slow_hertz(models: Sequence[Computed]) -> float:
+    """Choose the end of an axis of frequencies (Hz) that holds the slow oscillations of all models."""
+    highest = []
+    for model in models:
+        for name in model.named.names:
+            hertz = model.named.frequency(name)
+            if np.isfinite(hertz).any():
+                highest.append(np.nanmax(hertz))
     return 1.1 * float(max([hertz for hertz in highest if hertz <= SLOW_HZ], default=max(highest, default=1.0)) or 1.0)
 
 
-def root_locus(now: Computed, palette: Palette) -> Figure:
-    """Eigenvalues in the complex plane (upper half), coloured by speed, marker by mode."""
-    named, data = now.named, list[dict[str, Any]]()
+def root_locus(model: Computed, palette: Palette) -> Figure:
+    """Draw eigenvalues in the complex plane (upper half; 1/s, rad/s), coloured by speed, marker by mode."""
+    named = model.named
+    data: list[dict[str, Any]] = []
     for name in named.names:
         at, column = np.nonzero(~np.isnan(named.branches[name]))
         values = named.branches[name][at, column]
@@ -191,7 +196,7 @@ def root_locus(now: Computed, palette: Palette) -> Figure:
                 "%{y:.4g}i 1/s<extra></extra>",
             }
         )
-    low, high = _real_range([now])
+    low, high = _real_range([model])
     shade = _shade(palette) | {"xref": "x", "x0": 0, "x1": high, "yref": "paper", "y0": 0, "y1": 1}
     return figure(
         "locus",
@@ -202,14 +207,14 @@ def root_locus(now: Computed, palette: Palette) -> Figure:
         margin=FIXED,
         xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
         meta=modes_table(named),
-        yaxis={"title": {"text": "Imaginary part, rad/s"}, "range": [0, float(angular_frequency(slow_hertz([now])))]}
+        yaxis={"title": {"text": "Imaginary part, rad/s"}, "range": [0, float(angular_frequency(slow_hertz([model])))]}
         | ONCE,
     )
 
 
-def critical_strip(now: Computed, palette: Palette) -> Figure:
-    """Critical speeds by name on one line per mode: where it becomes stable and where unstable."""
-    slow, fast, inside = _range(now)
+def critical_strip(model: Computed, palette: Palette) -> Figure:
+    """Draw critical speeds (m/s) on one line per mode: where it becomes stable and where unstable."""
+    slow, fast, critical = _range(model)
     data = [
         {
             "type": "scatter",
@@ -228,10 +233,10 @@ def critical_strip(now: Computed, palette: Palette) -> Figure:
             },
             "hovertemplate": f"{escape(critical_words(c))}<extra></extra>",
         }
-        for c in inside
+        for c in critical
     ]
-    rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in now.critical]
-    none = "no critical speed within the range" if not inside else "filled: unstable above; open: stable above"
+    rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in model.critical]
+    none = "no critical speed within the range" if not critical else "filled: unstable above; open: stable above"
     return figure(
         "critical",
         data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
@@ -256,25 +261,27 @@ def critical_words(critical: CriticalSpeed) -> str:
 
 @lru_cache(maxsize=8)
 def modes_table(named: Modes) -> dict[str, Any]:
-    """Table behind a figure: a row per speed, mode and root, every digit, and when the motion halves or doubles."""
+    """Tabulate a row per speed, mode and root, every digit, and when the motion halves or doubles."""
     frame = named.to_dataframe()
-    shown = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
-    shown |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
-    columns = [f"{shown.get(name, name)} {'' if unit == '1' else unit}".strip() for name, unit in UNITS.items()]
+    headings = {"speed_m_s": "speed", "real_1_s": "real part", "imaginary_rad_s": "imaginary part"}
+    headings |= {"frequency_Hz": "frequency", "damping_ratio": "damping ratio"}
+    columns = [f"{headings.get(name, name)} {'' if unit == '1' else unit}".strip() for name, unit in UNITS.items()]
     rows = [[*json_cells(row), halving(row[2])] for row in frame.itertuples(index=False, name=None)]
     return {"columns": [*columns, "time"], "rows": rows}
 
 
 def json_cells(cells: Iterable[Any]) -> list[Any]:
-    """Values as JSON has them: None in place of what is no finite number."""
+    """Make values JSON-ready: None in place of a float that is not finite."""
     return [None if isinstance(cell, float) and not math.isfinite(cell) else cell for cell in cells]
 
 
 def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, Any]]:
+    """Yield for each root of each mode its real part (1/s) and, if it oscillates, its frequency (Hz) along speed."""
     speeds = named.speeds.tolist()
     marks = max(2, len(speeds) // max(1, len(speeds) // 12))  # along a curve
     for name in named.names:
-        style, words = series(name, palette, pinned=bool(label)), mode_words(name)
+        style = series(name, palette, pinned=bool(label))
+        words = mode_words(name)
         called = f"{words}, {label}" if label else words
         ratio = named.damping_ratio(name)
         for column, values in enumerate(named.branches[name].T):
@@ -301,6 +308,7 @@ def _curves(named: Modes, palette: Palette, label: str) -> Iterator[dict[str, An
 
 
 def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) -> str:
+    """Describe one root (1/s) at a ``speed`` (m/s) with its frequency (Hz) and damping ratio, NaN if it has none."""
     if np.isnan(root):
         return ""
     how = f"{hertz:.4g} Hz" if not math.isnan(hertz) else "no oscillation"
@@ -308,27 +316,29 @@ def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) 
     return f"<b>{escape(words)}</b> at {speed:.3g} m/s<br>{how}{damping}<br>{halving(root.real)}"
 
 
-def _real_range(every: Sequence[Computed]) -> tuple[float, float]:
-    """Range with every unstable root and the slower stable ones; what decays faster than 20 1/s is over at once."""
-    real = np.concatenate([values.real.ravel() for one in every for values in one.named.branches.values()])
+def _real_range(models: Sequence[Computed]) -> tuple[float, float]:
+    """Choose a range (1/s) with every unstable root and the stable ones that decay slower than 20 1/s."""
+    branches = [values for model in models for values in model.named.branches.values()]
+    real = np.concatenate([values.real.ravel() for values in branches])
     low = max(float(np.nanmin(real)), -20.0)
     return 1.08 * min(low, -1.0), 1.08 * max(float(np.nanmax(real)), -0.15 * low, 1.0)
 
 
-def _range(now: Computed) -> tuple[float, float, list[CriticalSpeed]]:
-    """Slowest and fastest speed, and the critical speeds between them."""
-    slow, fast = float(now.named.speeds.min()), float(now.named.speeds.max())
-    return slow, fast, [c for c in now.critical if slow <= c.speed <= fast]
+def _range(model: Computed) -> tuple[float, float, list[CriticalSpeed]]:
+    """Find the slowest and fastest speed, m/s, and the critical speeds between them."""
+    slow, fast = float(model.named.speeds.min()), float(model.named.speeds.max())
+    return slow, fast, [c for c in model.critical if slow <= c.speed <= fast]
 
 
 def _shade(palette: Palette) -> dict[str, Any]:
+    """Make the rectangle behind what is unstable, without its ends."""
     return {"type": "rect", "line": {"width": 0}, "fillcolor": palette.unstable, "layer": "below"}
 
 
-def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> Figure:
-    """Make a figure, or put the words in its place in which its numbers are refused."""
+def figure_or_words(name: str, make: Callable[[], Figure], palette: Palette) -> Figure:
+    """Make a figure; where its numbers are refused, an empty one with the reason in words."""
     try:
-        return made()
+        return make()
     except InputError as error:
         message = str(error)
     except Exception:
@@ -341,17 +351,22 @@ def figure_or_words(name: str, made: Callable[[], Figure], palette: Palette) -> 
 
 
 def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
-    """Damping ratio of each oscillation with one sd as band; what does not oscillate is in the table."""
-    speed, rows, data = float(at.named.speeds[0]), list[list[Any]](), list[dict[str, Any]]()
+    """Draw the damping ratio of each oscillation with one sd as band; all roots are in the table."""
+    speed = float(at.named.speeds[0])
+    rows: list[list[Any]] = []
+    data: list[dict[str, Any]] = []
     for name, values in at.named.branches.items():
-        ratio, hertz, sd = float(at.named.damping_ratio(name)[0]), float(at.named.frequency(name)[0]), at.sd[name]
+        ratio = float(at.named.damping_ratio(name)[0])
+        hertz = float(at.named.frequency(name)[0])
+        sd = at.sd[name]
         rows += [
             [*json_cells([name, root.real, root.imag, abs(hertz), ratio, sd]), halving(root.real)]
             for root in values[0][~np.isnan(values[0])].tolist()
         ]
         if values[0, 0].imag > 0:
-            words, banded = mode_words(name), not math.isnan(sd)
-            band = {"type": "data", "array": json_cells([sd]), "color": palette.text, "thickness": 2, "visible": banded}
+            words = mode_words(name)
+            has_sd = not math.isnan(sd)
+            band = {"type": "data", "array": json_cells([sd]), "color": palette.text, "thickness": 2, "visible": has_sd}
             data.append(
                 {
                     "type": "bar",
@@ -362,7 +377,7 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
                     "width": [0.5],
                     "marker": {"color": series(name, palette)["line"]["color"]},
                     "error_y": band,
-                    "text": [f"{ratio:.3g}" + f" ± {sd:.1g}" * banded],
+                    "text": [f"{ratio:.3g} ± {sd:.1g}" if has_sd else f"{ratio:.3g}"],
                     "textposition": "inside",
                     "insidetextanchor": "middle",
                     "textangle": 0,
@@ -370,29 +385,30 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
                 }
             )
     columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
-    said = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
+    subtitle = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
     return figure(
         "damping",
         data,
         palette,
         title=f"Damping of the oscillations at {speed:.4g} m/s",
-        below=said,
+        below=subtitle,
         yaxis={"title": {"text": "Damping ratio (below 0: grows)"}},
         xaxis={"type": "category"},
         meta={"columns": columns, "rows": rows},
     )
 
 
-def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
-    """Change of the growth rate of the chosen mode for one sd of each parameter, the largest above."""
-    top = [change for change in found.changes if change.origin != EXACT][:12][::-1]  # the table has all
-    colour = series(found.mode, palette)["line"]["color"]
+def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
+    """Draw the change of a mode's growth rate (1/s) for one sd of each parameter, the largest above."""
+    top = [change for change in ranking.changes if change.origin != EXACT][:12][::-1]  # the table has all
+    colour = series(ranking.mode, palette)["line"]["color"]
     rows = [
-        [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if found.eigenvalue.imag else None]
-        for c in found.changes
+        [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if ranking.eigenvalue.imag else None]
+        for c in ranking.changes
     ]
     columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
-    words, names = escape(mode_words(found.mode)), [_shorten(c.parameter) for c in top]
+    words = escape(mode_words(ranking.mode))
+    names = [_shorten(c.parameter) for c in top]
     bars = {
         "type": "bar",
         "orientation": "h",
@@ -409,7 +425,7 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
         "sensitivity",
         [bars],
         palette,
-        title=f"What moves {words} at {found.speed:.4g} m/s",
+        title=f"What moves {words} at {ranking.speed:.4g} m/s",
         below="change for +1 sd of each; hatched: towards unstable",
         xaxis={"title": {"text": "Real part, 1/s"}},
         yaxis={"type": "category"},
@@ -417,24 +433,25 @@ def sensitivity_figure(found: Ranking, palette: Palette) -> Figure:
     )
 
 
-def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> Figure:
-    """Amplitude at the bar over speed on tyres that saturate, thin where the motion does not last."""
+def amplitude_figure(traces: Sequence[Trace], fast: float, palette: Palette) -> Figure:
+    """Draw the steer amplitude (deg) over speed on tyres that saturate, thin where the motion does not last."""
     columns = ["mode", "speed m/s", "amplitude at the bar, deg", "frequency Hz", "stable"]
-    data, rows = list[dict[str, Any]](), list[list[Any]]()
-    for one in found:
-        lasting = np.where(one.lasting | (one.amplitude == 0), one.amplitude, np.nan)
-        rows += map(list, zip([one.mode] * len(one.stable), *one[1:4], one.stable, strict=True))
-        for y, dash, shown in ((one.amplitude, "dot", False), (lasting, "solid", True)):
-            look = series(one.mode, palette)["line"] | {"dash": dash} | ({} if shown else {"width": 1})
+    data: list[dict[str, Any]] = []
+    rows: list[list[Any]] = []
+    for trace in traces:
+        lasting = np.where(trace.lasting | (trace.amplitude == 0), trace.amplitude, np.nan)
+        rows += map(list, zip([trace.mode] * len(trace.stable), *trace[1:4], trace.stable, strict=True))
+        for y, dash, in_legend in ((trace.amplitude, "dot", False), (lasting, "solid", True)):
+            look = series(trace.mode, palette)["line"] | {"dash": dash} | ({} if in_legend else {"width": 1})
             data.append(
                 {
                     "type": "scatter",
                     "mode": "lines",
-                    "x": one.speed.tolist(),
+                    "x": trace.speed.tolist(),
                     "line": look,
-                    "showlegend": shown,
+                    "showlegend": in_legend,
                     "y": [None if np.isnan(at) else at for at in y.tolist()],
-                    "name": mode_words(one.mode),
+                    "name": mode_words(trace.mode),
                     "hovertemplate": "%{y:.3g}° at %{x:.3g} m/s",
                 }
             )
@@ -442,7 +459,7 @@ def amplitude_figure(found: Sequence[Trace], fast: float, palette: Palette) -> F
         "amplitude",
         data,
         palette,
-        title="Amplitude at the bar" if found else f"No motion begins up to {fast:g} m/s",
+        title="Amplitude at the bar" if traces else f"No motion begins up to {fast:g} m/s",
         below="D = 0.8, or the curves of the tyre's file; dotted: does not last",
         xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
         yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"},
@@ -460,6 +477,6 @@ def _in_two_lines(name: str) -> str:
 
 
 def _shorten(parameter: str) -> str:
-    """Name of a parameter without its effect if that says it twice."""
+    """Leave out the effect of a parameter if it has the same name."""
     parts = parameter.split(".")
     return ".".join(parts[1:]) if len(parts) > 1 and parts[0] == parts[1] else parameter

@@ -26,15 +26,16 @@ from tyre.measured.properties import TyreSource
 
 
 def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
-    """For each wheel its tyre, surface, pressure and load, the last two as bars over what was measured."""
-    model, bicycle = dict(state.model), bicycle_or_none(state)
+    """Describe for each wheel tyre, surface, pressure (bar) and load (N), the last two over what was measured."""
+    model = dict(state.model)
+    bicycle = bicycle_or_none(state)
     loads = None if bicycle is None else [float(load) for load in bicycle.static_loads]
     rows = []
     for number, wheel in enumerate(WHEELS):
         keys = {name: f"effects.{law}.{name}.{wheel}" for name in ("tyre", "surface", "pressure_bar")}
         name, surface = str(model.get(keys["tyre"], "")), str(model.get(keys["surface"], ""))
         pressure = model.get(keys["pressure_bar"])
-        known = dict.fromkeys((*known_tyres(), name))  # the message says what is wrong with an unknown one
+        names = dict.fromkeys((*known_tyres(), name))  # the message says what is wrong with an unknown one
         try:
             source: TyreSource | None = TYRES.read(name, surface or None) if name in known_tyres() else None
         except InputError:
@@ -44,10 +45,10 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
             {
                 "wheel": wheel,
                 "address": keys,
-                "tyres": [{"value": one, "words": _words(one), "chosen": one == name} for one in known],
+                "tyres": [{"value": tyre, "words": _words(tyre), "chosen": tyre == name} for tyre in names],
                 "surfaces": [
-                    {"value": one, "words": one or "as measured", "chosen": one == surface}
-                    for one in ("", "flat", "drum")
+                    {"value": choice, "words": choice or "as measured", "chosen": choice == surface}
+                    for choice in ("", "flat", "drum")
                 ],
                 "pressure": write_value(pressure) if isinstance(pressure, float) else "",
                 "pressure_bar": None if bars is None else _bar(pressure, bars, most=MOST_BAR),
@@ -59,32 +60,34 @@ def tyre_rows(state: State, law: str) -> list[dict[str, Any]]:
 
 
 def _words(name: str) -> str:
-    """Name of a tyre for its reader; the digest tells apart files of one name."""
+    """Name a tyre for its reader; with the digest where loaded files share a name."""
     if not is_loaded(name):
         return name
     file = shown_name(name)
-    alike = sum(shown_name(one) == file for one in TYRES.names() if is_loaded(one)) > 1
+    alike = sum(shown_name(tyre) == file for tyre in TYRES.names() if is_loaded(tyre)) > 1
     lost = "" if name in TYRES.names() else ", not here"
     return f"{file} (loaded{f' {name[len(file) :]}' if alike else ''}{lost})"
 
 
 def _bar(value: Any, measured: Sequence[float], *, most: float = float("inf")) -> dict[str, Any] | None:
-    """A scale that is as much wider than the measured range as values may be taken, in percent."""
+    """Make a scale as much wider than the measured range as values may be taken; places on it in percent."""
     low, high = measured
     if not low < high < float("inf"):
         return None
-    bottom, top = max(0.0, 2 * low - high), min(most, 2 * high - low)
-    given = isinstance(value, float)
-    bottom, top = (min(bottom, value), max(top, value)) if given else (bottom, top)
-    begin, end, at = (round(100 * (x - bottom) / (top - bottom), 2) for x in (low, high, value if given else low))
+    bottom = max(0.0, 2 * low - high)
+    top = min(most, 2 * high - low)
+    is_number = isinstance(value, float)
+    if is_number:
+        bottom, top = min(bottom, value), max(top, value)
+    begin, end, at = (round(100 * (x - bottom) / (top - bottom), 2) for x in (low, high, value if is_number else low))
     return {
         "from": begin,
         "to": end,
-        "at": at if given else None,
+        "at": at if is_number else None,
         "low": bottom,
         "high": top,
         "words": f"{low:g} .. {high:g}",
-        "outside": given and not low <= value <= high,
+        "outside": is_number and not low <= value <= high,
         "step": float(f"{(top - bottom) / 200:.1g}"),
     }
 
@@ -96,7 +99,7 @@ CONTACT = "contact law"
 class Edit:
     """Change that a control makes to the address: prefixes of keys that go, and keys that are set."""
 
-    remove: tuple[str, ...] = ()
+    remove: tuple[str, ...] = ()  # prefixes of keys
     put: Mapping[str, str] = field(default_factory=dict)  # values in the unit of the key
 
     def __str__(self) -> str:
@@ -135,14 +138,17 @@ def controls_html(state: State) -> dict[str, str]:
 def controls(state: State) -> dict[str, Any]:
     """Collect what the form of the model shows."""
     model = dict(state.model)
-    every = registry().values()
-    own = "bicycle" not in model
-    laws = [effect.identifier for effect in every if effect.slot == CONTACT]
-    law = next((name for name in laws if any(key.startswith(f"effects.{name}") for key in model)), "no_slip")
+    effects = registry().values()
+    is_own = "bicycle" not in model
+    laws = [effect.identifier for effect in effects if effect.slot == CONTACT]
+    law = next((name for name in laws if _has_prefix(model, f"effects.{name}")), "no_slip")
     measured = f"effects.{law}.tyre.rear" in model or f"effects.{law}.tyre.front" in model
-    bicycle, beyond = bicycle_or_none(state), f"effects.{law}.extrapolate"
-    free = [effect for effect in every if effect.slot != CONTACT]
-    loaded = [{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] if own else []
+    bicycle = bicycle_or_none(state)
+    extrapolate = f"effects.{law}.extrapolate"
+    free = [effect for effect in effects if effect.slot != CONTACT]
+    loaded = (
+        [{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] if is_own else []
+    )
     return {
         "bicycles": [
             *loaded,
@@ -163,56 +169,61 @@ def controls(state: State) -> dict[str, Any]:
         "law": [] if measured else _fields(registry()[law], model, mounted=False),
         "law_words": _first(registry()[law].description),
         "wheels": tyre_rows(state, law) if measured else [],
-        "extrapolate": _switch(beyond, {beyond: "true"}, {}, on=beyond in model) if measured else None,
+        "extrapolate": _switch(extrapolate, {extrapolate: "true"}, {}, on=extrapolate in model) if measured else None,
         "rider_effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if e.needs_rider],
         "effects": [effect_panel(e, model, bicycle, mounted=measured) for e in free if not e.needs_rider],
         "unusual": _switch("allow_unusual", {"allow_unusual": "true"}, {}, on=model.get("allow_unusual") is True),
     }
 
 
+def _has_prefix(model: Mapping[str, Any], prefix: str) -> bool:
+    """Tell if a key of the address begins so."""
+    return any(key.startswith(prefix) for key in model)
+
+
 def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list[dict[str, Any]]:
     """List how the wheels may touch the ground: each law with numbers, and with a measured tyre if it takes one."""
     laws = [effect.identifier for effect in registry().values() if effect.slot == CONTACT]
-    gone = tuple(f"effects.{name}" for name in laws)
-    found = []
-    for name in sorted(laws, key=lambda one: (one not in LAWS, one)):
+    prefixes = tuple(f"effects.{name}" for name in laws)
+    options = []
+    for name in sorted(laws, key=lambda law: (law not in LAWS, law)):
         words = name.replace("_", " ")
         if name in LAWS:
             start = {f"effects.{name}.tyre.{wheel}": "Tyre1" for wheel in WHEELS}
             start |= {f"effects.{name}.pressure_bar.{wheel}": "5.5" for wheel in WHEELS}
-            found.append(
+            options.append(
                 {
                     "words": f"{words}, measured tyre",
                     "chosen": name == chosen and measured,
-                    "edit": Edit(gone, start),
+                    "edit": Edit(prefixes, start),
                     "value": f"{name}-tyre",
                 }
             )
         start = starts(registry()[name], bicycle)
         words += ", own numbers" if name in LAWS else " (wheels roll without slip)"
-        found.append(
-            {"words": words, "chosen": name == chosen and not measured, "edit": Edit(gone, start), "value": name}
+        options.append(
+            {"words": words, "chosen": name == chosen and not measured, "edit": Edit(prefixes, start), "value": name}
         )
-    return found
+    return options
 
 
 def starts(effect: type[Effect], bicycle: Bicycle | None) -> dict[str, str]:
-    """Keys and values of an effect that is switched on: defaults, else typical values that the bicycle takes."""
+    """Choose the values of an effect that is switched on, by key: defaults, else typical ones for the bicycle."""
     fitting = typical_values(effect, bicycle) if bicycle else None
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for p in effect.parameters:
         if isinstance(p.default, str):
             continue  # equals a parameter of the bicycle
         usual = p.default if isinstance(p.default, float | int) else float(f"{sum(p.typical) / 2:.4g}")
         value = fitting[p.name] if fitting else usual
-        found |= {f"effects.{effect.identifier}.{key}": write_value(float(value)) for key in p.entries()}
-    return found or {f"effects.{effect.identifier}": ON}
+        values |= {f"effects.{effect.identifier}.{key}": write_value(float(value)) for key in p.entries()}
+    return values or {f"effects.{effect.identifier}": ON}
 
 
 def effect_panel(
     effect: type[Effect], model: Mapping[str, Any], bicycle: Bicycle | None, *, mounted: bool
 ) -> dict[str, Any]:
-    """One effect: switch, words and the fields of its parameters when it is on."""
+    """Describe an effect: switch, words and, if it is on, the fields of its parameters."""
     prefix = f"effects.{effect.identifier}"
     on = any(key == prefix or key.startswith(f"{prefix}.") for key in model)
     words = effect.identifier.replace("_", " ")
@@ -228,11 +239,12 @@ def effect_panel(
 
 
 def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict[str, Any]:
-    """Slider and number of one parameter; the slider spans what is typical and the value."""
+    """Describe slider and number of a parameter, in its unit; the slider spans what is typical and the value."""
     low, high = parameter.typical
     usual = parameter.default if isinstance(parameter.default, float | int) else low
-    given = [value] if isinstance(value, float) else []
-    bottom, top = min(low, usual, *given), max(high, usual, *given)
+    numbers = [value] if isinstance(value, float) else []
+    bottom = min(low, usual, *numbers)
+    top = max(high, usual, *numbers)
     return {
         "key": key,
         "words": words,
@@ -248,22 +260,25 @@ def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict
 
 
 def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) -> list[dict[str, Any]]:
-    found = []
+    """Describe the fields of an effect's parameters; with a ``mounted`` tyre they may be taken from it."""
+    panels = []
     for p in effect.parameters:
         whole = f"effects.{effect.identifier}.{p.name}"
         from_tyre = model.get(whole) == FROM_TYRE
         usual = {key: text for key, text in starts(effect, None).items() if key == whole or key.startswith(f"{whole}.")}
         offer = _switch(whole, {whole: FROM_TYRE}, usual, on=from_tyre) if (p.tyre and (mounted or from_tyre)) else None
-        words, numbers = p.name.replace("_", " "), []
+        words = p.name.replace("_", " ")
+        numbers = []
         for entry in p.entries():
             key, wheel = f"effects.{effect.identifier}.{entry}", entry.rpartition(".")[2]
             value = model.get(key, p.default if isinstance(p.default, float) else None)
             numbers.append(number_field(key, f"{words}, {wheel}" if wheel in WHEELS else words, value, p))
-        found.append({"offer": offer, "id": whole, "words": words, "numbers": [] if from_tyre else numbers})
-    return found
+        panels.append({"offer": offer, "id": whole, "words": words, "numbers": [] if from_tyre else numbers})
+    return panels
 
 
 def _options(key: str, choices: Mapping[str, str], chosen: str) -> list[dict[str, Any]]:
+    """Describe the ``choices`` (value -> words) of a key, each with its change of the address; refuse another value."""
     if chosen not in choices:
         raise InputError(f"{key} = {chosen!r} is not known; known: {', '.join(filter(None, choices))}")
     edits = {value: Edit((key, GEOMETRY), {key: value} if value else {}) for value in choices}
@@ -278,4 +293,5 @@ def _switch(key: str, put: Mapping[str, str], back: Mapping[str, str], *, on: bo
 
 
 def _first(text: str) -> str:
+    """Take the first paragraph, on one line."""
     return " ".join(text.split("\n\n")[0].split())

@@ -1,7 +1,7 @@
 """Geometry and masses of a bicycle that the page moves: sliders, what cannot be, and a side view drawn to scale."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -12,11 +12,11 @@ GEOMETRY = "geometry"  # key of an address: geometry.trail=0.06 moves a number o
 
 
 class Slider(NamedTuple):
-    """A number of the bicycle that can be moved: parameter, words, unit, least and largest value."""
+    """A number of the bicycle that can be moved."""
 
-    parameter: str
-    words: str
-    unit: str
+    parameter: str  # Meijaard's key
+    words: str  # what the page calls it
+    unit: str  # of the slider: m, deg or kg
     low: float  # in ``unit``
     high: float  # in ``unit``
 
@@ -47,7 +47,7 @@ class Misfit(InputError):
 
 
 def slider_value(key: str, values: Mapping[str, float]) -> float:
-    """Value of a slider: SI, the head angle in degrees, heights upwards."""
+    """Compute the value of a slider from parameters (SI): head angle in degrees from the horizontal, heights up."""
     value = values[SLIDERS[key].parameter]
     if key == "head_angle":
         return 90.0 - math.degrees(value)
@@ -62,15 +62,18 @@ def move_bicycle(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
             raise InputError(f"{GEOMETRY}: unknown key {key!r}; known: {', '.join(SLIDERS)}")
         if key == "wheelbase" and "front_x" not in geometry:
             values["xH"] += value - values["w"]
-        turned = math.radians(90.0 - value) if key == "head_angle" else -value if key.endswith("height") else value
-        values[SLIDERS[key].parameter] = turned
+        if key == "head_angle":
+            value = math.radians(90.0 - value)
+        elif key.endswith("height"):
+            value = -value
+        values[SLIDERS[key].parameter] = value
     for key in geometry:  # the slider that was moved is named if it is in doubt
         _refuse(key, values)
     return replace(bicycle, values=values)
 
 
 def _refuse(key: str, p: Mapping[str, float]) -> None:
-    """Refuse what cannot be built or stand, as far as the slider ``key`` has to do with it."""
+    """Refuse parameters ``p`` (SI) of a bicycle that cannot be built or stand, if the slider ``key`` may cause it."""
     mass = sum(p[name] for name in ("mR", "mB", "mH", "mF"))
     front = (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"] / mass  # share of the weight
     offset = p["rF"] * math.sin(p["lam"]) - p["c"] * math.cos(p["lam"])
@@ -93,12 +96,13 @@ def _refuse(key: str, p: Mapping[str, float]) -> None:
 
 
 def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
-    """Slider and number of each key, at the values of a ``bicycle``."""
-    found = []
+    """Describe slider and number of each key, at the values of a ``bicycle``."""
+    rows = []
     for key, slider in SLIDERS.items():
         value = slider_value(key, bicycle.values)
-        low, high = min(slider.low, value), max(slider.high, value)
-        found.append(
+        low = min(slider.low, value)
+        high = max(slider.high, value)
+        rows.append(
             {
                 "key": f"{GEOMETRY}.{key}",
                 "words": slider.words,
@@ -109,11 +113,11 @@ def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
                 "value": f"{value:.4g}",
             }
         )
-    return found
+    return rows
 
 
 def keep_hinge_on_axis(effects: Mapping[str, Any], before: Bicycle, after: Bicycle) -> dict[str, Any]:
-    """Tables of effects in which the hinge of a flexible front has kept its distance from the steer axis."""
+    """Move the hinge of a flexible front along, so that its distance from the steer axis stays; return all tables."""
     table = effects.get("front_compliance")
     if not isinstance(table, Mapping) or not {"joint_x", "joint_z"} <= set(table):
         return dict(effects)
@@ -127,7 +131,7 @@ def axis_x(p: Mapping[str, float], z: float) -> float:
 
 
 def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
-    """Drawing to scale from the right, mm, y upwards: circles, lines and texts with the class of each."""
+    """Draw a bicycle from the right in mm, z down: lines, circles with their kind, and numbers of the captions."""
     p, r = bicycle.values, max(bicycle["rR"], bicycle["rF"])
     hubs = {"rear": (0.0, -p["rR"]), "front": (p["w"], -p["rF"])}
     head, crown = (axis_x(p, z) for z in (-2.75 * r, -2 * p["rF"] - 0.03))
@@ -153,11 +157,10 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         x, z = float(hinge["joint_x"]), float(hinge["joint_z"])
         lines["hinge"] = [[(x - 0.05, z - 0.05), (x + 0.05, z + 0.05)], [(x - 0.05, z + 0.05), (x + 0.05, z - 0.05)]]
     return {
-        "lines": [
-            (kind, ["L".join(f"{1e3 * x:.1f} {1e3 * z:.1f}" for x, z in line) for line in every])
-            for kind, every in lines.items()
+        "lines": [(kind, [_path(line) for line in lines_of_kind]) for kind, lines_of_kind in lines.items()],
+        "circles": [
+            (kind, round(1e3 * x, 1), round(1e3 * z, 1), round(1e3 * radius, 1)) for x, z, radius, kind in circles
         ],
-        "circles": [(kind, *(round(1e3 * number, 1) for number in circle)) for *circle, kind in circles],
         "trail": 1e3 * p["c"],
         "at": 1e3 * (p["w"] + p["c"] / 2),
         "head_angle": slider_value("head_angle", p),
@@ -165,3 +168,8 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         "mass": sum(p[key] for key in ("mR", "mB", "mH", "mF")),
         "box": (-0.55e3, -4.9e3 * r, 1e3 * (p["w"] + 1.2), 4.9e3 * r + 130),
     }
+
+
+def _path(points: Iterable[tuple[float, float]]) -> str:
+    """Write points (m) as the path of an SVG, mm."""
+    return "L".join(f"{1e3 * x:.1f} {1e3 * z:.1f}" for x, z in points)

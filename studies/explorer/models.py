@@ -33,7 +33,7 @@ _one_at_a_time = RLock()  # requests come in parallel; the same state is compute
 
 
 def _cache_by_view(*view: str) -> Callable[[Callable[[State], R]], Callable[[State], R]]:
-    """Keep what is computed of the last models at the fields ``view`` of their states: asking again is free."""
+    """Decorate a function of a state: remember its last results by model and the fields ``view`` of the state."""
 
     def keep(make: Callable[[State], R]) -> Callable[[State], R]:
         cached = lru_cache(maxsize=32)(make)
@@ -53,25 +53,25 @@ def _cache_by_view(*view: str) -> Callable[[Callable[[State], R]], Callable[[Sta
 class Computed:
     """A model along its speed range."""
 
-    model: Model
-    linear: LinearModel
+    model: Model  # with its effects
+    linear: LinearModel  # its equations
     named: Modes  # at :data:`POINTS` speeds from the slowest to the fastest
     critical: tuple[CriticalSpeed, ...]  # up to the fastest speed
-    notes: tuple[str, ...]  # what a reader of the numbers must be told
+    notes: tuple[str, ...]  # what a reader of the numbers must know
 
 
 @dataclass(frozen=True, eq=False)
 class AtSpeed:
     """Modes at one speed."""
 
-    named: Modes
+    named: Modes  # at one speed
     sd: dict[str, float]  # of the damping ratio of each pair, to first order from stated sd; NaN: not a pair
     uncertain: tuple[str, ...]  # parameters whose sd is stated
 
     def first(self, mode: str) -> str:
-        """Give the asked ``mode`` if there is one of that name, else the first of all."""
-        here = [name for name, values in self.named.branches.items() if not np.isnan(values).all()]
-        return mode if mode in here else here[0]
+        """Choose ``mode`` if there is one of that name, else the first of all."""
+        present = [name for name, values in self.named.branches.items() if not np.isnan(values).all()]
+        return mode if mode in present else present[0]
 
 
 @_cache_by_view("slow", "fast")
@@ -79,13 +79,13 @@ def compute_modes(state: State) -> Computed:
     """Compute model, modes and critical speeds of a state."""
     model, linear = _build_linear(state)
     notes = tuple(TYRES.in_words(str(note)) for note in linear.warnings)
-    found = modes(linear, np.linspace(state.slow, state.fast, POINTS))
-    return Computed(model, linear, found, critical_speeds(linear, max_speed=state.fast), notes)
+    named = modes(linear, np.linspace(state.slow, state.fast, POINTS))
+    return Computed(model, linear, named, critical_speeds(linear, max_speed=state.fast), notes)
 
 
 @_cache_by_view("at")
 def at_speed(state: State) -> AtSpeed:
-    """Compute the modes of a state at its chosen speed, with uncertainty."""
+    """Compute the modes of a state at its chosen speed, and the sd of their damping ratios."""
     model, linear = _build_linear(state)
     named = modes(linear, [state.at])
     names, covariance = model_covariance(model)
@@ -104,11 +104,9 @@ def ranking(state: State) -> Ranking:
 def amplitudes(state: State) -> tuple[Trace, ...]:
     """Follow the motions of a state on tyres that saturate, from its critical speeds up to the fastest speed on."""
     curves = curves_of(model_content(state))
-    return tuple(
-        traces_of(
-            find_limit_cycles(model_of(state), rear=curves.get("rear"), front=curves.get("front"), max_speed=state.fast)
-        )
-    )
+    model = model_of(state)
+    cycles = find_limit_cycles(model, rear=curves.get("rear"), front=curves.get("front"), max_speed=state.fast)
+    return tuple(traces_of(cycles))
 
 
 def model_of(state: State) -> Model:
@@ -118,6 +116,7 @@ def model_of(state: State) -> Model:
 
 @_cache_by_view()
 def _build_linear(state: State) -> tuple[Model, LinearModel]:
+    """Build the model of a state and its equations."""
     model = build(state)
     return model, model.linear_model()
 
@@ -132,10 +131,11 @@ def bicycle_or_none(state: State) -> Bicycle | None:
 
 @_cache_by_view()
 def _bicycle(state: State) -> Bicycle:
+    """Build the bicycle of a state with its rider, its sliders moved."""
     content = state.content
     refuse_other_files(content)
-    alone = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
-    return move_bicycle(build_model(alone | _rider(state, content)).bicycle, state.geometry)
+    bicycle_table = {key: content[key] for key in ("bicycle", "allow_unusual") if key in content}
+    return move_bicycle(build_model(bicycle_table | _rider(state, content)).bicycle, state.geometry)
 
 
 def build(state: State) -> Model:
@@ -159,14 +159,18 @@ def model_content(state: State) -> dict[str, Any]:
 
 def refuse_other_files(content: Mapping[str, Any]) -> None:
     """Refuse a bicycle or tyre that would have to be read from a file."""
-    bicycle, drop = content.get("bicycle"), "or drop the file of yours on the page"
+    bicycle = content.get("bicycle")
+    drop = "or drop the file of yours on the page"
     refuse_unknown("bicycle", [bicycle] if isinstance(bicycle, str) else [], available_bicycles(), more=drop)
     for name, table in content.get("effects", {}).items():
-        tyre, where = table.get("tyre") if isinstance(table, Mapping) else None, f"effect {name!r}"
-        for one in tyre.values() if isinstance(tyre, Mapping) else [tyre]:
-            if isinstance(one, str) and one not in known_tyres():
-                refuse_unloaded(one, where=where)
-            refuse_unknown("tyre", [] if one is None else [one], known_tyres(), where=where, more=drop)
+        tyre = table.get("tyre") if isinstance(table, Mapping) else None
+        effect = f"effect {name!r}"
+        for name_of_tyre in tyre.values() if isinstance(tyre, Mapping) else [tyre]:
+            if isinstance(name_of_tyre, str) and name_of_tyre not in known_tyres():
+                refuse_unloaded(name_of_tyre, where=effect)
+            refuse_unknown(
+                "tyre", [] if name_of_tyre is None else [name_of_tyre], known_tyres(), where=effect, more=drop
+            )
 
 
 def known_tyres() -> tuple[str, ...]:
@@ -180,44 +184,45 @@ def _packaged_tyres() -> tuple[str, ...]:
 
 
 def view_from_the_side(state: State) -> dict[str, Any]:
-    """Drawing of the bicycle of a state from the side, with its name."""
-    found = side_view(_bicycle(state), model_content(state).get("effects", {}))
-    kinds = {kind for kind, _ in found["lines"]}
-    return found | {"name": bicycle_name(state), "rider": "rider" in kinds, "hinge": "hinge" in kinds}
+    """Draw the bicycle of a state from the side, mm; with its name, and whether rider and hinge are drawn."""
+    drawing = side_view(_bicycle(state), model_content(state).get("effects", {}))
+    kinds = {kind for kind, _ in drawing["lines"]}
+    return drawing | {"name": bicycle_name(state), "rider": "rider" in kinds, "hinge": "hinge" in kinds}
 
 
 def bicycle_name(state: State) -> str:
     """Name the bicycle of a state, with its rider."""
-    given = state.content["bicycle"]
-    name = given if isinstance(given, str) else state.name or "own bicycle"
+    bicycle = state.content["bicycle"]
+    name = bicycle if isinstance(bicycle, str) else state.name or "own bicycle"
     name = f"{name} with {state.rider}, {state.posture}" if state.rider else name
     return f"{name}, moved" if state.geometry else name
 
 
 def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Bicycle table with the rider of a state; empty without one."""
+    """Make the bicycle table with the rider of a state; empty without one."""
     if not state.rider:
         return {}
-    given = content["bicycle"]
-    if isinstance(given, str):
-        frame = load_bicycle(given)
+    bicycle = content["bicycle"]
+    if isinstance(bicycle, str):
+        frame = load_bicycle(bicycle)
     else:
-        frame = given_numbers(given, place="bicycle").bicycle(state.name or "own", "model file", allow_unusual=True)
+        frame = given_numbers(bicycle, place="bicycle").bicycle(state.name or "own", "model file", allow_unusual=True)
     return {"bicycle": model_table(_with_rider(frame, state.rider, state.posture))}
 
 
 @lru_cache(maxsize=32)
 def _with_rider(frame: Bicycle, rider: str, posture: str) -> Bicycle:
+    """Put a packaged rider on a frame."""
     from bicycle.rider.rider_body import available_riders, read_rider
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.rider_posture import SeatGeometry, packaged_geometry, read_geometry
     from studies.reporting.rider_report import with_provenance
 
     refuse_unknown("rider", [rider], available_riders())
-    known = packaged_geometry(frame.name)
-    geometry = read_geometry(known, posture) if known else SeatGeometry()
+    geometry_file = packaged_geometry(frame.name)
+    geometry = read_geometry(geometry_file, posture) if geometry_file else SeatGeometry()
     try:
-        found = rider_on_bicycle(frame, read_rider(rider), posture=posture, geometry=geometry)
+        cyclist = rider_on_bicycle(frame, read_rider(rider), posture=posture, geometry=geometry)
     except ImportError as error:
         raise InputError(f"a rider needs a package: {error}") from error
-    return with_provenance(found, f"{frame.name}_{rider}_{posture}")
+    return with_provenance(cyclist, f"{frame.name}_{rider}_{posture}")

@@ -30,8 +30,9 @@ FOLDERS = ("/assets/", "/_dash-component-suites/")
 
 
 def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scripts: Iterable[str]) -> None:
-    """Refuse all requests but those of the page."""
-    allowed, inline = frozenset(hosts), " ".join(scripts)
+    """Refuse all requests but those of the page: from ``hosts`` only, to ``callbacks``; run only ``scripts``."""
+    allowed = frozenset(hosts)
+    inline = " ".join(scripts)
     server.config["MAX_CONTENT_LENGTH"] = LARGEST_BODY
     policy = (
         f"default-src 'self'; script-src 'self' {inline}; style-src 'self' 'unsafe-inline'; "
@@ -40,8 +41,8 @@ def guard(server: Flask, callbacks: Mapping[str, Any], hosts: Iterable[str], scr
 
     @server.before_request
     def refuse() -> Response | None:
-        host, origin = request.host, request.headers.get("Origin")
-        if host not in allowed:
+        origin = request.headers.get("Origin")
+        if request.host not in allowed:
             return answer_in_words(403, "this server answers to its own address only")
         if origin is not None and origin.removeprefix("http://") not in allowed:
             return answer_in_words(403, "another site may not ask this server")
@@ -108,23 +109,28 @@ def _is_asked(body: Any, callbacks: Mapping[str, Any]) -> bool:
     """Tell if ``body`` gives values for what one callback takes, and for nothing else."""
     if not isinstance(body, dict) or not isinstance(body.get("output"), str) or body["output"] not in callbacks:
         return False
-    declared, changed, outputs = callbacks[body["output"]], body.get("changedPropIds", []), body.get("outputs")
+    declared = callbacks[body["output"]]
+    changed = body.get("changedPropIds", [])
+    outputs = body.get("outputs")
     for key in ("inputs", "state"):
-        given = body.get(key, [])
-        if not isinstance(given, list) or len(given) != len(declared[key]):
+        values = body.get(key, [])
+        if not isinstance(values, list) or len(values) != len(declared[key]):
             return False
-        for one, wanted in zip(given, declared[key], strict=True):
-            if not isinstance(one, dict) or any(one.get(part) != wanted[part] for part in ("id", "property")):
+        for value, expected in zip(values, declared[key], strict=True):
+            if not isinstance(value, dict) or any(value.get(part) != expected[part] for part in ("id", "property")):
                 return False
     named = isinstance(outputs, dict) and f"{outputs.get('id')}.{outputs.get('property')}" == body["output"]
-    return named and isinstance(changed, list) and all(isinstance(one, str) for one in changed)
+    return named and isinstance(changed, list) and all(isinstance(value, str) for value in changed)
 
 
 def _is_small(body: Any, *, deepest: int = 6, most: int = 5_000) -> bool:
     """Tell if the values are few and not deeply nested."""
-    level, count = [body], 0
+    level = [body]
+    count = 0
     for _ in range(deepest):
-        inner = [value for one in level for value in (one.values() if isinstance(one, dict) else one)]
+        inner: list[Any] = []
+        for table in level:
+            inner += table.values() if isinstance(table, dict) else table
         count += len(inner)
         if count > most:
             return False
@@ -147,17 +153,17 @@ def build_server(initial: str, port: int) -> Any:
 
 
 def open_socket(port: int) -> socket.socket:
-    """Open a socket on this machine; port 0 takes a free one."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    """Open a listening socket on this machine; port 0 takes a free one."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        found.bind((HOST, port))
+        listener.bind((HOST, port))
     except OSError as error:
-        found.close()
+        listener.close()
         why = f"--port {port} cannot be used ({error.strerror})"
         raise InputError(f"{why}; give another one, or 0 for a free one") from error
-    found.listen(256)
-    return found
+    listener.listen(256)
+    return listener
 
 
 def serve(initial: str, *, port: int, browser: bool) -> None:

@@ -76,14 +76,15 @@ def write_value(value: Value) -> str:
 
 
 def read_number(key: str, value: str) -> float:
-    """Read the number that a text of an address is."""
-    found = _number(value)
-    if not math.isfinite(found) or len(value) > 40:
+    """Read a finite number from a text of an address."""
+    result = _number(value)
+    if not math.isfinite(result) or len(value) > 40:
         raise InputError(f"address: {key} = {shown(value)} must be a finite number")
-    return found
+    return result
 
 
 def _number(value: str) -> float:
+    """Read a number; NaN if the text is none."""
     try:
         return float(value)
     except ValueError:
@@ -117,8 +118,8 @@ def model_value(key: str, value: str) -> Value:
 
 
 def each_wheel(model: Mapping[str, Value]) -> dict[str, Value]:
-    """Give one number for both wheels as two, so that each has its own control."""
-    found: dict[str, Value] = {}
+    """Split a number for both wheels into two, so that each has its own control."""
+    by_wheel: dict[str, Value] = {}
     for key, value in model.items():
         parts = key.split(".")
         kind = registry().get(parts[1]) if parts[0] == "effects" and len(parts) == 3 else None
@@ -126,10 +127,10 @@ def each_wheel(model: Mapping[str, Value]) -> dict[str, Value]:
             parts[2] in TYRE_KEYS or any(p.per_wheel for p in kind.parameters if p.name == parts[2])
         )
         if twice and value != FROM_TYRE and not any(f"{key}.{wheel}" in model for wheel in WHEELS):
-            found |= {f"{key}.{wheel}": value for wheel in WHEELS}
+            by_wheel |= {f"{key}.{wheel}": value for wheel in WHEELS}
         else:
-            found[key] = value
-    return found
+            by_wheel[key] = value
+    return by_wheel
 
 
 LONGEST = 60_000  # letters of an address
@@ -142,17 +143,18 @@ PIN = "pin"
 class State:
     """A model and a view of it."""
 
+    # dotted keys of a model file and their values, SI, angles and pressures in the unit of the key
     model: tuple[tuple[str, Value], ...] = (("bicycle", "benchmark"),)
     name: str = ""  # of an own bicycle
     rider: str = ""  # a packaged body put on the bicycle; empty: none
-    posture: str = "upright"
-    slow: float = 1.0  # speed range and chosen speed, m/s
+    posture: str = "upright"  # of that body
+    slow: float = 1.0  # m/s, lowest speed
     fast: float = 10.0  # m/s, highest speed
     at: float = 5.0  # m/s, chosen speed
     mode: str = ""  # whose sensitivities and shape are shown; empty: the first
     pins: tuple[str, ...] = ()  # addresses of what is shown for comparison
-    x: str = ""  # axes of the stability chart, as ``velotyre chart`` takes them; empty: no chart
-    y: str = ""
+    x: str = ""  # first axis of the stability chart, as ``velotyre chart`` takes it; empty: no chart
+    y: str = ""  # second axis, likewise
 
     @property
     def content(self) -> dict[str, Any]:
@@ -178,6 +180,7 @@ class State:
 
 
 def _read_line(value: Any) -> str:
+    """Read one line of at most 80 letters."""
     if len(text("")(value)) > 80 or any(ord(letter) < 32 for letter in value):
         raise remarked("must be one line of at most 80 letters")
     return str(value)
@@ -192,7 +195,7 @@ VIEW = schema.table(
 
 
 def parse_state(address: Any) -> State:
-    """Read an address."""
+    """Read the state of an address; refuse unknown or repeated keys, and values out of range."""
     if not isinstance(address, str) or len(address) > LONGEST:
         raise InputError(f"address: must be text of at most {LONGEST} letters; begin again with an empty one")
     pins: list[str] = []
@@ -234,8 +237,9 @@ def parse_state(address: Any) -> State:
 
 
 def _pins(texts: list[str]) -> tuple[str, ...]:
+    """Check the addresses that are pinned: not too many, and none that pins others."""
     if len(texts) > MOST_PINS:
         raise InputError(f"address: {len(texts)} curves are pinned; at most {MOST_PINS}, unpin some")
-    if any(parse_state(one).pins for one in texts):
+    if any(parse_state(pin).pins for pin in texts):
         raise InputError("address: what is pinned cannot pin others; unpin it")
     return tuple(texts)

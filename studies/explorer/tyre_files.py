@@ -19,12 +19,12 @@ _DIGITS = 10
 _GIVEN = re.compile(rf"@[0-9a-f]{{{_DIGITS}}}$")  # an address holds NAME.csv@DIGEST: no path, and no other content
 
 
-def refuse_name(given: str) -> None:
+def refuse_name(name: str) -> None:
     """Refuse a name of a file that might not stay inside a folder."""
-    hidden = not given.strip() or len(given) > 100 or given[0] in ".-~"
-    if hidden or any(mark in given for mark in '/\\:*?"<>|') or not given.isprintable():
+    hidden = not name.strip() or len(name) > 100 or name[0] in ".-~"
+    if hidden or any(mark in name for mark in '/\\:*?"<>|') or not name.isprintable():
         raise InputError(
-            f"file {shown(given[:200])} cannot be loaded under this name: letters, digits, blanks, '_', '-' and '.', "
+            f"file {shown(name[:200])} cannot be loaded under this name: letters, digits, blanks, '_', '-' and '.', "
             "no dot or dash first; rename it"
         )
 
@@ -36,7 +36,7 @@ class TyreFiles:
     """The tyre files of a server."""
 
     def __init__(self) -> None:
-        self._held: TemporaryDirectory[str] | None = None
+        self._folder: TemporaryDirectory[str] | None = None
         self._places: dict[str, str] = {}
 
     def names(self) -> list[str]:
@@ -49,11 +49,13 @@ class TyreFiles:
 
     def keep(self, name: str, files: Mapping[str, bytes]) -> str:
         """Keep a tyre that was loaded; return what an address calls it."""
-        for one, content in files.items():
-            refuse_name(one)
+        for file, content in files.items():
+            refuse_name(file)
             if content.startswith(b"\x89HDF\r\n"):  # which may link to other files
-                raise InputError(f"{one}: the page takes no HDF5 file; save it in MATLAB with -v7")
-        parts = [hashlib.sha256(part).digest() for one in sorted(files) for part in (one.encode(), files[one])]
+                raise InputError(f"{file}: the page takes no HDF5 file; save it in MATLAB with -v7")
+        parts: list[bytes] = []
+        for file in sorted(files):
+            parts += [hashlib.sha256(file.encode()).digest(), hashlib.sha256(files[file]).digest()]
         digest = hashlib.sha256(b"".join(parts)).hexdigest()[:_DIGITS]
         key = f"{name}@{digest}"
         if key in self._places:
@@ -61,11 +63,11 @@ class TyreFiles:
             return key
         if sum(map(is_loaded, self._places)) >= MOST_TYRES:
             raise InputError(f"{name}: {MOST_TYRES} tyre files are loaded; start velotyre explore again for more")
-        self._held = self._held or TemporaryDirectory(prefix="velotyre_tyres_")
-        place = Path(self._held.name) / digest
+        self._folder = self._folder or TemporaryDirectory(prefix="velotyre_tyres_")
+        place = Path(self._folder.name) / digest
         place.mkdir()
-        for one, content in files.items():
-            write_bytes(place / one, content)
+        for file, content in files.items():
+            write_bytes(place / file, content)
         try:
             with self.by_name():
                 read_tyre(place / name)
@@ -75,55 +77,58 @@ class TyreFiles:
         self._places[key] = (place / name).as_posix()
         return key
 
-    def find(self, given: str) -> str | None:
+    def find(self, path: str) -> str | None:
         """Find the address's name of the last loaded file that is called as the path ``given``."""
-        name = PureWindowsPath(given).name  # of a path of any system
-        held = {shown_name(key): key for key in self._places if is_loaded(key)}
-        return held.get(name, held.get(name.removesuffix(".toml") + ".csv"))  # a table may be named by its sidecar
+        name = PureWindowsPath(path).name  # of a path of any system
+        keys = {shown_name(key): key for key in self._places if is_loaded(key)}
+        return keys.get(name, keys.get(name.removesuffix(".toml") + ".csv"))  # a table may be named by its sidecar
 
     def read(self, name: str, surface: str | None) -> TyreSource:
-        """The tyre that an address calls ``name``, on a ``surface``; a packaged one by its own name."""
+        """Read the tyre that an address calls ``name``, on a ``surface``; a packaged one by its own name."""
         with self.by_name():
             return read_tyre(self._places.get(name, name), surface=surface)
 
     def with_paths(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """The ``content`` of a model file with paths in place of the names of an address."""
+        """Replace the names of an address in the ``content`` of a model file by paths."""
         return with_tyres(content, lambda name: self._places.get(name, name))
 
     def with_file_names(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """The ``content`` of a model file for another folder: what was loaded is called by its file name alone."""
+        """Replace the loaded tyres in the ``content`` of a model file by their file names, for another folder."""
         named = {place: shown_name(key) for key, place in self._places.items() if is_loaded(key)}
         return with_tyres(content, lambda name: named.get(name, name))
 
     def content(self, names: list[str]) -> dict[str, bytes]:
-        """Every file behind such ``names`` of addresses that was loaded, by its name."""
+        """Read every loaded file behind such ``names`` of addresses, by its name."""
         places = [Path(self._places[name]).parent for name in names if is_loaded(name) and name in self._places]
-        return {path.name: path.read_bytes() for place in places for path in sorted(place.iterdir())}
+        contents: dict[str, bytes] = {}
+        for place in places:
+            contents |= {path.name: path.read_bytes() for path in sorted(place.iterdir())}
+        return contents
 
     def in_words(self, text: str) -> str:
-        """A ``text`` of the library without the private folder."""
-        if self._held is None:
+        """Take the private folder out of a ``text`` of the library."""
+        if self._folder is None:
             return text
-        folder = "|".join({re.escape(self._held.name), re.escape(Path(self._held.name).resolve().as_posix())})
+        folder = "|".join({re.escape(self._folder.name), re.escape(Path(self._folder.name).resolve().as_posix())})
         return re.sub(rf"(?:{folder})[\\/][0-9a-f]{{{_DIGITS}}}[\\/]", "", text)
 
     @contextmanager
     def by_name(self) -> Iterator[None]:
-        """Within the block an error names a file as its user does."""
+        """Let an error within the block name a file as its user does."""
         try:
             yield
         except InputError as error:
-            said = self.in_words(str(error))
-            if said == str(error):
+            message = self.in_words(str(error))
+            if message == str(error):
                 raise
-            raise InputError(said) from None
+            raise InputError(message) from None
 
     def close(self) -> None:
         """Delete what was loaded."""
         self._places.clear()
-        if self._held is not None:
-            self._held.cleanup()
-            self._held = None
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
 
 
 TYRES = TyreFiles()
@@ -135,15 +140,15 @@ def is_loaded(name: str) -> bool:
 
 
 def shown_name(name: str) -> str:
-    """The file that a ``name`` of an address is, without the digest."""
+    """Name the file of a ``name`` of an address, without the digest."""
     return _GIVEN.sub("", name)
 
 
 def tyre_names(content: Mapping[str, Any]) -> list[str]:
-    """Every tyre that the ``content`` of a model file names, each once."""
-    found: dict[str, None] = {}
-    with_tyres(content, lambda name: found.setdefault(name) or name)
-    return list(found)
+    """List the tyres that the ``content`` of a model file names, each once."""
+    names: dict[str, None] = {}
+    with_tyres(content, lambda name: names.setdefault(name) or name)
+    return list(names)
 
 
 def refuse_unloaded(name: str, *, where: str) -> None:
@@ -158,8 +163,10 @@ def refuse_unloaded(name: str, *, where: str) -> None:
 
 
 def files_of(state: State) -> dict[str, bytes]:
-    """Name and content of every tyre file of a state and of what is pinned that was loaded on the page."""
-    names = [name for one in (state, *map(parse_state, state.pins)) for name in tyre_names(one.content)]
+    """Read every tyre file of a state and of what it pins that was loaded on the page: content by name."""
+    names: list[str] = []
+    for drawn in (state, *map(parse_state, state.pins)):
+        names += tyre_names(drawn.content)
     return TYRES.content(list(dict.fromkeys(names)))
 
 
@@ -172,18 +179,18 @@ def kept_here(state: State) -> list[str]:
 
 
 def with_tyres(content: Mapping[str, Any], change: Any) -> dict[str, Any]:
-    """The ``content`` of a model file with every name of a tyre as ``change`` makes it of the present one."""
+    """Replace every name of a tyre in the ``content`` of a model file by ``change(name)``."""
     effects = content.get("effects")
     if not isinstance(effects, Mapping):
         return dict(content)
 
     def of(tyre: Any) -> Any:
         if isinstance(tyre, Mapping):
-            return {wheel: of(one) for wheel, one in tyre.items()}
+            return {wheel: of(name) for wheel, name in tyre.items()}
         return change(tyre) if isinstance(tyre, str) else tyre
 
-    made = {
+    changed = {
         name: dict(table) | {"tyre": of(table["tyre"])} if isinstance(table, Mapping) and "tyre" in table else table
         for name, table in effects.items()
     }
-    return dict(content) | {"effects": made}
+    return dict(content) | {"effects": changed}

@@ -36,93 +36,100 @@ ALWAYS = tuple(ending for ending in FILE_ENDINGS if ending not in ENDINGS)  # en
 
 
 def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, ...]]:
-    """A state with the bicycle or model of a file in place of its own."""
+    """Put the bicycle or model of a file into a state; return it with remarks on the file."""
     ending = Path(name).suffix.lower()
-    shown = f"{slug(Path(name.replace(chr(92), '/')).stem)[:60] or 'file'}{ending}"
+    file = f"{slug(Path(name.replace(chr(92), '/')).stem)[:60] or 'file'}{ending}"
     if ending not in ENDINGS:
-        known = f"a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {', '.join(ALWAYS)})"
-        raise InputError(f"{shown[:80]}: drop {known}")
+        kinds = f"a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {', '.join(ALWAYS)})"
+        raise InputError(f"{file[:80]}: drop {kinds}")
     if len(data) > LARGEST:
-        raise InputError(f"{shown}: {len(data)} bytes are more than the {LARGEST} that a bicycle or model may have")
+        raise InputError(f"{file}: {len(data)} bytes are more than the {LARGEST} that a bicycle or model may have")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / shown
+        path = Path(folder) / file
         path.write_bytes(data)
         try:
             return _read(state, path)
         except InputError as error:
-            said = str(error).replace(f"{path}", shown).replace(path.as_posix(), shown)
-            raise InputError(said if shown in said else f"{shown}: {said}") from None
+            message = str(error).replace(f"{path}", file).replace(path.as_posix(), file)
+            raise InputError(message if file in message else f"{file}: {message}") from None
 
 
 def start_state(model: str | None) -> State:
-    """The state that MODEL of the command line means; without one a rider on a measured tyre, the front flexible."""
+    """Make the state of MODEL of the command line; by default a rider on a measured tyre, the front flexible."""
     if model is None:
         return parse_state(START)
     content = dict(choose(model).content)
     name = ""
-    for one in filter(is_file_name, tyre_names(content)):
-        TYRES.know(one)
+    for tyre in filter(is_file_name, tyre_names(content)):
+        TYRES.know(tyre)
     bicycle = content.get("bicycle")
     if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
-        found = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
-        content["bicycle"], name = model_table(found), found.name
+        parameters = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
+        content["bicycle"], name = model_table(parameters), parameters.name
     return parse_state(State(model=make_dotted_keys(content), name=name[:80]).address)
 
 
 def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
+    """Put the model of a file, or its bicycle under the effects of the state, into a state; also return remarks."""
     content: Mapping[str, Any] = read_toml(path, "model or bicycle file") if path.suffix.lower() == ".toml" else {}
     if "bicycle" in content or (content and "values" not in content):
         if "bicycle" not in content:
             raise InputError("the key 'bicycle' of a model file, or [values] of a bicycle file, is missing")
         schema.read(MODEL, content)
-        given = with_tyres(content, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
-        refuse_other_files(given)
-        return _take_model(state, make_dotted_keys(given), "" if isinstance(given["bicycle"], str) else path.stem), ()
+        located = with_tyres(content, lambda name: TYRES.find(name) or name if is_file_name(name) else name)
+        refuse_other_files(located)
+        return _take_model(
+            state, make_dotted_keys(located), "" if isinstance(located["bicycle"], str) else path.stem
+        ), ()
     bicycle = load_bicycle(path)
-    others = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
-    others |= {WAY_OUT: True} if bicycle.unusual else {}
-    made = _take_model(state, make_dotted_keys({"bicycle": model_table(bicycle)} | others), bicycle.name)
-    return made, tuple(" ".join(note.split()) for note in bicycle.warnings)
+    further = {key: value for key, value in state.content.items() if key in ("effects", WAY_OUT)}
+    if bicycle.unusual:
+        further[WAY_OUT] = True
+    changed = _take_model(state, make_dotted_keys({"bicycle": model_table(bicycle)} | further), bicycle.name)
+    return changed, tuple(" ".join(note.split()) for note in bicycle.warnings)
 
 
 def _take_model(state: State, model: Any, name: str) -> State:
+    """Put a model, as dotted keys, into a state, without a rider."""
     return parse_state(replace(state, model=model, name=name[:80], rider="").address)
 
 
 def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 20) -> tuple[State, tuple[str, ...]]:
-    """A state with what was dropped."""
+    """Put at most ``most`` dropped files into a state: tyres to choose from, a model; also return remarks."""
     if len(files) > most:
         raise InputError(f"{len(files)} files were dropped; at most {most} at once")
     named: dict[str, bytes] = {}
-    for given, data in files:
-        name = PureWindowsPath(given).name  # of a path of any system
+    for path, data in files:
+        name = PureWindowsPath(path).name  # of a path of any system
         if name in named:
             raise InputError(f"{name[:80]}: two files of this name were dropped; rename one")
         named[name] = data
-    beside = {name: one for name in named if (one := _table_of(name, named))}
-    tyres = [name for name, data in named.items() if name not in beside and _is_tyre(name, data)]
-    others = [name for name in named if name not in beside and name not in tyres]
-    if len(others) > 1:
-        raise InputError(f"{others[0][:80]} and {others[1][:80]}: drop one bicycle or model at a time, with its tyres")
+    sidecars = {name: file for name in named if (file := _table_of(name, named))}
+    tyres = [name for name, data in named.items() if name not in sidecars and _is_tyre(name, data)]
+    models = [name for name in named if name not in sidecars and name not in tyres]
+    if len(models) > 1:
+        raise InputError(f"{models[0][:80]} and {models[1][:80]}: drop one bicycle or model at a time, with its tyres")
     remarks = list[str]()
     for name in tyres:
-        for one in (name, *(side for side, table in beside.items() if table == name)):
-            if len(named[one]) > LARGEST:
-                raise InputError(f"{one[:80]}: {len(named[one])} bytes are more than the {LARGEST} of a tyre file")
-        key = TYRES.keep(name, {one: named[one] for one in named if one == name or beside.get(one) == name})
-        remarks += [] if others else [f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel"]
-    made, said = with_file(state, others[0], named[others[0]]) if others else (state, ())
-    return made, (*remarks, *said)
+        for file in (name, *(side for side, table in sidecars.items() if table == name)):
+            if len(named[file]) > LARGEST:
+                raise InputError(f"{file[:80]}: {len(named[file])} bytes are more than the {LARGEST} of a tyre file")
+        key = TYRES.keep(name, {file: named[file] for file in named if file == name or sidecars.get(file) == name})
+        if not models:
+            remarks.append(f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel")
+    changed, notes = with_file(state, models[0], named[models[0]]) if models else (state, ())
+    return changed, (*remarks, *notes)
 
 
 def _table_of(name: str, named: dict[str, bytes]) -> str:
-    """The table of a tyre whose sidecar a file is; empty where it is none."""
+    """Find the table of a tyre whose sidecar a file is; empty where it is none."""
     path = PurePath(name)
-    tables = [one for one in named if PurePath(one).suffix.lower() == ".csv" and PurePath(one).stem == path.stem]
+    tables = [file for file in named if PurePath(file).suffix.lower() == ".csv" and PurePath(file).stem == path.stem]
     return tables[0] if path.suffix.lower() == ".toml" and tables else ""
 
 
 def _is_tyre(name: str, data: bytes) -> bool:
+    """Tell if a file is a tyre; refuse the sidecar of a table that was not dropped with it."""
     ending = PurePath(name).suffix.lower()
     if ending in ALWAYS:
         return True
@@ -141,5 +148,5 @@ def _is_tyre(name: str, data: bytes) -> bool:
 def _is_list(data: bytes) -> bool:
     """Tell if a text holds coefficients of a tyre, not a bicycle."""
     lines = [re.split("[#%]", line)[0] for line in data.decode("utf-8-sig", errors="replace").splitlines()]
-    keys = {found[1] for line in lines if (found := re.match(r"[\s\-{\"']*([A-Za-z_]\w*)", line))}
+    keys = {match[1] for line in lines if (match := re.match(r"[\s\-{\"']*([A-Za-z_]\w*)", line))}
     return not keys & set(UNITS) and bool({key.lower() for key in keys} & {*KEYS, SIDE, MOMENT, "a0", "optparametermf"})
