@@ -12,7 +12,8 @@ FILES = {  # names of the room by the file that holds them; each is imported whe
     "sampler": ("TYRE_DRAWS", "Points", "Sampler", "stiffness_warnings"),
     "specification": ("ImpossibleItem", "Normal", "Sweep"),
     "stored": ("Stored", "read_result"),
-    "varied": ("Varied", "correlated", "sampled_parameters", "shares", "stated_correlations"),
+    "variance_shares": ("correlated", "shares", "stated_correlations"),
+    "varied": ("Varied", "sampled_parameters"),
     "worker": ("Worker", "compute"),
 }  # fmt: skip
 

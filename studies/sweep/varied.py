@@ -1,19 +1,16 @@
 """Parameters that were varied and outputs that depend on them, bicycle by bicycle, as figures compare them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from bicycle.parameters.parameter_covariance import WHEELS
 from studies.model_space.outputs import OUTPUTS, Output
 from studies.model_space.sampling import normal, uniform
 from studies.sweep.sampler import TYRE_DRAWS, Sampler
-from studies.sweep.specification import SPEED, Normal, differences
+from studies.sweep.specification import SPEED, differences
 from studies.sweep.stored import CRITICAL, Stored
 from studies.sweep.worker import compute
 from tyre.ground.arrays import Array
@@ -200,107 +197,3 @@ def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
 
 def _unit(output: Output) -> str:
     return "" if output.unit == "1" else f", {output.unit}"
-
-
-LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles
-
-
-def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> pd.DataFrame:
-    """Shares of parameters in the variance of an output (cells, samples), NaN where a bicycle does not have it.
-
-    A row a parameter with ``first_order``, ``half_width_95`` and ``total``; no row if the output tells of too few.
-    """
-    columns = ["parameter", "first_order", "half_width_95", "total"]
-    known = np.isfinite(y)
-    enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
-    if not enough or not _varies(y):
-        return pd.DataFrame(columns=columns)
-    spread = np.zeros(len(varied))
-    if y.shape[1] > 1:
-        rng = np.random.default_rng([seed, 16])
-        found = []
-        for chosen in (rng.integers(0, y.shape[1], y.shape[1]) for _ in range(resamples)):
-            if _varies(y[:, chosen]):
-                drawn = [replace(one, values=one.values[:, chosen]) if one.sampled else one for one in varied]
-                found.append(_indices(y[:, chosen], drawn))
-        spread = 1.96 * np.std(found, axis=0, ddof=1)
-    names, totals = [one.name for one in varied], [_total(y, one, varied) for one in varied]
-    return pd.DataFrame(dict(zip(columns, (names, _indices(y, varied), spread, totals), strict=True)))
-
-
-def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
-    """Pairs of sampled parameters whose ranks are correlated beyond chance, among the bicycles that have an output."""
-    drawn = [one for one in varied if one.sampled and not one.named]
-    kept = has.any(0)
-    count = int(kept.sum())
-    if len(drawn) < 2 or count < LEAST:
-        return []
-    matrix = np.corrcoef([rankdata(one.values[0, kept]) for one in drawn])
-    least = max(0.1, 4 / np.sqrt(count))
-    pairs = [(i, j) for i in range(len(drawn)) for j in range(i) if abs(matrix[i, j]) > least]
-    return [(drawn[j].name, drawn[i].name, float(matrix[i, j])) for i, j in pairs]
-
-
-def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]]:
-    """Pairs of parameters that the sweep draws with a correlation: two names and the correlation."""
-    found = []
-    for group in groups:
-        factor = np.array(group.factor)
-        unit = factor / np.maximum(np.hypot.reduce(factor, axis=1), 1e-300)[:, None]
-        r = unit @ unit.T
-        pairs = [(i, j) for i in range(len(r)) for j in range(i) if abs(r[i, j]) > 0.02]
-        found += [(group.names[j], group.names[i], float(r[i, j])) for i, j in pairs]
-    return found
-
-
-def _varies(y: Array) -> bool:
-    known = y[np.isfinite(y)]
-    return bool(known.size > 1 and np.ptp(known) > 1e-9 * np.abs(known).max())
-
-
-def _indices(y: Array, varied: Sequence[Varied]) -> Array:
-    known = np.isfinite(y)
-    total = float(np.var(y[known]))
-    count = known.sum(1, keepdims=True)
-    centre = np.where(count > 0, np.where(known, y, 0).sum(1, keepdims=True) / np.maximum(count, 1), 0)
-    own = known.sum(0)
-    kept = own > 0
-    mean = np.where(known, y - centre, 0).sum(0)[kept] / own[kept]
-    between = [
-        _between_classes(mean, one.values[0, kept])
-        if one.sampled
-        else _between_levels(y[known], np.broadcast_to(one.values, y.shape)[known])
-        for one in varied
-    ]
-    return np.array(between) / total
-
-
-def _between_levels(y: Array, values: NDArray[np.generic]) -> float:
-    """Variance of the means at each value."""
-    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
-    return float(np.sum(count * ((np.bincount(place, y) / count) - y.mean()) ** 2) / len(y))
-
-
-def _between_classes(y: Array, values: Array) -> float:
-    """Variance of the mean of y in classes of equally many values, what chance adds taken off."""
-    n = len(y)
-    classes = int(np.clip(round(2 * n ** (1 / 3)), 4, 64))
-    edges = np.unique(np.quantile(values, np.linspace(0, 1, classes + 1)[1:-1]))
-    place = np.searchsorted(edges, values, side="right")
-    count = np.bincount(place)
-    held = count > 0
-    sums, count = np.bincount(place, y)[held], count[held]
-    k = len(count)
-    if k < 2 or n <= k:
-        return 0.0
-    between = float(np.sum(count * (sums / count - y.mean()) ** 2))
-    return (between - (k - 1) * (float(np.sum((y - y.mean()) ** 2)) - between) / (n - k)) / n
-
-
-def _total(y: Array, one: Varied, varied: Sequence[Varied]) -> float:
-    """Total index of a parameter on a grid where every bicycle has the output; else NaN."""
-    if one.sampled or not np.isfinite(y).all():
-        return float("nan")
-    others = [other.values[:, 0] for other in varied if other is not one and not other.sampled]
-    along = pd.DataFrame(y).groupby(others or np.zeros(len(y))).var(ddof=0)
-    return float(along.to_numpy().mean() / y.var())
