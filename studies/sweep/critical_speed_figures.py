@@ -36,30 +36,30 @@ def draw_critical_speeds(drawn: Drawn) -> None:
 def _draw_bars(drawn: Drawn, name: str) -> None:
     """Draw bars of the critical speeds of each name and direction; the numbers go to ``.csv`` and ``_bins.csv``."""
     stored = drawn.stored
-    found, count = stored.limits, int(stored.possible.sum())
-    has = sum((np.isfinite(one.speeds).any(-1) for one in found), np.zeros_like(stored.possible))
+    limits, count = stored.limits, int(stored.possible.sum())
+    has = sum((np.isfinite(one.speeds).any(-1) for one in limits), np.zeros_like(stored.possible))
     title = (
         f"Critical speeds up to {stored.sweep.max_speed:g} m/s of {stored.whose}; "
         f"{(stored.possible & ~has).sum()} of {count} possible ones have none"
     )
-    bars, columns = list[dict[str, Any]](), min(3, max(len(found), 1))
-    lines = -(-len(found) // columns)
+    bars, columns = list[dict[str, Any]](), min(3, max(len(limits), 1))
+    lines = -(-len(limits) // columns)
     with drawing(drawn.folder / name, width=4.1 * columns + 0.4, height=2.5 * lines + 0.7) as canvas:
-        every = canvas.subplots(lines, columns, squeeze=False)
-        for axes, one in zip(every.flat, found, strict=False):
+        panels = canvas.subplots(lines, columns, squeeze=False)
+        for axes, one in zip(panels.flat, limits, strict=False):
             bars += _draw_histogram(axes, one)
             number = np.isfinite(one.speeds).sum(-1)[stored.possible]
             shares = f"{(number == 0).sum()} of {len(number)} have none, {(number > 1).sum()} several"
             axes.set_title(f"{one.words}\n{shares}", fontsize=8.5)
-        for axes in list(every.flat)[len(found) :]:
+        for axes in list(panels.flat)[len(limits) :]:
             axes.set_visible(False)
-        for axes in every[:, 0]:
+        for axes in panels[:, 0]:
             axes.set_ylabel("Bicycles")
         for column in range(columns):
-            last = max(k for k in range(lines) if k * columns + column < len(found))
-            every[last, column].set_xlabel("Critical speed, m/s")
+            last = max(k for k in range(lines) if k * columns + column < len(limits))
+            panels[last, column].set_xlabel("Critical speed, m/s")
         drawn.title(canvas, name, title, 4.1 * columns)
-    drawn.table(name, [row for one in found for row in _summarise(one, count)])
+    drawn.table(name, [row for one in limits for row in _summarise(one, count)])
     drawn.table(f"{name}_bins", bars)
 
 
@@ -83,9 +83,9 @@ def _summarise(one: Limits, count: int) -> Iterator[dict[str, Any]]:
 
 
 def _draw_histogram(axes: Any, one: Limits) -> Iterator[dict[str, Any]]:
-    """Draw the bars; a row for each."""
-    every = np.concatenate(one.held)
-    low, high = every.min(), every.max()
+    """Draw critical speeds (m/s) of one mode and direction as stacked bars by occurrence; a row for each bar."""
+    all_speeds = np.concatenate(one.held)
+    low, high = all_speeds.min(), all_speeds.max()
     edge = max(1e-3, 1e-3 * high)
     edges = np.linspace(low, high, 41) if high - low > edge else np.array([low - edge, high + edge])
     counts = [np.histogram(speeds, edges)[0] for speeds in one.held]
@@ -121,9 +121,9 @@ def _draw_rows(drawn: Drawn, name: str) -> None:
     """Draw critical speeds of each combination of the grid, a row each; the numbers go to ``.csv``."""
     stored, names = drawn.stored, drawn.stored.cell_names
     several = stored.reduced or stored.samples > 1
-    held = list(stored.sweep.quantiles or LEVELS)
+    levels = list(stored.sweep.quantiles or LEVELS)
     # ends of the line and its mark: of a reduced result the outermost quantiles, and the one nearest to 0.5
-    ends = (min(held), min(held, key=lambda share: abs(share - 0.5)), max(held))
+    ends = (min(levels), min(levels, key=lambda share: abs(share - 0.5)), max(levels))
     possible = np.asarray(stored.possible.sum(1))
     if stored.reduced:
         possible = np.full(stored.cells, stored.sweep.samples)

@@ -24,7 +24,7 @@ LEVELS: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)  # quantiles of a figu
 class Drawn:
     """Figures of a result so far: each that is drawn is added."""
 
-    stored: Stored
+    stored: Stored  # the result that is drawn
     folder: Path  # into which figures and their tables are written
     figures: dict[str, str]  # name of a figure's files, without ending -> its title
     lacking: dict[str, Any]  # what was not drawn, by the keys of ``templates/remarks.txt.j2``

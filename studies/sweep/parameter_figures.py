@@ -32,15 +32,15 @@ def draw_over_parameters(drawn: Drawn, asked: Stability | None) -> None:
         drawn.lacking["stability"] = True
     if not outputs:
         return
-    found, remarks, overlaps = _compute_shares(stored, varied, outputs, whole=not drawn.lacking["again"])
+    tables, remarks, overlaps = _compute_shares(stored, varied, outputs, whole=not drawn.lacking["again"])
     if len(varied) == 1:
         drawn.lacking["others"] = varied[0].name
-    elif not found:
+    elif not tables:
         drawn.lacking["shares"] = (variance_shares.LEAST, variance_shares.LEAST_OF_A_GRID)
-    rank = np.max([every["first_order"] for every in found.values()], axis=0) if found else np.zeros(len(varied))
-    _draw_pairs(drawn, [varied[k] for k in np.argsort(-rank, kind="stable")], outputs, stable, ranked=bool(found))
-    if found and len(varied) > 1:
-        _draw_shares(drawn, found, remarks)
+    rank = np.max([every["first_order"] for every in tables.values()], axis=0) if tables else np.zeros(len(varied))
+    _draw_pairs(drawn, [varied[k] for k in np.argsort(-rank, kind="stable")], outputs, stable, ranked=bool(tables))
+    if tables and len(varied) > 1:
+        _draw_shares(drawn, tables, remarks)
         drawn.lacking["split"] = list(overlaps)
 
 
@@ -48,25 +48,25 @@ def _compute_shares(
     stored: Stored, varied: list[Varied], outputs: dict[str, Array], *, whole: bool
 ) -> tuple[dict[str, pd.DataFrame], dict[str, str], dict[str, None]]:
     """Shares by label of the output, remarks on them, and among these the different ones on correlations."""
-    found, remarks, overlaps = dict[str, pd.DataFrame](), dict[str, str](), dict[str, None]()
+    tables, remarks, overlaps = dict[str, pd.DataFrame](), dict[str, str](), dict[str, None]()
     stated = variance_shares.stated_correlations(stored.sweep.normals)
-    told = {pair[:2] for pair in stated}
+    stated_pairs = {pair[:2] for pair in stated}
     possible = int(stored.possible.sum())
     for label, values in outputs.items():
         y = np.where(stored.possible, values, np.nan)
-        every = variance_shares.shares(y, varied)
-        if every.empty:
+        table = variance_shares.shares(y, varied)
+        if table.empty:
             continue
         has = np.isfinite(y)
         parts = [f"of the {has.sum()} of {possible} bicycles that have it"] if has.sum() < possible else []
         parts += [] if whole else ["the sampled parameters are missing"]
-        pairs = stated + [pair for pair in variance_shares.correlated(varied, has) if pair[:2] not in told]
+        pairs = stated + [pair for pair in variance_shares.correlated(varied, has) if pair[:2] not in stated_pairs]
         if pairs:
             words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
             parts.append(f"correlated: {words}; their shares overlap and have no unique split")
             overlaps[parts[-1]] = None
-        found[label], remarks[label] = every, "; ".join(parts)
-    return found, remarks, overlaps
+        tables[label], remarks[label] = table, "; ".join(parts)
+    return tables, remarks, overlaps
 
 
 def _draw_pairs(

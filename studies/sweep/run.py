@@ -80,15 +80,15 @@ def _check_items(sweep: Sweep) -> list[str]:
         points = sampler.points(start, stop)
         counts.update(points.refused.counts)
         extrapolated += 0 if points.extrapolated is None else int(points.extrapolated[~points.refused.mask].sum())
-    found = list(sampler.notes)
+    remarks = list(sampler.notes)
     if counts:
-        found.append(f"{left_out(counts, sweep.items)}: they are NaN, and impossible marks them")
+        remarks.append(f"{left_out(counts, sweep.items)}: they are NaN, and impossible marks them")
     if extrapolated:
-        found.append(
+        remarks.append(
             f"{extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
             "tyre_extrapolated marks them"
         )
-    return found
+    return remarks
 
 
 def _kept(sweep: Sweep, parts: Parts) -> str:

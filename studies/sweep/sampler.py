@@ -1,4 +1,4 @@
-"""Tyres of many bicycles at once."""
+"""Parameters of many bicycles at once: values of the grid, random draws, and what the tyres give."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -58,38 +58,45 @@ class TyreTable:
     ) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:
         """Evaluate the tyres of both wheels: properties (m,) by name, SI, and where an item's tyre is extrapolated."""
         count = len(wheels[0]["load_N"])
-        found = [{name: np.full(count, np.nan) for name in (*STIFFNESSES, *properties.MEASURED_BESIDE)} for _ in wheels]
+        names = (*STIFFNESSES, *properties.MEASURED_BESIDE)
+        by_wheel = [{name: np.full(count, np.nan) for name in names} for _ in wheels]
         outside = np.zeros(count, bool)
         conditions = [(wheel["load_N"].astype(float), wheel["pressure_bar"] * PASCAL_PER_BAR) for wheel in wheels]
-        groups = [
-            (k, rows, self.map(str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]])))
-            for k, wheel in enumerate(wheels)
-            for rows in _alike(wheel["tyre"], wheel["surface"])
-        ]
+        groups = self._group_tyres(wheels)
         for k, rows, tyre in groups:
             _mark(tyre, *conditions[k], rows, refused)
+
         for k, rows, tyre in groups:
-            bad, usual = refused.mask[rows], (tyre.loads, tyre.pressures)
-            n, p = (
-                np.where(bad, x[rows] if not len(one) else one[0], x[rows])
-                for one, x in zip(usual, conditions[k], strict=True)
-            )
-            held = tyre.linear(load=n, pressure=p)
-            for name, values in found[k].items():
-                if name in held:
-                    values[rows] = held[name]
+            # a refused item is read at the first condition of the table: its numbers are not used
+            bad, (loads, pressures) = refused.mask[rows], conditions[k]
+            n = np.where(bad, tyre.loads[0] if len(tyre.loads) else loads[rows], loads[rows])
+            p = np.where(bad, tyre.pressures[0] if len(tyre.pressures) else pressures[rows], pressures[rows])
+            interpolated = tyre.linear(load=n, pressure=p)
+            for name, values in by_wheel[k].items():
+                if name in interpolated:
+                    values[rows] = interpolated[name]
                 elif name in wanted[k]:
                     values[rows] = one_by_one(tyre, name, n, p)
             for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
                 outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
+
         if z is not None:
-            away = self._relative(wheels, z, nominal_loads, refused, linear=linear)
-            for column, (own, name) in enumerate(product(found, STIFFNESSES)):
-                own[name] *= 1 + share * away[:, column]
-        for own, (load, _) in zip(found, conditions, strict=True):
-            own["relaxation_length"] = own["cornering_stiffness"] / own["lateral_stiffness"]
-            own |= properties.parameters_of_effects(own, load=load)
-        return found, outside
+            deviation = self._relative(wheels, z, nominal_loads, refused, linear=linear)
+            for column, (of_wheel, name) in enumerate(product(by_wheel, STIFFNESSES)):
+                of_wheel[name] *= 1 + share * deviation[:, column]
+        for of_wheel, (load, _) in zip(by_wheel, conditions, strict=True):
+            of_wheel["relaxation_length"] = of_wheel["cornering_stiffness"] / of_wheel["lateral_stiffness"]
+            of_wheel |= properties.parameters_of_effects(of_wheel, load=load)
+        return by_wheel, outside
+
+    def _group_tyres(self, wheels: Sequence[Choice]) -> list[tuple[int, NDArray[np.intp], TyreSource]]:
+        """Items of the same tyre and surface: number of the wheel, their indices, the tyre."""
+        groups = []
+        for k, wheel in enumerate(wheels):
+            for rows in _alike(wheel["tyre"], wheel["surface"]):
+                tyre, surface = str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]])
+                groups.append((k, rows, self.map(tyre, surface)))
+        return groups
 
     def _relative(
         self, wheels: Sequence[Choice], z: Array, nominal_loads: Sequence[Any], refused: Refused, *, linear: bool
@@ -125,11 +132,11 @@ class TyreTable:
         relative[~np.isfinite(relative)] = 0.0  # of a tyre that holds no lateral stiffness
         cornering, lateral = BLOCKS
         root, shared = _square_root(relative[np.ix_(cornering, cornering)]), relative[np.ix_(lateral, cornering)]
-        own = relative[np.ix_(lateral, lateral)]
+        lateral_covariance = relative[np.ix_(lateral, lateral)]
         if not shared.any():
-            return [(cornering, _positive(root)), (lateral, _positive(_square_root(own)))]
+            return [(cornering, _positive(root)), (lateral, _positive(_square_root(lateral_covariance)))]
         carried = shared @ np.linalg.pinv(root).T
-        whole = np.block([[root, np.zeros((2, 2))], [carried, _square_root(own - carried @ carried.T)]])
+        whole = np.block([[root, np.zeros((2, 2))], [carried, _square_root(lateral_covariance - carried @ carried.T)]])
         return [(np.concatenate(BLOCKS), _positive(whole))]
 
 
@@ -147,14 +154,14 @@ def _mark(tyre: TyreSource, load: Array, pressure: Array, rows: NDArray[np.intp]
     bad, words = np.zeros_like(refused.mask), ""
     pieces = [rows[~refused.mask[rows]]] if (~refused.mask[rows]).any() else []
     while pieces:  # where a corner of the conditions of some is refused, each is asked by itself
-        some = pieces.pop()
+        rows_here = pieces.pop()
         try:
-            _check_corners(tyre, load[some], pressure[some])
+            _check_corners(tyre, load[rows_here], pressure[rows_here])
         except InputError as error:
-            if len(some) > 1:
-                pieces += list(some[::-1, None])
+            if len(rows_here) > 1:
+                pieces += list(rows_here[::-1, None])
             else:
-                bad[some], words = True, words or str(error)
+                bad[rows_here], words = True, words or str(error)
     refused.add(NO_TYRE, bad, words)
 
 
@@ -193,7 +200,7 @@ class Points:
     values: Mapping[str, Any]  # a number, or (m,)
     speeds: Array  # (m, k) or, alike for all, (1, k), m/s
     nominal: Mapping[str, float]  # parameter -> value of the model file, SI
-    refused: Refused
+    refused: Refused  # items that are impossible, with the reasons
     # (m,), True outside of a tyre's measured range; None: no tyre is read
     extrapolated: NDArray[np.bool_] | None = field(default=None)
 
@@ -231,11 +238,11 @@ class Sampler:
     @property
     def draws(self) -> dict[str, tuple[str, ...]]:
         """Names of the independent standard normal numbers, by what is measured together."""
-        found = {together(group.names): group.names for group in self.sweep.normals}
-        found |= {key: (key,) for key in self._bicycles.sampled}
+        draws = {together(group.names): group.names for group in self.sweep.normals}
+        draws |= {key: (key,) for key in self._bicycles.sampled}
         if self.sweep.tyre_covariance:
-            found |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
-        return found
+            draws |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
+        return draws
 
     def points(
         self,
@@ -249,7 +256,7 @@ class Sampler:
         """Parameters of items number ``start`` to ``stop`` - 1, from standard normal ``draws`` (m,) if given."""
         sweep, count = self.sweep, stop - start
         *cell, sample = np.unravel_index(np.arange(start, stop), sweep.shape)
-        given: dict[str, Any] = {
+        parameters: dict[str, Any] = {
             axis.name: np.array(axis.values)[index] for axis, index in zip(sweep.axes, cell, strict=True)
         }
         first, last = int(sample.min()), int(sample.max()) + 1
@@ -258,32 +265,36 @@ class Sampler:
             with np.errstate(over="ignore", invalid="ignore"):  # marked below
                 drawn = joint.linear(z) if linear else joint(z)
                 drawn = drawn if share == 1 else joint.mean[:, None] + share * (drawn - joint.mean[:, None])
-            given |= dict(zip(group.names, drawn, strict=True))
-        names = given.pop(BICYCLE, None)
+            parameters |= dict(zip(group.names, drawn, strict=True))
+        names = parameters.pop(BICYCLE, None)
         if names is not None:
-            given |= self._bicycles.parameters(
+            parameters |= self._bicycles.parameters(
                 names, lambda key: self._standard((key,), sample, draws)[0], linear=linear, share=share
             )
-        for one in sweep.uniforms:
+        for spread in sweep.uniforms:
             middle = np.full(last - first, 0.5)
-            u = middle if linear else uniform(seed=sweep.seed, name=one.name, start=first, stop=last)
-            given[one.name] = (one.low + (one.high - one.low) * u)[sample - first]
-        speeds = np.atleast_2d(sweep.speeds) if SPEED not in given else given.pop(SPEED)[:, None]
-        conditions = {key: given.pop(key) for key in list(given) if ParameterKey.parse(key).name in TYRE_UNITS}
-        values = self.family.values(given)
+            u = middle if linear else uniform(seed=sweep.seed, name=spread.name, start=first, stop=last)
+            parameters[spread.name] = (spread.low + (spread.high - spread.low) * u)[sample - first]
+        speeds = np.atleast_2d(sweep.speeds) if SPEED not in parameters else parameters.pop(SPEED)[:, None]
+        conditions = {
+            key: parameters.pop(key) for key in list(parameters) if ParameterKey.parse(key).name in TYRE_UNITS
+        }
+        values = self.family.values(parameters)
         points = Points(values, speeds, self.nominal, Refused(count))
         for why, mask in impossible_bicycles(values).items():
             points.refused.add(why, mask)
         points.refused.add("a speed below 0", np.asarray((speeds < 0).any(1)))
         if self.contact:
             tyre = self._standard(TYRE_DRAWS, sample, draws).T if sweep.tyre_covariance else None
-            apart = Refused(count) if linear else points.refused  # a slope at a bound takes a step beyond it
-            own = {entry for key in given for entry in self.family.entries(key)}
-            found = self._fill_tyre(points, conditions, own, tyre, apart, names, linear=linear, share=share)
-            points = replace(points, extrapolated=found)
+            tyre_refused = Refused(count) if linear else points.refused  # a slope at a bound takes a step beyond it
+            varied_entries = {entry for key in parameters for entry in self.family.entries(key)}
+            extrapolated = self._fill_tyre(
+                points, conditions, varied_entries, tyre, tyre_refused, names, linear=linear, share=share
+            )
+            points = replace(points, extrapolated=extrapolated)
             if linear:
-                for why, mask in apart.reasons.items():
-                    points.refused.add(why, mask, apart.examples[why])
+                for why, mask in tyre_refused.reasons.items():
+                    points.refused.add(why, mask, tyre_refused.examples[why])
         if share == 1:  # conditions of effects need a look at each item
             self._mark_effects(points)
         if not points.refused.mask.all():
@@ -293,9 +304,9 @@ class Sampler:
 
     def centres(self) -> "Sampler":
         """A sampler with one item for each cell of the grid; ``points(..., mean of everything)`` are its bicycles."""
-        found = copy(self)
-        found.sweep = replace(self.sweep, samples=1)
-        return found
+        centres = copy(self)
+        centres.sweep = replace(self.sweep, samples=1)
+        return centres
 
     def zeros(self, count: int) -> dict[str, Array]:
         """Draws of zero, a number ``count`` of each."""
@@ -358,11 +369,15 @@ class Sampler:
                 choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
             choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
             nominal_loads.append(conditions.get(f"load_N.{wheel}", conditions.get("load_N", nominal)))
-            own = [name for key, name in taken.items() if ParameterKey.parse(key).wheel == wheel]
-            wanted.append([*own, *(field for name, field in properties.FOLLOWS_FROM.items() if name in own)])
-        found, extrapolated = self._tyres.values(choices, wanted, z, nominal_loads, refused, linear=linear, share=share)
+            names_of_wheel = [name for key, name in taken.items() if ParameterKey.parse(key).wheel == wheel]
+            wanted.append(
+                [*names_of_wheel, *(field for name, field in properties.FOLLOWS_FROM.items() if name in names_of_wheel)]
+            )
+        properties_of_wheels, extrapolated = self._tyres.values(
+            choices, wanted, z, nominal_loads, refused, linear=linear, share=share
+        )
         for key, name in taken.items():
-            values[key] = found[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
+            values[key] = properties_of_wheels[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
         return extrapolated
 
     def _mark_effects(self, points: Points) -> None:
@@ -422,16 +437,16 @@ class _Bicycles:
         self, names: NDArray[np.str_], standard: Callable[[str], Array], *, linear: bool, share: float
     ) -> dict[str, Array]:
         """Every parameter of items with these bicycles; ``standard`` gives standard normal numbers (m,) of a key."""
-        found = {key: _each(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
+        parameters = {key: _each(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
         for key in self.sampled:
             z = standard(key)
             for one in np.unique(names):
-                sd, here, mean = self.sd[one].get(key, 0.0), names == one, self.values[one][key]
+                sd, rows, mean = self.sd[one].get(key, 0.0), names == one, self.values[one][key]
                 if sd:
                     joint = BoundedDraws((mean,), ((sd,),), [BOUNDS[key]])
-                    drawn = joint.linear(z[None, here]) if linear else joint(z[None, here])
-                    found[key][here] = mean + share * (drawn[0] - mean)
-        return found
+                    drawn = joint.linear(z[None, rows]) if linear else joint(z[None, rows])
+                    parameters[key][rows] = mean + share * (drawn[0] - mean)
+        return parameters
 
     def loads(self, names: NDArray[np.str_], model: Model) -> tuple[Array, Array]:
         """Static wheel loads (N) before anything is drawn, rear and front."""
@@ -441,5 +456,5 @@ class _Bicycles:
 
 
 def _each(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
-    different, place = np.unique(names, return_inverse=True)
-    return np.array([value[str(one)] for one in different], dtype=np.float64)[place]
+    bicycles, place = np.unique(names, return_inverse=True)
+    return np.array([value[str(one)] for one in bicycles], dtype=np.float64)[place]

@@ -31,7 +31,7 @@ class GridAxis:
     """A parameter and its grid values: numbers, or names for ``tyre`` and ``surface``."""
 
     name: str  # parameter, condition of a tyre, ``speed_m_s`` or ``bicycle``
-    values: tuple[Any, ...]
+    values: tuple[Any, ...]  # SI, bar for pressures; names of tyres, surfaces and bicycles
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Sweep:
     samples: int  # random draws in each cell of the grid
     seed: int  # of all draws
     normals: tuple[Normal, ...]  # groups that are independent of each other
-    uniforms: tuple[Uniform, ...]
+    uniforms: tuple[Uniform, ...]  # independent of each other and of the normals
     tyre_covariance: bool  # True: tyres are drawn from the covariance of their measurement
     relative_cornering_stiffness_sd: float  # share of the value, for a tyre that states none; 0: none is assumed
     outputs: tuple[str, ...]  # names in OUTPUTS

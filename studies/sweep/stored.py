@@ -62,9 +62,9 @@ class Stored:
     def rows(self, name: str, **place: Any) -> Array:
         """A variable (cells, samples, ...) at labels along further dimensions; of a reduced result (cells, 1, ...)."""
         with _undamaged(self.path):
-            found = self.data[name].sel(**place).isel({SAMPLE: slice(self.samples)}, missing_dims="ignore")
-            values = np.asarray(found.values)
-            outer = len(self.sweep.axes) + (SAMPLE in found.dims)
+            chosen = self.data[name].sel(**place).isel({SAMPLE: slice(self.samples)}, missing_dims="ignore")
+            values = np.asarray(chosen.values)
+            outer = len(self.sweep.axes) + (SAMPLE in chosen.dims)
             return values.reshape(self.cells, self.samples, *values.shape[outer:])
 
     def scalar(self, output: Output) -> Array | None:
@@ -79,20 +79,20 @@ class Stored:
         """Critical speeds by mode and direction, main modes first; only those that some bicycle has."""
         if CRITICAL not in self.data:
             return ()
-        found = []
+        limits = []
         for mode, change in itertools.product(self.modes("crossing_mode"), CHANGES):
             speeds = self.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
             held = [one[np.isfinite(one)] for one in speeds[self.possible].T if np.isfinite(one).any()]
             if np.isfinite(speeds).any():
-                found.append(Limits(mode, change, speeds, held, limit_words(mode, change)))
-        return tuple(found)
+                limits.append(Limits(mode, change, speeds, held, limit_words(mode, change)))
+        return tuple(limits)
 
     @cached_property
     def named(self) -> dict[str, dict[str, Array]]:
         """The named modes that some bicycle has, main modes first: values (cells, samples, speeds) by output."""
         if not self.speeds.size or "mode" not in self.data:
             return {}
-        found = {}
+        named = {}
         shown = [one for one in OUTPUTS.values() if one.along == "modes"]
         for mode in self.modes("mode"):
             roots = self.rows("modes", mode=mode) if "modes" in self.data else None
@@ -102,8 +102,8 @@ class Stored:
                 if one.name in self.data or roots is not None
             }
             if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
-                found[mode] = values
-        return found
+                named[mode] = values
+        return named
 
     def modes(self, dimension: str) -> list[str]:
         """Names along a dimension of modes, main modes first."""
@@ -166,10 +166,10 @@ def _sweep(content: Mapping[str, Any]) -> Sweep:
     def tuples(value: Any) -> Any:
         return tuple(map(tuples, value)) if isinstance(value, list) else value
 
-    given = {**content, **{name: tuples(content[name]) for name in ("speeds", "outputs", "quantiles")}}
+    fields = {**content, **{name: tuples(content[name]) for name in ("speeds", "outputs", "quantiles")}}
     for name, kind in (("axes", GridAxis), ("normals", Normal), ("uniforms", Uniform)):
-        given[name] = tuple(kind(**{key: tuples(value) for key, value in one.items()}) for one in content[name])
-    return Sweep(**given, points_per_part=65536)
+        fields[name] = tuple(kind(**{key: tuples(value) for key, value in one.items()}) for one in content[name])
+    return Sweep(**fields, points_per_part=65536)
 
 
 class Limits(NamedTuple):
@@ -178,8 +178,8 @@ class Limits(NamedTuple):
     ``held`` are those of the possible bicycles that have them, by occurrence; ``words`` say what happens there.
     """
 
-    mode: str
-    change: str
+    mode: str  # name, or OTHER
+    change: str  # one of CHANGES: what the mode does as speed grows
     speeds: Array
     held: list[Array]
     words: str

@@ -21,19 +21,19 @@ def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int 
     A row a parameter with ``first_order``, ``half_width_95`` and ``total``; no row if the output tells of too few.
     """
     columns = ["parameter", "first_order", "half_width_95", "total"]
-    known = np.isfinite(y)
-    enough = known.any(0).sum() >= LEAST if y.shape[1] > 1 else known.sum() >= LEAST_OF_A_GRID
+    finite = np.isfinite(y)
+    enough = finite.any(0).sum() >= LEAST if y.shape[1] > 1 else finite.sum() >= LEAST_OF_A_GRID
     if not enough or not _varies(y):
         return pd.DataFrame(columns=columns)
     spread = np.zeros(len(varied))
     if y.shape[1] > 1:
         rng = np.random.default_rng([seed, 16])
-        found = []
+        resampled = []
         for chosen in (rng.integers(0, y.shape[1], y.shape[1]) for _ in range(resamples)):
             if _varies(y[:, chosen]):
                 drawn = [replace(one, values=one.values[:, chosen]) if one.sampled else one for one in varied]
-                found.append(_indices(y[:, chosen], drawn))
-        spread = 1.96 * np.std(found, axis=0, ddof=1)
+                resampled.append(_indices(y[:, chosen], drawn))
+        spread = 1.96 * np.std(resampled, axis=0, ddof=1)
     names, totals = [one.name for one in varied], [_total(y, one, varied) for one in varied]
     return pd.DataFrame(dict(zip(columns, (names, _indices(y, varied), spread, totals), strict=True)))
 
@@ -41,11 +41,11 @@ def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int 
 def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
     """Pairs of sampled parameters whose ranks are correlated beyond chance, among the bicycles that have an output."""
     drawn = [one for one in varied if one.sampled and not one.named]
-    kept = has.any(0)
-    count = int(kept.sum())
+    complete = has.any(0)
+    count = int(complete.sum())
     if len(drawn) < 2 or count < LEAST:
         return []
-    matrix = np.corrcoef([rankdata(one.values[0, kept]) for one in drawn])
+    matrix = np.corrcoef([rankdata(one.values[0, complete]) for one in drawn])
     least = max(0.1, 4 / np.sqrt(count))
     pairs = [(i, j) for i in range(len(drawn)) for j in range(i) if abs(matrix[i, j]) > least]
     return [(drawn[j].name, drawn[i].name, float(matrix[i, j])) for i, j in pairs]
@@ -53,33 +53,33 @@ def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[s
 
 def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]]:
     """Pairs of parameters that the sweep draws with a correlation: two names and the correlation."""
-    found = []
+    correlations = []
     for group in groups:
         factor = np.array(group.factor)
         unit = factor / np.maximum(np.hypot.reduce(factor, axis=1), 1e-300)[:, None]
         r = unit @ unit.T
         pairs = [(i, j) for i in range(len(r)) for j in range(i) if abs(r[i, j]) > 0.02]
-        found += [(group.names[j], group.names[i], float(r[i, j])) for i, j in pairs]
-    return found
+        correlations += [(group.names[j], group.names[i], float(r[i, j])) for i, j in pairs]
+    return correlations
 
 
 def _varies(y: Array) -> bool:
-    known = y[np.isfinite(y)]
-    return bool(known.size > 1 and np.ptp(known) > 1e-9 * np.abs(known).max())
+    finite = y[np.isfinite(y)]
+    return bool(finite.size > 1 and np.ptp(finite) > 1e-9 * np.abs(finite).max())
 
 
 def _indices(y: Array, varied: Sequence[Varied]) -> Array:
-    known = np.isfinite(y)
-    total = float(np.var(y[known]))
-    count = known.sum(1, keepdims=True)
-    centre = np.where(count > 0, np.where(known, y, 0).sum(1, keepdims=True) / np.maximum(count, 1), 0)
-    own = known.sum(0)
-    kept = own > 0
-    mean = np.where(known, y - centre, 0).sum(0)[kept] / own[kept]
+    finite = np.isfinite(y)
+    total = float(np.var(y[finite]))
+    count = finite.sum(1, keepdims=True)
+    centre = np.where(count > 0, np.where(finite, y, 0).sum(1, keepdims=True) / np.maximum(count, 1), 0)
+    per_sample = finite.sum(0)
+    held_by_some = per_sample > 0
+    mean = np.where(finite, y - centre, 0).sum(0)[held_by_some] / per_sample[held_by_some]
     between = [
-        _between_classes(mean, one.values[0, kept])
+        _between_classes(mean, one.values[0, held_by_some])
         if one.sampled
-        else _between_levels(y[known], np.broadcast_to(one.values, y.shape)[known])
+        else _between_levels(y[finite], np.broadcast_to(one.values, y.shape)[finite])
         for one in varied
     ]
     return np.array(between) / total
@@ -112,5 +112,5 @@ def _total(y: Array, one: Varied, varied: Sequence[Varied]) -> float:
     if one.sampled or not np.isfinite(y).all():
         return float("nan")
     others = [other.values[:, 0] for other in varied if other is not one and not other.sampled]
-    along = pd.DataFrame(y).groupby(others or np.zeros(len(y))).var(ddof=0)
-    return float(along.to_numpy().mean() / y.var())
+    variances = pd.DataFrame(y).groupby(others or np.zeros(len(y))).var(ddof=0)
+    return float(variances.to_numpy().mean() / y.var())

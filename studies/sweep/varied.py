@@ -23,11 +23,11 @@ GROWTH = "largest_growth_rate"
 
 @dataclass(frozen=True, eq=False)
 class Varied:
-    """A parameter that was varied: values (cells, 1) along the grid or (1, samples); no unit of a name or a ratio."""
+    """A parameter that was varied."""
 
-    name: str
-    unit: str
-    values: NDArray[Any]
+    name: str  # parameter, or what is drawn of it
+    unit: str  # empty of a name or a ratio
+    values: NDArray[Any]  # (cells, 1) along the grid, or (1, samples)
 
     @property
     def sampled(self) -> bool:
@@ -68,29 +68,32 @@ def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
             f"the sampled parameters cannot be drawn again as in {stored.path.name}, since this has changed: {changed}"
             "; so what hangs on them is not drawn. Compute the sweep anew"
         )
-    sampler, count, found = Sampler(sweep), stored.samples, list[Varied]()
+    sampler, count = Sampler(sweep), stored.samples
+    parameters: list[Varied] = []
 
     def standard(name: str) -> Array:
         return normal(seed=sweep.seed, name=name, start=0, stop=count)
 
     for group, joint in zip(sweep.normals, sampler.joint, strict=True):
         draws = joint(np.array([standard(name) for name in group.names]))
-        found += [Varied(name, stored.unit(name), row[None]) for name, row in zip(group.names, draws, strict=True)]
-    for one in sweep.uniforms:
-        share = uniform(seed=sweep.seed, name=one.name, start=0, stop=count)
-        found.append(Varied(one.name, stored.unit(one.name), (one.low + (one.high - one.low) * share)[None]))
+        parameters += [Varied(name, stored.unit(name), row[None]) for name, row in zip(group.names, draws, strict=True)]
+    for spread in sweep.uniforms:
+        share = uniform(seed=sweep.seed, name=spread.name, start=0, stop=count)
+        values = spread.low + (spread.high - spread.low) * share
+        parameters.append(Varied(spread.name, stored.unit(spread.name), values[None]))
     keys = dict.fromkeys(key for each in sweep.bicycle_sd.values() for key in each)
-    found += [Varied(f"{key} / its sd", "", standard(key)[None]) for key in keys]
+    parameters += [Varied(f"{key} / its sd", "", standard(key)[None]) for key in keys]
     if sweep.tyre_covariance:
-        found += _tyres(sampler, {name: standard(name) for names in sampler.draws.values() for name in names}, count)
-    return [one for one in found if np.ptp(one.values) > 0], ""
+        names = [name for group in sampler.draws.values() for name in group]
+        parameters += _draw_tyre_ratios(sampler, {name: standard(name) for name in names}, count)
+    return [parameter for parameter in parameters if np.ptp(parameter.values) > 0], ""
 
 
-def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied]:
+def _draw_tyre_ratios(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied]:
     """Ratios to the table of C and K of each wheel, drawn from the tyre's covariance, in the first cell of the grid."""
     drawn = sampler.points(0, count, draws).values
     plain = sampler.points(0, count, draws | dict.fromkeys(TYRE_DRAWS, np.zeros(count))).values
-    found = list[Varied]()
+    ratios_to_table = list[Varied]()
     for wheel in WHEELS:
         ratios = {}
         for name in ("cornering_stiffness", "relaxation_length"):
@@ -100,11 +103,11 @@ def _tyres(sampler: Sampler, draws: dict[str, Array], count: int) -> list[Varied
                     ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
         if len(ratios) == 2:
             ratios["lateral_stiffness"] = ratios["cornering_stiffness"] / ratios.pop("relaxation_length")
-        found += [
+        ratios_to_table += [
             Varied(f"{name.replace('_', ' ')} {wheel} / table", "", np.where(np.isfinite(ratio), ratio, 1.0)[None])
             for name, ratio in ratios.items()
         ]
-    return found
+    return ratios_to_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,7 @@ class Stability:
 
     speed: float | None
     growth: Array  # (cells, samples), 1/s, above 0: unstable
-    anew: bool = False
+    anew: bool = False  # True: computed for the figure, the result does not hold them
 
     @property
     def where(self) -> str:
@@ -124,19 +127,19 @@ class Stability:
 def stability(stored: Stored, at: float | None) -> Stability | None:
     """Growth rates at the speed ``at`` (m/s), else where most differ in stability; None if nothing tells."""
     growth, speeds, asked = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at
-    held: Stability | None = None
+    nearest: Stability | None = None
     if growth is not None and not speeds.size:
         return Stability(None, growth[..., 0])
     if growth is not None:
         share = (growth > 0).sum((0, 1)) / np.maximum(np.isfinite(growth).sum((0, 1)), 1)
         k = int((np.abs(share - 0.5) if at is None else np.abs(speeds - at)).argmin())
-        held = Stability(float(speeds[k]), growth[..., k])
+        nearest = Stability(float(speeds[k]), growth[..., k])
         if 0 < share[k] < 1 if at is None else abs(speeds[k] - at) < 1e-9 * max(at, 1):
-            return held
+            return nearest
     if at is None and CRITICAL in stored.data:
-        found = [one.speeds[np.isfinite(one.speeds)] for one in stored.limits]
-        at = float(f"{np.median(np.concatenate(found)):.3g}") if found else None
-    if at is None and held is None and speeds.size:
+        limits = [one.speeds[np.isfinite(one.speeds)] for one in stored.limits]
+        at = float(f"{np.median(np.concatenate(limits)):.3g}") if limits else None
+    if at is None and nearest is None and speeds.size:
         at = float(speeds[len(speeds) // 2])
     anew = None if at is None else _growth_rates_at(stored, at)
     if at is not None and anew is not None:
@@ -148,7 +151,7 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
             f"--at {asked:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so "
             f"it cannot be computed anew; {how}"
         )
-    return held
+    return nearest
 
 
 def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
@@ -168,7 +171,7 @@ def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
 
 def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
-    found: dict[str, Array] = {
+    outputs: dict[str, Array] = {
         f"{one.words}{occurrence}, m/s": one.speeds[..., k]
         for one in stored.limits
         for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]])
@@ -180,19 +183,19 @@ def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     for output in OUTPUTS.values():
         label, unit = output.label[0].lower() + output.label[1:], _unit(output)
         if output.scalar and not output.by_speed and output.name in stored.data:
-            found[f"{label}{unit}"] = stored.rows(output.name)
+            outputs[f"{label}{unit}"] = stored.rows(output.name)
         elif stable is not None and output.name == GROWTH:
-            found[f"{label} {stable.where}{unit}"] = stable.growth
+            outputs[f"{label} {stable.where}{unit}"] = stable.growth
         elif stable is not None and output.scalar and output.by_speed and not stable.anew and at is not None:
             values = stored.scalar(output)
-            found |= {} if values is None else {f"{label} {stable.where}{unit}": values[..., k]}
-    for mode, held in stored.named.items():
-        for name in [name for name in held if name != "frequencies" or "damping_ratios" not in held]:
-            here, output = held[name][..., k], OUTPUTS[name]
-            if np.isfinite(here).mean() >= LEAST_SHARE and np.nanmax(np.abs(here)) > 0:
+            outputs |= {} if values is None else {f"{label} {stable.where}{unit}": values[..., k]}
+    for mode, by_output in stored.named.items():
+        for name in [name for name in by_output if name != "frequencies" or "damping_ratios" not in by_output]:
+            values_at_speed, output = by_output[name][..., k], OUTPUTS[name]
+            if np.isfinite(values_at_speed).mean() >= LEAST_SHARE and np.nanmax(np.abs(values_at_speed)) > 0:
                 label = f"{mode.replace('_', ' ')}: {output.label} at {speeds[k]:.4g} m/s{_unit(output)}"
-                found[label] = here
-    return found
+                outputs[label] = values_at_speed
+    return outputs
 
 
 def _unit(output: Output) -> str:

@@ -58,8 +58,10 @@ class Worker:
         of_roots = sweep.wanted(ROOTS)
         roots = self._roots(start, stop) if of_roots else None
         outputs: Arrays = {one.name: one.function(roots) for one in of_roots}
-        outputs |= self._of_modes(points.harmless, start, count) if sweep.wanted(MODE) else {}
-        outputs |= {one.name: self._of_models(one, points.harmless, start, count) for one in sweep.wanted(MODEL)}
+        outputs |= self._compute_from_modes(points.harmless, start, count) if sweep.wanted(MODE) else {}
+        outputs |= {
+            one.name: self._compute_from_models(one, points.harmless, start, count) for one in sweep.wanted(MODEL)
+        }
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():
@@ -91,7 +93,7 @@ class Worker:
             parts.append(values[max(start - first, 0) : min(stop, last) - first])
         return np.concatenate(parts)
 
-    def _of_modes(self, points: Points, start: int, count: int) -> Arrays:
+    def _compute_from_modes(self, points: Points, start: int, count: int) -> Arrays:
         """Outputs of named modes of possible bicycles: all at once, and one by one if equations switch at a speed."""
         speeds, values = np.broadcast_to(points.speeds, (count, points.speeds.shape[1])), points.values
         pairs = np.full((count, speeds.shape[1], len(self.modes), 2), np.nan + 0j)
@@ -112,24 +114,27 @@ class Worker:
                 pairs[:, :, k] = named_pair(found.values, own)
         return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.wanted(MODE)}
 
-    def _of_models(self, output: Output, points: Points, start: int, count: int) -> Array:
+    def _compute_from_models(self, output: Output, points: Points, start: int, count: int) -> Array:
+        """Values (count, ...) of an output of models, of the items from number ``start`` on."""
         if output.at_once:
-            found, block = [], block_items(self.sweep)
-            for first in range(0, count, block):  # whole blocks, as the last bits may depend on who is beside
-                here = slice(first, min(first + block, count))
-                values = {key: value[here] if np.ndim(value) else value for key, value in points.values.items()}
-                own, refused = output.function(self.sampler.family, values, here.stop - first, self.sweep.max_speed)
+            values, step = [], block_items(self.sweep)
+            for first in range(0, count, step):  # whole blocks, as the last bits may depend on who is beside
+                here = slice(first, min(first + step, count))
+                parameters = {key: value[here] if np.ndim(value) else value for key, value in points.values.items()}
+                rows, refused = output.function(
+                    self.sampler.family, parameters, here.stop - first, self.sweep.max_speed
+                )
                 for item, why in refused.items():
                     self.sampler.refuse(first + item, start, why)
-                found.append(own)
-            return np.concatenate(found)
-        found = []
+                values.append(rows)
+            return np.concatenate(values)
+        values = []
         for item, speeds in enumerate(np.broadcast_to(points.speeds, (count, points.speeds.shape[1]))):
             try:
-                found.append(output.function(self.sampler.variant(points, item), speeds, self.sweep.max_speed))
+                values.append(output.function(self.sampler.variant(points, item), speeds, self.sweep.max_speed))
             except InputError as error:
                 self.sampler.refuse(item, start, str(error))
-        return np.array(found)
+        return np.array(values)
 
 
 def named_pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
