@@ -37,7 +37,7 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # by 
 )
 @click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
-@click.option("--film", type=PATH, help="Film the largest motion that lasts: .gif or .mp4.")
+@click.option("--film", type=PATH, help="Film the largest motion that lasts: .gif.")
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and mode as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(

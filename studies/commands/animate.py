@@ -1,4 +1,4 @@
-"""``velotyre animate``: a mode of the bicycle as a film and as phasors."""
+"""``velotyre animate``: a mode of the bicycle as a film."""
 
 from pathlib import Path
 
@@ -10,13 +10,13 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Film one mode of MODEL (side, rear and top view) and draw its phasors beside the film.",
+    help="Film one mode of MODEL: side, rear and top view.",
     epilog=example("velotyre animate benchmark --mode weave --speed 5 --out weave.gif"),
 )
 @takes_model
 @click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
 @speed_option()
-@click.option("--out", "target", metavar="FILE", type=PATH, required=True, help=".gif or .mp4")
+@click.option("--out", "target", metavar="FILE", type=PATH, required=True, help="The film, .gif")
 @click.option(
     "--amplitude", type=Number(0, 45, above=True), default=12.0, show_default=True, help="Largest angle shown, degrees."
 )
@@ -27,14 +27,7 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
     import numpy as np
 
     from bicycle.stability.named_modes import modes
-    from studies.motion.animation import (
-        FRAMES_PER_SECOND,
-        animate,
-        check_film,
-        describe,
-        draw_mode_shapes,
-        modal_motion,
-    )
+    from studies.motion.animation import FRAMES_PER_SECOND, animate, check_film, describe, modal_motion
     from studies.reporting.output import print_warnings
     from tyre.ground.errors import InputError
 
@@ -53,7 +46,5 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
     title = f"{mode.replace('_', ' ').capitalize()} of {model.bicycle.name} at {speed:g} m/s: {describe(root)}"
     amplitudes = "amplitude held constant" if root.imag else "growth or decay as it is"
     animate(model, motion, target, title=f"{title}\nlargest angle {amplitude:g}°, {amplitudes}, {pace} than real")
-    phasors = target.with_name(f"{target.stem}_phasors")
-    draw_mode_shapes(named_modes, phasors, names=(mode,))
     print_warnings(linear.warnings)
-    click.echo(f"{target} and {phasors.name}.png, .svg")
+    click.echo(f"film: {target}")

@@ -12,7 +12,7 @@ from studies.reporting.command_context import example, verbose
 )
 @click.argument("measurement_file", metavar="MEASUREMENT")
 @verbose
-@click.option("--out", "folder", metavar="DIR", help="Write a report (HTML, Markdown, figures, corrected model) there.")
+@click.option("--out", "folder", metavar="DIR", help="Write a report (page, figures, corrected model) there.")
 @click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
 @click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this too: steer_assist, rotating_mass ...")
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")

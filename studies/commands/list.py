@@ -1,23 +1,16 @@
-"""``velotyre list``: the bicycles, models, tyres and effects that there are."""
+"""``velotyre list models``: the packaged models."""
 
-from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.commands import bicycles, effects, tyres
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
 
 if TYPE_CHECKING:
     from bicycle.model.model import Model
 
-EXAMPLES = {
-    bicycles: ("velotyre list bicycles", "velotyre list bicycles pista"),
-    effects: ("velotyre list effects", "velotyre list effects relaxation_length"),
-    tyres: ("velotyre list tyres", "velotyre list tyres Tyre1 --surface drum"),
-}
 OF_MODELS = ("velotyre list models", "velotyre list models sharp1971", "velotyre list models sharp1994 --to mine.toml")
 
 
@@ -75,11 +68,7 @@ def _record(name: str, model: "Model") -> dict[str, Any]:
 
 
 command = click.Group(
-    help="List what there is: bicycles, models, tyres or effects; with a name, one of them in full.",
-    epilog=example(*(lines[0] for lines in EXAMPLES.values()), OF_MODELS[0]),
+    help="List the packaged models. Bicycles, tyres and effects have commands of these names.",
+    epilog=example(OF_MODELS[0]),
 )
-for module, lines in EXAMPLES.items():
-    subcommand = copy(module.command)  # the command of that name, by this one
-    subcommand.epilog = example(*lines)
-    command.add_command(subcommand, module.__name__.rpartition(".")[2])
 command.add_command(models, "models")

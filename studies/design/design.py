@@ -112,13 +112,13 @@ Unstable = dict[str, tuple[float, float, float]]
 class Design:
     """A design: the model as it stands and as it should be, or as near as it comes."""
 
-    problem: Problem
-    before: Answer
-    after: Answer
+    problem: Problem  # numbers, cost, limits and demands
+    before: Answer  # of the model as it stands
+    after: Answer  # of the design
     agreed: tuple[int, int]  # searches that came to this cost, and all searches
     # before and after: mode -> lowest and highest unstable speed (m/s), largest growth (1/s)
     unstable: tuple[Unstable, Unstable]
-    certainty: Certainty | None
+    certainty: Certainty | None  # share of draws that keep the demands; None: nothing is uncertain
     margins: Mapping[Demand, float]  # 1/s, by which each demand is kept so that it holds with the probability
     probability: float | None  # with which the demands are to be kept; None: of the nominal model only
     amplitude: float | None = None  # degrees at the bar of the demand on one

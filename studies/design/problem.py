@@ -273,11 +273,11 @@ def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, floa
 class Problem:
     """The numbers that are varied and where they stand, their cost and limits, the demands, and speeds (m,) in m/s."""
 
-    space: ModelSpace
+    space: ModelSpace  # the model over the d numbers that are varied
     start: Array  # (d,), the numbers as they stand, in their units
-    cost: Cost
-    limits: Limits
-    demands: tuple[Demand, ...]
+    cost: Cost  # of a change of the numbers
+    limits: Limits  # that the numbers never pass
+    demands: tuple[Demand, ...]  # one a mode
     speeds: Array  # (m,), m/s, rising
 
     def answer(self, x: Array, margins: Mapping[Demand, float]) -> "Answer":
@@ -293,7 +293,7 @@ class Answer:
 
     x: Array  # (d,), in the units of the numbers
     cost: float  # root of the sum of squared changes, each over its scale
-    peaks: tuple[Peak, ...]
+    peaks: tuple[Peak, ...]  # worst speeds of every demand
     missed: float  # 1/s, of the worst demand; below 0: all are kept
 
     @property

@@ -31,7 +31,7 @@ WITH_TORQUE = "with a residual torque, " + ADJUSTED
 
 
 def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None = None) -> None:
-    """Write ``report.md``, ``report.html``, ``verdict.json``, the figures and, of bicycles, the corrected models."""
+    """Write ``report.html``, ``verdict.json``, the figures and, of bicycles, the corrected models."""
     told = find(diagnosis) if findings is None else findings
     verdict = json_text(record(diagnosis, told))  # before anything is written: with a NaN, nothing is
     folder.mkdir(parents=True, exist_ok=True)
@@ -42,7 +42,6 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     for name, file in model_files(made).items():
         write_text(folder / file, made.texts[name])
     text = page(diagnosis, replace(told, failed={**told.failed, **attempt.failed}), captions, made)
-    write_text(folder / "report.md", text)
     template = (Path(__file__).parent / "templates" / "page.html.j2").read_text(encoding="utf-8")
     title = f"What is missing: {diagnosis.kind.name}"
     html = html_page(template, title=title, text=text, extensions=("tables", "md_in_html"))

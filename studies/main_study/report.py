@@ -1,4 +1,4 @@
-"""The report of the main study, Markdown and HTML: numbers and objects for the templates, which make the words."""
+"""The report of the main study: numbers and objects for the templates, which make the words."""
 
 import math
 import operator
@@ -23,7 +23,7 @@ from studies.main_study.settings import LIMITS, Settings, plain_name
 from studies.main_study.study import Study, run_study, spread
 from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
-from studies.reporting.markdown_text import render_file, write_pages
+from studies.reporting.markdown_text import render_file, write_page
 from studies.uncertainty.propagation import Quantity, differs
 from tyre import TyreProperties
 
@@ -37,16 +37,16 @@ def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tupl
         study = run_study(settings, distribute=distribute)
         write_tables(study, folder)
         distribute(operator.call, [(draw, study) for draw in figures.drawings(study, folder)], "figures")
-    first, _, page = write_report(study, folder)
+    first, page = write_report(study, folder)
     return study, first, page
 
 
-def write_report(study: Study, folder: Path) -> tuple[str, Path, Path]:
-    """Write report.md and report.html into ``folder``, beside the figures they show; return the first screen too."""
+def write_report(study: Study, folder: Path) -> tuple[str, Path]:
+    """Write report.html into ``folder``, beside the figures it shows; return the first screen and the file."""
     content = facts(study)
     text = render_file(PACKAGE, "report.md.j2", content, filters=FILTERS).rstrip() + made_by()
-    files = write_pages(folder, title=f"velotyre: {study.settings.bicycle.name}", text=text)
-    return first_screen(study, content), *files
+    file = write_page(folder, title=f"velotyre: {study.settings.bicycle.name}", text=text)
+    return first_screen(study, content), file
 
 
 def first_screen(study: Study, content: dict[str, Any] | None = None) -> str:
@@ -149,15 +149,15 @@ def is_linear(q: Quantity) -> bool:
 class Printed(NamedTuple):
     """A change in rounded numbers that add up: total = after - before = length + stiffness + interaction.
 
-    All in m/s of a critical speed, or a damping ratio.
+    All in the unit of the quantity that changes: m/s of a critical speed, 1 of a damping ratio.
     """
 
     before: Decimal  # at the higher pressure
     after: Decimal  # at the lower pressure
     total: Decimal  # after - before
-    length: Decimal  # part of the relaxation length alone
-    stiffness: Decimal  # part of the cornering stiffness alone
-    interaction: Decimal  # what neither explains
+    length: Decimal  # by the relaxation length alone
+    stiffness: Decimal  # by the cornering stiffness alone
+    interaction: Decimal  # what both together add to the two parts
 
 
 def round_change(change: Change, digits: int) -> Printed:

@@ -50,7 +50,7 @@ class TyreConditions:
     sources: Mapping[str, TyreSource]  # wheel -> tyre
     pressure_bar: dict[str, float]  # wheel -> bar, as it stands
     load_N: dict[str, float]  # wheel -> N, as it stands
-    given: dict[str, str]
+    given: dict[str, str]  # parameter of an effect that the tyre gives -> property of the tyre
     extrapolate: bool  # True: beyond what was measured too
 
     @classmethod

@@ -152,7 +152,7 @@ class Side(NamedTuple):
 
     damping: float  # N m s/rad beside what the model has
     wobble: tuple[CriticalSpeed, ...]  # its critical speeds
-    extent: Extent | None
+    extent: Extent | None  # of wobbles that last; None: none does
     weave: Onset | None  # at which fast weave becomes unstable
     caught: float | None  # degrees at the bar of the motion within linear geometry that lasts just above that speed
 

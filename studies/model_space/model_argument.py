@@ -26,8 +26,8 @@ class ChosenModel:
     """The model asked for, as the ``content`` of a model file whose file names are absolute."""
 
     content: Mapping[str, Any]
-    where: str = ""
-    remark: str = ""
+    where: str = ""  # name or file as it was asked for, for messages
+    remark: str = ""  # one line on what was assumed, for standard error; empty: nothing
 
     @cached_property
     def model(self) -> "Model":

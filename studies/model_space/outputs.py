@@ -39,7 +39,7 @@ class Output:
     """A number of a model."""
 
     name: str  # key in files
-    unit: str
+    unit: str  # SI, Hz or deg, in which values are; "1": none
     label: str  # name in figures
     # argument of ``function``: ROOTS, eigenvalues (..., n) in 1/s; MODE, the two roots (...) of a named mode; MODEL,
     # a model, speeds (k,) and the highest speed in m/s; PARAMETERS, none
@@ -47,7 +47,7 @@ class Output:
     function: Callable[..., Any]  # gives (...), (...), (k, *dims) or, not by speed, (*dims,)
     by_speed: bool = True  # a value for each speed
     dims: tuple[str, ...] = ()  # further dimensions, labelled by :data:`DIMENSIONS`
-    complex_valued: bool = False
+    complex_valued: bool = False  # True: values are complex numbers
     reducible: bool = True  # quantiles over samples mean something
     unstable: int = 0  # 1 or -1 if values above or below 0 are unstable, which figures shade
     # derivative of a MODE output from an oscillating root and the root's derivatives; by differences without

@@ -23,11 +23,11 @@ from tyre.ground.errors import InputError, unknown
 class Change:
     """Changes of a mode for one standard deviation of a parameter, to first order."""
 
-    parameter: str
+    parameter: str  # key of the bicycle, or ``effect.parameter[.wheel]``
     unit: str  # SI, of the parameter
     value: float  # in ``unit``
     sd: float  # in ``unit``
-    origin: str
+    origin: str  # of the sd: one of ``ORIGINS`` of :mod:`bicycle.model.default_sd`
     growth: float  # 1/s, of the real part of the root
     frequency: float  # Hz
     critical: tuple[float, ...]  # m/s, of each of the ranking's critical speeds
@@ -37,12 +37,12 @@ class Change:
 class Ranking:
     """Changes of one mode at one speed, the largest change of the growth rate first."""
 
-    mode: str
+    mode: str  # name
     speed: float  # m/s
     eigenvalue: complex  # 1/s, Im >= 0; of two real roots that meet their mean
     meeting: bool  # True: two real roots of the mode meet near this speed
     critical_speeds: tuple[float, ...]  # m/s, of this mode, rising
-    changes: tuple[Change, ...]
+    changes: tuple[Change, ...]  # one a parameter, the largest change of the growth rate first
     total: float  # 1/s, standard deviation of the growth rate by all parameters together
     correlated: bool  # True: some of the parameters are correlated
     others: tuple[float, ...] = ()  # 1/s, further real roots of the mode

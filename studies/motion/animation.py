@@ -1,6 +1,5 @@
-"""Mode shapes, drawn and as films."""
+"""Films of a moving bicycle: its bodies as lines, and the motion of a mode."""
 
-import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,48 +15,13 @@ from bicycle.model.model import Model
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.responses import Response, modal_response
 from bicycle.parameters.rigid_bodies import Body, Joint
-from bicycle.stability.named_modes import Modes
-from studies.reporting.plotting import STYLE, drawing, look, plain_text
+from studies.reporting.plotting import STYLE, look, plain_text
 from tyre.ground.arrays import Array
 from tyre.ground.door import library
 from tyre.ground.errors import InputError
 from tyre.ground.files import replacing
 
 sp = library("sympy")
-
-
-def draw_mode_shapes(found: Modes, target: Path, *, names: tuple[str, ...] | None = None, number: int = 0) -> None:
-    """One polar panel per mode at ``found.speeds[number]``: lean, steer, yaw and further joints (rad), lateral (m)."""
-    present = [name for name in names or found.names if not np.isnan(found.branch(name)[number, 0])]
-    columns = min(len(present), 4)
-    rows = -(-len(present) // 4)
-    with drawing(target, width=max(3.4 * columns, 4.6), height=4.7 * rows + 0.4) as canvas:
-        for place, name in enumerate(present, 1):
-            _panel(canvas.add_subplot(rows, columns, place, projection="polar"), found, name, number)
-        canvas.suptitle(f"Mode shapes at {found.speeds[number]:g} m/s", x=0.01, ha="left")
-
-
-def _panel(axes: Any, found: Modes, name: str, number: int) -> None:
-    shape, root = found.shape(name), found.branch(name)[number, 0]
-    for k, component in enumerate(shape.components):
-        label = "lateral, m per rad" if component == "lateral" else component.replace("_", " ")
-        length, phase = float(shape.magnitude[component][number]), float(shape.phase[component][number])
-        style, end, long = look(k), min(length, 1.0), length > 1.005
-        text = f"{label}: {length:.2g}, {round(np.degrees(phase))}°" + " (shortened)" * long
-        line = {"color": style.colour, "linestyle": style.line, "marker": style.marker, "label": text}
-        if end < 0.005 or not np.isfinite(length):  # of the radius: listed, not drawn
-            axes.plot([], [], **line)
-            continue
-        open_end = {"markerfacecolor": "white", "markeredgewidth": 1.5} if long else {}
-        axes.plot(
-            [phase, phase], [0, end], **line, linewidth=max(2.6 - 0.4 * k, 1.0), zorder=3, markevery=[1], **open_end
-        )
-    axes.set(rlim=(0, 1.08), rticks=(0.5, 1.0), yticklabels=[])
-    axes.set_thetagrids(range(0, 360, 45))
-    axes.tick_params(labelsize=8, pad=0)
-    axes.spines["polar"].set_color("0.8")
-    axes.set_title(f"{name.replace('_', ' ')}\n{describe(root)}", loc="center", pad=12)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), handlelength=2.4)
 
 
 def describe(root: complex) -> str:
@@ -180,19 +144,17 @@ FRAMES_PER_SECOND = 20
 
 
 def check_film(target: Path) -> None:
-    """Refuse a ``target`` that cannot be written, before any work is done."""
-    if target.suffix.lower() not in (".gif", ".mp4"):
-        raise InputError(f"{target}: the ending {target.suffix!r} is not known; write .gif or .mp4")
-    if target.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise InputError(f"{target}: MP4 needs the program ffmpeg, which is not installed; write a .gif")
+    """Refuse a ``target`` that is no GIF, before any work is done."""
+    if target.suffix.lower() != ".gif":
+        raise InputError(f"{target}: the ending {target.suffix!r} is not known; a film is a .gif")
 
 
 def animate(model: Model, motion: Response, target: Path, *, title: str) -> None:
-    """Film ``motion``, one frame per sample, as ``target`` (.gif or .mp4)."""
-    from matplotlib.animation import FFMpegWriter, PillowWriter
+    """Film ``motion``, one frame per sample, as ``target`` (.gif)."""
+    from matplotlib.animation import PillowWriter
 
     check_film(target)
-    writer = (PillowWriter if target.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_SECOND)
+    writer = PillowWriter(fps=FRAMES_PER_SECOND)
     with (
         film(model, bicycle_drawing(model), motion, title) as (canvas, show),
         replacing(target) as part,

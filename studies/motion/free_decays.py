@@ -42,8 +42,8 @@ PANELS = {
 class Judged:
     """A mode of a run with the sd of its repeats."""
 
-    mode: str
-    decay: Decay
+    mode: str  # name, as in a modal table
+    decay: Decay  # eigenvalue (1/s), ratios and their sd by one run
     rejected: str  # why the run is not used, by what it says alone
     repeats: int = 0  # runs at about this speed, itself among them; 0: the run is not used
     widened: bool = False  # True: its sd is more than 5 % above what the fit says

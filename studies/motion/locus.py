@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class ParameterPath:
     """A model as a function of one of its numbers, at a speed (m/s) unless the speed is that number."""
 
-    space: ModelSpace
-    speed: float | None
+    space: ModelSpace  # the model over that one number
+    speed: float | None  # m/s; None: the number is the speed
 
     @property
     def axis(self) -> Axis:
@@ -89,9 +89,9 @@ class RootLocus:
     key: str
     unit: str
     values: Array  # (m,), in ``unit``, rising
-    eigenvalues: Complex
+    eigenvalues: Complex  # (m, n), 1/s
     names: tuple[str, ...]  # n
-    crossings: tuple[AxisCrossing, ...]
+    crossings: tuple[AxisCrossing, ...]  # values at which a root crosses the imaginary axis
     asked: NDArray[np.bool_]  # (m,), False: added by the tracking, not in tables
     inside: NDArray[np.bool_]  # (m,), True: tyres are within their measured range
 

@@ -16,7 +16,7 @@ from bicycle.effects.effect_registry import effect_class
 from bicycle.model.eigen import eigensystem, frequency_hz
 from bicycle.model.model import Model
 from bicycle.model.model_family import ModelFamily
-from studies.reporting.markdown_text import render_file, write_pages
+from studies.reporting.markdown_text import render_file, write_page
 from studies.reporting.plotting import drawing, look
 from tyre.ground import schema
 from tyre.ground.arrays import Array
@@ -62,11 +62,11 @@ CONTROL = schema.table(
 class RiderGains:
     """Gains (SI) of a rider at the speeds (m,) of his ``runs``; ``about`` holds what the control file says of them."""
 
-    name: str
-    about: Mapping[str, Any]
-    runs: Sequence[str]
-    speeds: Array
-    gains: Mapping[str, Array]
+    name: str  # of the rider
+    about: Mapping[str, Any]  # description, source, kind, bicycle and what else the control file says
+    runs: Sequence[str]  # name of each run
+    speeds: Array  # (m,), m/s
+    gains: Mapping[str, Array]  # gain -> (m,), SI, as the parameters of the effects of a rider who steers
 
     def at(self, speed: float) -> dict[str, float]:
         """Gains at a ``speed`` (m/s): linear between runs, repeats by their mean; outside their range it is refused."""
@@ -174,10 +174,10 @@ def margins(rider: RiderGains, model: Model, gains: Mapping[str, float], speed: 
 class Ride:
     """A rider on one bicycle and tyre, called ``label``, over ``speeds`` (m,) in m/s."""
 
-    label: str
-    rider: RiderGains
-    model: Model
-    speeds: Array
+    label: str  # name in table and figure
+    rider: RiderGains  # gains at speeds
+    model: Model  # bicycle and tyre, without the rider's control
+    speeds: Array  # (m,), m/s, rising
 
     def root(self, gains: Mapping[str, float], speed: float) -> tuple[complex, dict[str, float]]:
         """Rightmost root (1/s, Im >= 0) at a ``speed`` and the share of each role of states in it, largest first."""
@@ -317,4 +317,4 @@ def write_ride(found: Sequence[Ride], out: Path) -> None:
         growth.legend()
         delay.set(ylabel="Delay margin, ms", xlabel="Speed, m/s")
         delay.set_ylim(bottom=0)
-    write_pages(out, title=name, text=told(found, "ride.md.j2"))
+    write_page(out, title=name, text=told(found, "ride.md.j2"))

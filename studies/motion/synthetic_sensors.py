@@ -84,10 +84,10 @@ FILE = table(
 
 @dataclass(frozen=True)
 class Sensors:
-    """Samples per second (Hz), and the sensor of every column."""
+    """Sensors that record a simulated motion."""
 
-    rate_hz: float
-    channels: Mapping[str, Sensor]
+    rate_hz: float  # Hz, samples per second
+    channels: Mapping[str, Sensor]  # by the name of the column that each one writes
 
 
 def read_sensors(path: Path) -> Sensors:

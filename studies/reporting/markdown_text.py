@@ -119,10 +119,9 @@ def page(template: str, *, title: str, text: str, extensions: Sequence[Any], **s
     return str(environment.from_string(template).render(title=title, body=body))
 
 
-def write_pages(folder: Path, *, title: str, text: str) -> tuple[Path, Path]:
-    """Write the Markdown ``text`` of a report into ``folder`` as report.md and, under a ``title``, as report.html."""
+def write_page(folder: Path, *, title: str, text: str) -> Path:
+    """Write the Markdown ``text`` of a report as ``folder``/report.html, under a ``title``; return the file."""
     template = resources.files("studies.reporting").joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
-    files = folder / "report.md", folder / "report.html"
-    write_text(files[0], text)
-    write_text(files[1], page(template, title=title, text=text, extensions=("tables",)))
-    return files
+    file = folder / "report.html"
+    write_text(file, page(template, title=title, text=text, extensions=("tables",)))
+    return file

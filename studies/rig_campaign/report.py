@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from studies.reporting.command_context import made_by
-from studies.reporting.markdown_text import code, render_file, write_pages
+from studies.reporting.markdown_text import code, render_file, write_page
 from studies.rig_campaign import figures as drawn
 from tyre.fits.campaign import Campaign, write_tables
 from tyre.fits.condition import ConditionResult, Key, keep_upright
@@ -41,7 +41,7 @@ def write_campaign(
     maps, remarks = write_tables(campaign, out, wheel_radius=wheel_radius)
     figures = drawn.save_figures(campaign, out / "figures", every_recording=every_recording)
     text = report_text(campaign, figures, remarks, out)
-    return [*written, *maps, *figures, *write_pages(out, title=f"Rig campaign: {campaign.folder.name}", text=text)]
+    return [*written, *maps, *figures, write_page(out, title=f"Rig campaign: {campaign.folder.name}", text=text)]
 
 
 def campaign_table(campaign: Campaign) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pages import page
+from read_report import read_report
 from small_library import all_but
 
 from bicycle import Bicycle, Model
@@ -57,7 +58,7 @@ def test_the_davis_coefficients_need_two_effects(folder, example, monkeypatch, c
     assert verdict["chi2"]["final"] == pytest.approx(34.793, abs=0.01)
     assert verdict["posterior"]["none"] < 0.01
     assert verdict["held_out_gap"]["final"] < 0.5 * verdict["held_out_gap"]["nuisance_only"]
-    assert "| C on H | 9 |" in Path("report", "report.md").read_text()
+    assert "| C on H | 9 |" in read_report("report")
     assert {"story.png", "before_after.png", "model.toml"} <= {path.name for path in Path("report").iterdir()}
 
 

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from read_report import read_report
 
 from studies.cli import main
 from studies.reporting import made_by
@@ -52,7 +53,7 @@ def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, no_pictures
     main(fit)
     printed = capsys.readouterr()
     assert "skipped bad.tdx" in printed.err
-    report = (tmp_path / "out" / "report.md").read_text()
+    report = read_report(tmp_path / "out")
     assert "## Skipped files (1)" in report
     assert report.endswith(made_by())
 

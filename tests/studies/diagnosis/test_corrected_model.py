@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from read_report import read_report
 from scipy.stats import chi2
 from small_library import all_but
 
@@ -117,6 +118,6 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
         assert found["stability"]["sentence"] in shown[0]
     main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
     assert "weave" in capsys.readouterr().out
-    text = (out / "report.md").read_text(encoding="utf-8")
+    text = read_report(out)
     assert re.search(r"\*\*Added\.\*\* `model.toml`, parameters adjusted \(farthest: .*\), steer_damper added", text)
     assert isinstance(found["moved"], list)

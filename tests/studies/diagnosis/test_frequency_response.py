@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from published_bicycle import gains
+from read_report import read_report
 from small_library import all_but, among
 
 from bicycle import Model, load_bicycle
@@ -199,7 +200,7 @@ def test_a_spring_is_found_and_named(tmp_path, capsys, no_pictures):
     said = capsys.readouterr()
     assert "named. Missing: elastic torque on the steering (steer_spring: stiffness" in said.out
     assert (out / "before_after.png").exists()
-    report = (out / "report.md").read_text()
+    report = read_report(out)
     assert "unstable at 4, 7 m/s: something held the bicycle there" in report
     assert "Gain and phase, measured with 95 % intervals" in report
     assert "to 7 m/s |" not in report  # no thirds of the frequencies called speeds

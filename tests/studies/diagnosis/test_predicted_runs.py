@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from read_report import read_report
 from small_library import all_but, among
 from synthetic_kicks import FRICTION, KICKS, SPEEDS, kick_table
 
@@ -53,7 +54,7 @@ def test_what_is_named_predicts_runs_that_were_never_fitted(told):
 
 
 def test_the_page_says_so(told):
-    page = (told / "report.md").read_text(encoding="utf-8")
+    page = read_report(told)
     assert "**Shown.** On runs that were never fitted" in page
     assert re.search(r"parameters adjusted \(farthest: trail -[\d.]+ sd\), nothing added", page)
     assert "nothing added (not steer_friction: a model file cannot hold it)" in page

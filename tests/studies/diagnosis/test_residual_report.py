@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from read_report import read_report
 from small_library import among
 
 from bicycle import Model, load_bicycle
@@ -70,7 +71,7 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
 
 
 def test_the_page_has_a_section_with_its_figure(reported):
-    text = (reported.folder / "report.md").read_text()
+    text = read_report(reported.folder)
     section = text.split("What could not be named</summary>")[1].split("</details>")[0]
     assert "is kept as a torque linear in the state (`residual_torque`): not a cause." in section
     value = reported.findings.torque.values["steer_from_steer_rate"]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from read_report import read_report
 from small_library import all_but, among
 
 import studies.diagnosis
@@ -287,7 +288,7 @@ def test_the_command_reads_recordings_and_their_reference(folder, tmp_path, caps
     assert {e["identifier"] for e in found["effects"]} == {"drum_curvature", "sweep_lag"}
     assert len(found["stability"]["variants"]) == 2
     assert "the recordings are synthetic" in found["warnings"]
-    report = (tmp_path / "out" / "report.md").read_text()
+    report = read_report(tmp_path / "out")
     assert "recordings in flat/, on a flat track" in report
     assert "bicycle" not in report
     for figure in ("story", "before_after"):

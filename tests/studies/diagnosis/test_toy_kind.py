@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import pytest
+from read_report import read_report
 
 from bicycle import Model, load_bicycle
 from bicycle.effects import outside_effects
@@ -95,7 +96,7 @@ def test_it_is_read_diagnosed_and_reported_without_a_line_elsewhere(file, tmp_pa
     findings = find(found)
     assert not findings.doubts
     write_report(found, tmp_path / "out", findings)
-    assert "balance_scale" in (tmp_path / "out" / "report.md").read_text()
+    assert "balance_scale" in read_report(tmp_path / "out")
     assert {"story.png", "before_after.png", "model.toml"} <= {path.name for path in (tmp_path / "out").iterdir()}
     assert record(found, findings)["measure_next"]
 

@@ -6,6 +6,7 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from read_report import text_of_page
 from small_study import chosen as cases_of
 from small_study import small
 
@@ -20,15 +21,15 @@ IMAGE = re.compile(r"!\[[^]]*\]\(([^)]*)\)")
 
 @pytest.fixture
 def report(tmp_path):
-    """Markdown of a study's report."""
-    return lambda study: main_study.write_report(study, tmp_path)[1].read_text(encoding="utf-8")
+    """Text of a study's report."""
+    return lambda study: text_of_page(main_study.write_report(study, tmp_path)[1].read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def written(racing, tmp_path_factory):
-    """Markdown and HTML of the racing study."""
-    files = main_study.write_report(racing, tmp_path_factory.mktemp("report"))[1:]
-    return [file.read_text(encoding="utf-8") for file in files]
+    """Text and HTML of the report of the racing study."""
+    page = main_study.write_report(racing, tmp_path_factory.mktemp("report"))[1].read_text(encoding="utf-8")
+    return text_of_page(page), page
 
 
 def table(text, title, number=0) -> list[list[str]]:
@@ -50,7 +51,7 @@ def test_nothing_is_left_open(written, heavy, report):
         assert "  ," not in text
 
 
-def test_every_picture_and_table_is_in_both_forms(written):
+def test_every_picture_and_table_is_on_the_page(written):
     text, page = written
     shown = IMAGE.findall(text)
     assert shown == ["headline.png", "amplitude.png", "causes.png", "damping_ratio.png", "critical_speeds.png"]
@@ -75,7 +76,8 @@ def test_printed_decomposition_adds_up(racing, written):
 
 def test_the_answer_comes_first_and_its_rule_after_the_figure(racing, written):
     text, page = written
-    assert text.startswith(main_study.first_screen(racing).rstrip())
+    answer = re.sub(r"[|\-:\s]+", " ", main_study.first_screen(racing)).strip()  # without the rules of its table
+    assert re.sub(r"[|\-:\s]+", " ", text).strip().startswith(answer)
     top = text.partition("## What it hinges on")[0]
     assert '"Yes" needs that one way in a world' in top
     assert "in 90 % of the plausible bicycles" in top

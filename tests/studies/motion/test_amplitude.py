@@ -230,7 +230,7 @@ def test_from_python(wobbly):
 @pytest.mark.parametrize(("words", "message"), [
     ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
     ("wobbly.toml --friction 5", "friction = 5 is outside 0 .. 3"),
-    ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; write .gif or .mp4"),
+    ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; a film is a .gif"),
     ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
     ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),
     ("wobbly.toml --plot a.txt", "--plot a.txt: the ending must be one of"),

@@ -6,6 +6,7 @@ Matrices of the Davis bicycle and its rider: moorepants/RiderID, functions/davis
 import control
 import numpy as np
 import pytest
+from read_report import read_report
 
 from bicycle import Model, effect_class, load_bicycle
 from studies.cli import main
@@ -136,7 +137,7 @@ def test_a_file_of_ones_own_in_its_units(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "Rider mine, assumed, 4 to 5 m/s" in told
     assert len(told.splitlines()) <= 12
-    page = (tmp_path / "out" / "report.md").read_text()
+    page = read_report(tmp_path / "out")
     assert "made up (assumed). Source: not stated." in page
     assert {"ride.png", "runs.csv", "report.html"} <= {one.name for one in (tmp_path / "out").iterdir()}
 
