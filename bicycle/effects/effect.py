@@ -39,7 +39,7 @@ class Parameter:
         Range that occurs on bicycles, declared here alone: sliders, sweeps, priors of a diagnosis, default standard
         deviations and the plausible bicycles of the main study use it, and what lies outside is warned about.
     evidence : str
-        Where the typical range comes from, if it was measured.
+        Where the typical range comes from, as far as it is said: what was measured, or that it is assumed.
     default : float or str, optional
         Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
     neutral : float, optional

@@ -23,6 +23,7 @@ def describe(effect: type[Effect]) -> str:
         "Exclusive as": effect.slot,
         "Needs": ", ".join(effect.requires) + (f" ({effect.why})" if effect.why else "") if effect.requires else None,
         "Provides": ", ".join(effect.provides),
+        "Typical ranges": "; ".join(f"`{p.name}` {p.evidence}" for p in effect.parameters if p.evidence),
         "Brings the mode": ", ".join(mode.name for mode in effect.modes),
         "What one sees": effect.signature,
         "Source": effect.source,
@@ -42,6 +43,7 @@ def record(effect: type[Effect]) -> dict[str, Any]:
             "per_wheel": p.per_wheel,
             "bounds": [_plain(bound) for bound in p.bounds],
             "typical": list(p.typical),
+            "evidence": p.evidence,
             "default": p.default,
             "neutral": _plain(p.neutral),
         }

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +121,10 @@ ASSUMED: Mapping[str, Assumed] = {
 """Number of the study -> where it is declared; all that differs from the declaration stands here, with its reason."""
 
 
+OF_FRONT = ("stiffness", "damping")
+OF_ARMS = ("inertia", "stiffness", "damping")
+
+
 @dataclass(frozen=True)
 class Front:
     """Flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units."""
@@ -133,6 +137,7 @@ class Front:
     axis_tilt: float | None = None
     friction: float = ASSUMED["friction"].usual  # N m s/rad, damping of the steering, added to that of a steer damper
     given: bool = False  # True: of a model file; False: assumed
+    defaults: tuple[str, ...] = ()  # of stiffness and damping what the model file leaves out
 
     def hinge_x(self, p: Table) -> Any:
         """Place of the hinge, m before the rear contact of a parameter set."""
@@ -147,6 +152,7 @@ class Arms:
     stiffness: float = ASSUMED["arm_stiffness"].usual  # N m/rad, against steering
     damping: float = ASSUMED["arm_damping"].usual  # N m s/rad, against steering
     given: bool = False  # True: of a model file; False: assumed
+    defaults: tuple[str, ...] = ()  # what the model file leaves out
 
 
 def shifts(assumed: Assumed) -> tuple[float, float]:
@@ -250,12 +256,14 @@ class Settings:
 
     @property
     def ranges(self) -> Ranges:
-        """Ranges around what is assumed; a number of a model file is known to a fifth."""
+        """Ranges around what is assumed; a number that a model file states is known to a fifth."""
         stated: dict[str, float] = {}  # number of the model file, SI
         if self.front and self.front.given:
-            stated |= {"stiffness": self.front.stiffness, "damping": self.front.damping}
+            of_front = [name for name in OF_FRONT if name not in self.front.defaults]
+            stated |= {name: getattr(self.front, name) for name in of_front}
         if self.arms.given:
-            stated |= {f"arm_{name}": getattr(self.arms, name) for name in ("inertia", "stiffness", "damping")}
+            of_arms = [name for name in OF_ARMS if name not in self.arms.defaults]
+            stated |= {f"arm_{name}": getattr(self.arms, name) for name in of_arms}
         if "camber_thrust" in self.further:
             stated["camber_share"] = 1.0
         within = 1 - LIMITS.written
@@ -265,6 +273,12 @@ class Settings:
         if "steer_damper" in self.further:
             ranges["friction"] = (0.0, 0.0)
         return Ranges(**ranges)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What a model file leaves out of its front and arms, in words: it is assumed."""
+        of_front = self.front.defaults if self.front else ()
+        return (*(f"{name} of the front" for name in of_front), *(f"{name} of the arms" for name in self.arms.defaults))
 
 
 def assumed_front(bicycle: Bicycle) -> Front | None:
@@ -342,6 +356,9 @@ def _read_model_file(model: str) -> dict[str, Any]:
     tables = _with_numbers(read_toml(Path(model), "model file").get("effects", {}), whole)
     contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
     tables.pop(DEFAULT_CONTACT, None)
+    for name in ("trail", "twisting"):  # an empty table states no number: the study assumes one of every tyre
+        if not tables.get(ASSUMED[name].effect, True):
+            del tables[ASSUMED[name].effect]
     content: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
     if contact is not None:
         content["contact"] = located(contact, Path(model).parent)
@@ -355,11 +372,12 @@ def _read_model_file(model: str) -> dict[str, Any]:
             number["joint_x"],
             number["axis_tilt"],
             given=True,
+            defaults=tuple(name for name in OF_FRONT if name not in front),
         )
     if arms is not None:
         effect = effect_class("rider_arms")(**arms)
-        numbers = {f.name: float(getattr(effect, f.name)) for f in fields(Arms) if f.name != "given"}
-        content["arms"] = Arms(**numbers, given=True)
+        numbers = {name: float(getattr(effect, name)) for name in OF_ARMS}
+        content["arms"] = Arms(**numbers, given=True, defaults=tuple(name for name in OF_ARMS if name not in arms))
     return content
 
 

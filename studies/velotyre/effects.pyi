@@ -244,7 +244,7 @@ class FrontCompliance(Effect):
     stiffness : float, N m/rad, default 3000
         Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 20
-        Of the hinge; typical 5 .. 40 (assumed), allowed 0 .. inf.
+        Of the hinge; typical 5 .. 40 (assumed, no front was measured), allowed 0 .. inf.
     joint_x : float, m
         Hinge; typical 0.7 .. 1, allowed any.
     joint_z : float, m

@@ -1,17 +1,22 @@
 """One range for a number: what occurs, the default sd, the prior of a diagnosis and the samples of the main study."""
 
 import math
+import re
 from collections import defaultdict
 
 import pytest
+from pages import page
 
+import velotyre as vt
 from bicycle import Model, effect_class, load_bicycle, registry
-from bicycle.model import EFFECT, standard_deviations
+from bicycle.effects import describe
+from bicycle.model import EFFECT, build_model, standard_deviations
 from bicycle.parameters import ParameterKey
 from studies import main_study
 from studies.bicycles import own_bicycle
 from studies.diagnosis import find_candidates
 from studies.main_study import ASSUMED
+from studies.uncertainty import UncertainModel
 from tyre.measured import BANDS
 
 SHIFTS = {"hinge": "joint_z"}  # range of the main study, as a shift -> the number that it shifts
@@ -70,6 +75,59 @@ def test_the_main_study_takes_its_numbers_from_the_table():
         "arm_stiffness": arms.stiffness, "arm_damping": arms.damping,
     }  # fmt: skip
     assert taken == {name: number.usual for name, number in ASSUMED.items()}
+
+
+ROWS = {
+    "stiffness": ("stiffness of the front", 1.0),
+    "damping": ("its damping", 1.0),
+    "trail": ("trail of the tyre", 1e-3),
+    "twisting": ("its twisting torque", 1.0),
+    "arm_inertia": ("arms: inertia at the steering", 1.0),
+    "joint_z": ("height of its hinge on the steer axis", -1.0),
+    "friction": ("friction of the steering, as damping", 1.0),
+}
+"""Number of the study -> its row on the page, and the unit of the page in SI (z is down)."""
+
+
+def read_numbers(cell):
+    """Numbers of a cell of a table."""
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cell)]
+
+
+def test_the_page_of_the_main_study_states_the_numbers_that_it_takes():
+    text = page("main_study")
+    rows = {cells[0]: cells[1:] for cells in re.findall(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \|", text, re.MULTILINE)}
+    arms = [read_numbers(cell) for cell in rows["arms: stiffness, damping"]]
+    stiffness, damping = ASSUMED["arm_stiffness"], ASSUMED["arm_damping"]
+    assert arms == [[stiffness.usual, damping.usual], [*stiffness.ends, *damping.ends]]
+    for name, (row, unit) in ROWS.items():
+        usual, ends = (read_numbers(cell) for cell in rows[row])
+        if "±" in rows[row][1]:
+            ends = [usual[0] + ends[0], usual[0] - ends[0]]
+        assert [usual[0] * unit, *(end * unit for end in ends[:2])] == pytest.approx(
+            [ASSUMED[name].usual, *ASSUMED[name].ends]
+        ), name
+
+
+def test_sensitivity_and_uncertainty_take_the_same_deviation_and_the_page_of_the_effect_states_the_range():
+    effects = {
+        "relaxation_length": {"cornering_stiffness": 6000.0, "relaxation_length": 0.1},
+        "front_compliance": {"joint_x": 0.8, "joint_z": -0.85},
+        "twisting_torque": {},
+    }
+    content = {"bicycle": "benchmark", "effects": effects}
+    ranked = vt.sensitivity(build_model(content), "wobble", 9.0).set_index("parameter")["sd"]
+    deviations = UncertainModel(content, defaults=True).deviations
+    for key, value, (low, high) in (
+        ("front_compliance.damping", 20.0, (5.0, 40.0)),
+        ("twisting_torque.twisting_stiffness.front", 5.0, (2.4, 12.0)),
+    ):
+        expected = value * math.log(high / low) / 4
+        assert (ranked[key], deviations[key].sd) == pytest.approx((expected, expected))
+        kind = effect_class(key.partition(".")[0])
+        row = next(line for line in describe(kind).splitlines() if f"`{key.split('.')[1]}`" in line)
+        assert f"| {low:g} .. {high:g} | 0 .. inf | {value:g} |" in row
+        assert declared(kind.identifier, key.split(".")[1]).evidence in describe(kind)
 
 
 def test_a_bicycle_of_everyday_numbers_flexes_as_in_the_main_study():
@@ -159,3 +217,29 @@ def test_a_number_of_a_model_file_is_drawn_within_a_fifth():
     ranges = main_study.Settings(load_bicycle("pista_charlie_drops"), front=front).ranges
     assert ranges.damping == pytest.approx((8.0, 12.5))
     assert ranges.stiffness == pytest.approx((3200.0, 5000.0))
+
+
+LEAVES_OUT = """
+bicycle = "pista_charlie_drops"
+[effects.front_compliance]
+stiffness = 4000.0
+joint_x = 0.87
+joint_z = -0.65
+[effects.twisting_torque]
+[effects.rider_arms]
+inertia = 0.1
+damping = 2.0
+"""
+
+
+def test_what_a_model_file_leaves_out_is_assumed_and_drawn_from_the_declared_range(tmp_path):
+    """Only a number that somebody wrote is known to a fifth."""
+    file = tmp_path / "model.toml"
+    file.write_text(LEAVES_OUT, encoding="utf-8")
+    settings = main_study.settings_of(str(file))
+    assert settings.left_out == ("damping of the front", "stiffness of the arms")
+    assert settings.further == {}
+    ranges = settings.ranges
+    assert (ranges.damping, ranges.twisting, ranges.arm_stiffness) == ((5.0, 40.0), (2.4, 12.0), (0.0, 30.0))
+    assert (ranges.stiffness, ranges.arm_damping) == (pytest.approx((3200.0, 5000.0)), pytest.approx((1.6, 2.5)))
+    assert (settings.front.damping, settings.twisting) == (20.0, 5.0)
