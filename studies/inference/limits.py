@@ -23,22 +23,22 @@ from studies.inference.search import Hypotheses
 class UpperLimit:
     """Largest size that an effect could still have."""
 
-    identifier: str
-    parameter: str
-    unit: str
+    identifier: str  # of the candidate
+    parameter: str  # name of its size
+    unit: str  # of the limit; 1 if none
     # the limit in unit by the parameter's name, by wheel if they differ
     values: Mapping[str, float] = field(default_factory=dict)
     least: bool = False  # the limit is a lower one: the effect vanishes as the parameter grows (a stiffness)
     two_sided: bool = False  # the limit is one of the size without its sign
-    limited: bool = True  # false if the prior alone is as narrow: the data say nothing
-    share: float = 1.0  # the limit in units of the prior's own
+    limited: bool = True  # false if the prior alone is as narrow: the data show nothing
+    share: float = 1.0  # the limit divided by the limit of the prior alone
 
 
-def upper_limits(kind: Kind, known: Hypotheses, final: Fit) -> tuple[UpperLimit, ...]:
-    """95 % limits of each candidate beside the final hypothesis, those that the data limit most first."""
+def upper_limits(kind: Kind, hypotheses: Hypotheses, final: Fit) -> tuple[UpperLimit, ...]:
+    """95 % limits of the sizes of each candidate that the ``final`` fit does not have, the narrowest first."""
     noise = final.noise_factor
-    fitted = {f.identifiers: f for f in known.fits}
-    found = []
+    fitted = {f.identifiers: f for f in hypotheses.fits}
+    limits = []
     for candidate in kind.candidates:
         sizes = [k for k, u in enumerate(candidate.unknowns) if u.size]
         joined = (*final.candidates, candidate)
@@ -46,48 +46,57 @@ def upper_limits(kind: Kind, known: Hypotheses, final: Fit) -> tuple[UpperLimit,
             continue
         f = fitted.get(final.identifiers | {candidate.identifier})
         if f is not None:
-            mean, covariance = _step(f.unknowns, f.candidates, f.theta, (f.residual, f.jacobian), noise)
+            mean, covariance = _laplace(f.unknowns, f.candidates, f.theta, (f.residual, f.jacobian), noise)
             first = f.columns(candidate).start
         else:
-            mean, covariance = _beside(kind, final, joined, noise)
+            mean, covariance = _add_candidate(kind, final, joined, noise)
             first = len(mean) - len(candidate.unknowns)
         for k in sizes:
             m, variance = float(mean[first + k]), float(covariance[first + k, first + k])
             if math.isfinite(m) and math.isfinite(variance) and variance > 0:
-                found.append(_limit(candidate, candidate.unknowns[k], m, math.sqrt(variance)))
-    return tuple(sorted(found, key=lambda limit: limit.share))
+                limits.append(_limit(candidate, candidate.unknowns[k], m, math.sqrt(variance)))
+    return tuple(sorted(limits, key=lambda limit: limit.share))
 
 
-def _beside(kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float) -> tuple[Array, Array]:
-    """Mean and covariance for a candidate that joins the final fit as its last, by one or two steps of Gauss-Newton."""
+def _add_candidate(kind: Kind, final: Fit, joined: tuple[Candidate, ...], noise: float) -> tuple[Array, Array]:
+    """Mean (p,) and covariance (p, p) once the last of ``joined`` is added to ``final``, by 1 or 2 Gauss-Newton steps.
+
+    ``noise`` is a factor on the sd of the noise; NaN in the covariance if residuals are not finite.
+    """
     unknowns = (*final.unknowns, *joined[-1].unknowns)
-    lowest, highest = (np.array([getattr(u, name) for u in unknowns]) for name in ("lowest", "highest"))
+    lowest = np.array([u.lowest for u in unknowns])
+    highest = np.array([u.highest for u in unknowns])
     theta = np.concatenate([final.theta, joined[-1].first_starts[0]])
     mean, covariance = theta, np.full((len(theta),) * 2, np.nan)
     for _ in range(1 if kind.costly else 2):
         residual, jacobian = kind.residual(joined, theta)
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             break
-        mean, covariance = _step(unknowns, joined, theta, (residual, jacobian), noise)
+        mean, covariance = _laplace(unknowns, joined, theta, (residual, jacobian), noise)
         theta = np.clip(mean, lowest, highest)
     return mean, covariance
 
 
-def _step(
+def _laplace(
     unknowns: tuple[UncertainParameter, ...],
     candidates: tuple[Candidate, ...],
     theta: Array,
-    found: tuple[Array, Array],
+    linear: tuple[Array, Array],
     noise: float,
 ) -> tuple[Array, Array]:
-    """Mean (p,) and covariance (p, p) of the coordinates, the optimum of a bound fit where its slope points."""
+    """Mean (p,) and covariance (p, p) of the coordinates by one Gauss-Newton step from ``theta``, bounds ignored.
+
+    ``linear`` are residual (n,) and jacobian (n, p) at ``theta`` (p,), ``noise`` a factor on the sd of the noise.
+    """
     centre, sd = prior(unknowns, candidates)
-    r, scaled, z = found[0] / noise, found[1] * sd / noise, (theta - centre) / sd
-    inverse, _ = spread(scaled)
-    return theta - sd * (inverse @ (scaled.T @ r + z)), inverse * np.outer(sd, sd)
+    residual, jacobian = linear[0] / noise, linear[1] * sd / noise
+    z = (theta - centre) / sd
+    inverse, _ = spread(jacobian)
+    return theta - sd * (inverse @ (jacobian.T @ residual + z)), inverse * np.outer(sd, sd)
 
 
 def _limit(candidate: Candidate, u: UncertainParameter, mean: float, sd: float) -> UpperLimit:
+    """95 % limit of the size ``u`` of a ``candidate`` whose coordinate is normal about ``mean`` with ``sd``."""
     if u.one_sided:
         farthest = tail_limit((mean - u.lowest) / sd) * sd + u.lowest - u.centre
     else:

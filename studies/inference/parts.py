@@ -1,7 +1,8 @@
-"""Parts of joint data against each other: which contradicts the rest, and which is the odd one if nothing fits."""
+"""Parts of joint data compared: which part contradicts the others, and which is the odd one if nothing fits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -15,18 +16,18 @@ from studies.inference.verdict import Verdict
 
 @dataclass(frozen=True)
 class Compared:
-    """A number of an effect by one part alone and by the rest: values, 1 sd, and their difference in sd."""
+    """A number of an effect as one part shows it and as all other parts show it."""
 
-    name: str
-    unit: str
-    own: float
-    own_sd: float
-    rest: float
-    rest_sd: float
+    name: str  # EFFECT.PARAMETER
+    unit: str  # of the values and their sd; 1 if none
+    own: float  # value by the part alone
+    own_sd: float  # its posterior standard deviation
+    rest: float  # value by all other parts
+    rest_sd: float  # its posterior standard deviation
 
     @property
     def difference(self) -> float:
-        """Difference in its standard deviations."""
+        """Value by the part less that by the others, in standard deviations of this difference."""
         return (self.own - self.rest) / float(np.hypot(self.own_sd, self.rest_sd))
 
 
@@ -34,37 +35,41 @@ class Compared:
 class PartAgainstRest:
     """One part of joint data against the others."""
 
-    part: str
+    part: str  # name of the part
     p: float  # P(a larger disagreement | one model is true of all)
     sd: float  # the largest disagreement along one direction of the unknowns, in sd
     effects: tuple[Compared, ...]  # numbers of the effects of the hypothesis that the part and the rest can both see
-    # numbers of effects that act on both, of which the part or the rest tells little more than the prior
+    # names of numbers of which the part or the rest shows little more than the prior
     unseen: tuple[str, ...] = ()
 
     @property
     def contradicts(self) -> bool:
-        """The part and the rest are unlikely to be of one model."""
+        """True if it is unlikely that one model is true of the part and of the others."""
         return self.p < RULES.doubtful
 
 
 def parts_against_rest(kind: Kind, joint: Fit) -> tuple[PartAgainstRest, ...]:
-    """Each part of ``kind`` against all others, about the hypothesis ``joint`` that was fitted to all."""
-    found, names = [], [part.name for part in kind.parts]
-    for name, rows in zip(names, kind.slices(), strict=True) if names else ():
-        own, rest = (
-            _alone(kind.select_parts(some), joint) for some in ([name], [other for other in names if other != name])
-        )
-        both = [effect for effect in own if effect in rest]
-        seen = [effect for effect in both if own[effect][-1] and rest[effect][-1]]
-        compared = (Compared(effect, *own[effect][:3], *rest[effect][1:3]) for effect in seen)
-        unseen = tuple(effect for effect in both if effect not in seen)
-        found.append(PartAgainstRest(name, *disagreement(joint, rows), tuple(compared), unseen))
-    return tuple(found)
+    """Each part of ``kind`` compared with all others, by the hypothesis ``joint`` that was fitted to all; () of one."""
+    names = [part.name for part in kind.parts]
+    if not names:
+        return ()
+    comparisons = []
+    for name, rows in zip(names, kind.slices(), strict=True):
+        own = _fit_some_parts(kind.select_parts([name]), joint)
+        rest = _fit_some_parts(kind.select_parts([other for other in names if other != name]), joint)
+        common = [number for number in own if number in rest]
+        seen = [number for number in common if own[number].seen and rest[number].seen]
+        compared = [
+            Compared(number, own[number].unit, own[number].value, own[number].sd, rest[number].value, rest[number].sd)
+            for number in seen
+        ]
+        unseen = tuple(number for number in common if number not in seen)
+        comparisons.append(PartAgainstRest(name, *disagreement(joint, rows), tuple(compared), unseen))
+    return tuple(comparisons)
 
 
 def disagreement(joint: Fit, rows: slice) -> tuple[float, float]:
-    """P value and size (sd) of the largest disagreement of some ``rows`` with the others, linear about a ``joint``
-    fit.
+    """P value and size (in sd) of the largest disagreement of some ``rows`` with the others, linear about ``joint``.
 
     The others alone, with the prior, have their optimum at delta = A^-1 J' r from that of all, where J and r are the
     derivatives and residuals of these rows and A^-1 the covariance without them. What these rows then leave along the
@@ -80,78 +85,97 @@ def disagreement(joint: Fit, rows: slice) -> tuple[float, float]:
     information = np.linalg.inv(joint.covariance / np.outer(sd, sd)) - j.T @ j
     size, axes = np.linalg.eigh((information + information.T) / 2)
     root = axes / np.sqrt(np.maximum(size, 1e-9 * size[-1]))  # A^(-1/2), of what the others and the prior know
-    left, s, _ = np.linalg.svd(j @ root, full_matrices=False)
-    seen = s > 1e-6  # sd of the rest, in noise: below it the rows cannot speak of a direction
+    directions, s, _ = np.linalg.svd(j @ root, full_matrices=False)
+    visible = s > 1e-6  # sd of the others, in noise: below it the rows show nothing of a direction
     delta = root @ (root.T @ (j.T @ r))
-    apart = (left.T @ (r + j @ delta))[seen] / np.sqrt(1 + s[seen] ** 2)
-    if not len(apart):
+    scores = (directions.T @ (r + j @ delta))[visible] / np.sqrt(1 + s[visible] ** 2)
+    if not len(scores):
         return 1.0, 0.0
-    largest = float(np.abs(apart).max())
-    return float(-np.expm1(len(apart) * np.log1p(-2 * ndtr(-largest)))), largest
+    largest = float(np.abs(scores).max())
+    return float(-np.expm1(len(scores) * np.log1p(-2 * ndtr(-largest)))), largest
 
 
-def _alone(some: Kind, joint: Fit) -> dict[str, tuple[str, float, float, bool]]:
-    """Unit, value and sd of each number of the effects of a ``joint`` hypothesis by some of the parts."""
-    kept = tuple(c for c in joint.candidates if some.concerns(c))
+class _Number(NamedTuple):
+    """A number of an effect as some parts show it."""
+
+    unit: str  # of value and sd
+    value: float  # most probable
+    sd: float  # posterior standard deviation
+    seen: bool  # the data narrow it: its sd is clearly below that of the prior
+
+
+def _fit_some_parts(some: Kind, joint: Fit) -> dict[str, _Number]:
+    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on ``some`` parts, fitted to these alone."""
+    acting = tuple(c for c in joint.candidates if some.concerns(c))
     column = {u.name: k for k, u in enumerate(joint.nuisances)}
-    sizes = (joint.theta[joint.columns(c)] for c in kept)
-    begin = np.concatenate([joint.theta[[column[u.name] for u in some.nuisances]], *sizes])
-    found = fit(some, kept, starts=[begin])
-    spread = np.sqrt(found.covariance.diagonal())
-    told = {}
-    for c in kept:
-        for (u, x), sd in zip(found.values(c), spread[found.columns(c)], strict=True):
-            seen = bool(sd < RULES.seen * u.scale)
+    sizes = (joint.theta[joint.columns(c)] for c in acting)
+    start = np.concatenate([joint.theta[[column[u.name] for u in some.nuisances]], *sizes])
+    fitted = fit(some, acting, starts=[start])
+    coordinate_sd = np.sqrt(fitted.covariance.diagonal())
+    numbers = {}
+    for c in acting:
+        for (u, x), sd in zip(fitted.values(c), coordinate_sd[fitted.columns(c)], strict=True):
             for name, factor in u.factors.items():
-                sized = factor * float(u.value(x)), factor * float(sd * u.slope(float(x)))
-                told[f"{c.identifier}.{name}"] = (u.unit, *sized, seen)
-    return told
+                numbers[f"{c.identifier}.{name}"] = _Number(
+                    u.unit,
+                    value=factor * float(u.value(x)),
+                    sd=factor * float(sd * u.slope(float(x))),
+                    seen=bool(sd < RULES.seen * u.scale),
+                )
+    return numbers
 
 
 @dataclass(frozen=True)
 class WithoutOne:
     """Verdict of the others without one part."""
 
-    part: str  # what is left out
+    part: str  # name of the part that is left out
     rest: Verdict  # verdict of the others
     alone: Verdict | None = None  # verdict of the part by itself, if it is the odd one
     final: Fit | None = None  # the model of the others: with what was named
 
     @property
     def clear(self) -> bool:
-        """Everything else fits, with a verdict that has no reservation."""
+        """True if the others fit their data, with a verdict that has no reservation."""
         return self.rest.verdict in ("none", "named", "class") and fits(self.rest)
 
 
 def fits(verdict: Verdict) -> bool:
-    """The final model of a ``verdict`` fits its data by the rule of acceptance."""
+    """True if the final model of a ``verdict`` fits its data by the rule of acceptance."""
     return verdict.goodness_of_fit_p > RULES.poor_fit
 
 
 def without_each(kind: Kind, names: Sequence[str], *, single_out: bool) -> dict[str, WithoutOne]:
-    """Verdict of the others without each of some parts, the part first without which the others fit best."""
-    every, found = [part.name for part in kind.parts], []
-    for name in every if len(every) > 1 else ():
+    """Verdict of the others without each part of ``names``, the part first without which the others fit best.
+
+    With ``single_out`` a part without which all others fit is judged by itself as well.
+    """
+    parts = [part.name for part in kind.parts]
+    if len(parts) < 2:
+        return {}
+    results = []
+    for name in parts:
         if name in names:
-            judged = judge(kind.select_parts([other for other in every if other != name]))
-            found.append(WithoutOne(name, judged.verdict, final=judged.final))
-    ranked = {one.part: one for one in sorted(found, key=_order)}
-    if single_out:
-        ranked |= {
-            name: replace(one, alone=_by_itself(kind, ranked, name)) for name, one in ranked.items() if one.clear
-        }
-    return ranked
+            judgement = judge(kind.select_parts([other for other in parts if other != name]))
+            results.append(WithoutOne(name, judgement.verdict, final=judgement.final))
+    ranked = {without.part: without for without in sorted(results, key=_order)}
+    if not single_out:
+        return ranked
+    return {
+        name: replace(without, alone=_judge_by_itself(kind, ranked, name)) if without.clear else without
+        for name, without in ranked.items()
+    }
 
 
-def _order(one: WithoutOne) -> tuple[bool, float, float]:
-    """Clear verdicts first, then by p and, if that is too small to be one, by what is left a number."""
-    chi2 = one.rest.chi2
-    return not one.clear, -one.rest.goodness_of_fit_p, (chi2["final"] + chi2["penalty"]) / chi2["n"]
+def _order(without: WithoutOne) -> tuple[bool, float, float]:
+    """Key of sorting: clear verdicts first, then by p, then (if p is too small to be a number) by chi^2 per number."""
+    chi2 = without.rest.chi2
+    return not without.clear, -without.rest.goodness_of_fit_p, (chi2["final"] + chi2["penalty"]) / chi2["n"]
 
 
-def _by_itself(kind: Kind, known: Mapping[str, WithoutOne], name: str) -> Verdict:
-    """Verdict of one part; of two parts it is what is left without the other."""
+def _judge_by_itself(kind: Kind, ranked: Mapping[str, WithoutOne], name: str) -> Verdict:
+    """Verdict of one part by itself; of two parts it is known from leaving out the other."""
     others = [part.name for part in kind.parts if part.name != name]
-    if len(others) == 1 and others[0] in known:
-        return known[others[0]].rest
+    if len(others) == 1 and others[0] in ranked:
+        return ranked[others[0]].rest
     return judge(kind.select_parts([name])).verdict
