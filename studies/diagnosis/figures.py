@@ -143,10 +143,10 @@ BEFORE_AFTER: Figure = (draw_before_after, "Measured values with 95 % intervals,
 def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]]:
     """Measured less computed signals of each model and run (samples, channels), and the four runs missed most."""
     kind: Any = judgement.kind
-    missed = {title: kind.left(*model) for title, model in models_of(judgement).items()}
+    missed = {title: kind.residual_signals(*model) for title, model in models_of(judgement).items()}
     final, base, with_it = judgement.final, kind.family(()), kind.family(judgement.final.candidates)
     if BASE in missed and final.candidates and base.symbolic.declared.states == with_it.symbolic.declared.states:
-        starts, channels = kind.starts(final.candidates, final.theta), tuple(kind.noise)
+        starts, channels = kind.initial_states(final.candidates, final.theta), tuple(kind.noise)
         computed = kind.replay_of(channels)(base, np.array([[u.centre for u in kind.nuisances]]), starts)[0]
         missed[BASE] = [
             np.stack([run.channels[c] - y[: len(run.time)] for c, y in zip(channels, own, strict=True)], 1)

@@ -283,7 +283,7 @@ def friction_candidate() -> Candidate:
     )
 
 
-def friction_refused(run: Run) -> dict[str, str]:
+def refuse_friction(run: Run) -> dict[str, str]:
     """Reason why friction of the steering cannot be tried on runs like ``run``; empty if it can."""
     if STEER in run.inputs:
         why = f"the steer angle is prescribed: only {STEER_TORQUE} would show it"

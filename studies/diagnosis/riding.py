@@ -95,7 +95,7 @@ def _process(name: str, duration: float, count: int) -> tuple[Array, Array]:
     return nodes, (axes * np.sqrt(np.maximum(size, 0.0)))[:, ::-1][:, :most]
 
 
-def most_probable(name: str, residual: Array, columns: Array, sizes: Array) -> Course:
+def find_course(name: str, residual: Array, columns: Array, sizes: Array) -> Course:
     """Course of the torque ``name`` with the largest evidence among ``sizes`` (sd, N m).
 
     ``residual`` (R, n) are whitened runs with their starts integrated out, ``columns`` (R, n, k) what each coefficient
@@ -118,10 +118,10 @@ def most_probable(name: str, residual: Array, columns: Array, sizes: Array) -> C
     return Course(float(sizes[best]), hertz)
 
 
-def sizes_of(name: str, times: list[Array], residual: Array, columns: Array, sizes: Array) -> Sizes:
+def estimate_sizes(name: str, times: list[Array], residual: Array, columns: Array, sizes: Array) -> Sizes:
     """Root mean square over all runs of the course of a torque that is clearer, and its frequency: mean, sd and unit.
 
-    Arguments as of :func:`most_probable`. The coefficients are normal, given the size of the first course, that of the
+    Arguments as of :func:`find_course`. The coefficients are normal, given the size of the first course, that of the
     second to it, and the frequency, that of a run or the corner of all; over these is averaged by their evidence.
     """
     found, half, periodic, s = [], columns.shape[-1] // 2, name == "pedalling", sizes[:, None, None]

@@ -1,4 +1,4 @@
-"""Parts and means of recorded runs, for a search on fewer numbers."""
+"""Pieces and means of recorded runs, for a search on fewer numbers."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,31 +11,32 @@ from studies.diagnosis.whitening import ChannelNoise
 from tyre.ground.arrays import Array
 
 
-def pieces(run: Run) -> list[Run]:
-    """A ``run`` in pieces of about 0.6 s, which are easier to fit: an error of the model has no time to grow."""
+def cut_pieces(run: Run) -> list[Run]:
+    """Pieces of a ``run``, about 0.6 s each; easier to fit: an error of the model has no time to grow."""
     count = max(1, round(len(run.time) * run.step / 0.6))
     edges = np.linspace(0, len(run.time), count + 1).round().astype(int)
-    return [piece(run, a, b) for a, b in pairwise(edges)]
+    return [cut_piece(run, a, b) for a, b in pairwise(edges)]
 
 
-def piece(run: Run, a: int, b: int) -> Run:
-    """Samples ``a`` to ``b`` of a ``run``."""
-    channels, inputs = ({c: x[a:b] for c, x in given.items()} for given in (run.channels, run.inputs))
+def cut_piece(run: Run, a: int, b: int) -> Run:
+    """Run of the samples ``a`` to ``b`` (excluded) of a ``run``."""
+    channels = {c: x[a:b] for c, x in run.channels.items()}
+    inputs = {c: x[a:b] for c, x in run.inputs.items()}
     return replace(run, name=f"{run.name} {a}", time=run.time[a:b], channels=channels, inputs=inputs)
 
 
-def loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
-    """The ``size`` samples of a ``run`` that stand out of the ``noise`` most, of those that begin at each half."""
+def cut_loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
+    """Run of the ``size`` successive samples with the largest power over the ``noise``; begins are half of it apart."""
     starts = range(0, len(run.time) - size + 1, max(1, size // 2))
     if len(starts) < 2:
         return run
-    power = np.sum([(run.channels[c] / one.sd) ** 2 for c, one in noise.items()], axis=0)
+    power = np.sum([(run.channels[c] / channel_noise.sd) ** 2 for c, channel_noise in noise.items()], axis=0)
     a = max(starts, key=lambda k: float(power[k : k + size].sum()))
-    return piece(run, a, a + size)
+    return cut_piece(run, a, a + size)
 
 
-def means(run: Run, count: int, *, held: bool) -> Run:
-    """Means of ``count`` neighbouring samples of a ``run``, whose torques were ``held`` or are linear between samples.
+def average_samples(run: Run, count: int, *, held: bool) -> Run:
+    """Run of the means of ``count`` samples each; torques were ``held`` or are linear between samples.
 
     Linear equations commute with a mean, so the means obey them as the samples did, from other starts. Of a motion of
     f Hz they keep sin(x)/x, x = pi f times the length of a block, and of its information the square: of 0.01 s 99.2 %
@@ -47,5 +48,10 @@ def means(run: Run, count: int, *, held: bool) -> Run:
 
     # about the time of a sample, a torque that is held is half of it and half of the one before
     inputs = {c: (x + np.append(x[:1], x[:-1])) / 2 if held else x for c, x in run.inputs.items()}
-    channels, inputs = ({c: mean(x) for c, x in given.items()} for given in (run.channels, inputs))
-    return replace(run, time=mean(run.time), channels=channels, inputs=inputs, between=AS_LINEAR)
+    return replace(
+        run,
+        time=mean(run.time),
+        channels={c: mean(x) for c, x in run.channels.items()},
+        inputs={c: mean(u) for c, u in inputs.items()},
+        between=AS_LINEAR,
+    )

@@ -11,8 +11,8 @@ from tyre.ground.arrays import Array
 LARGEST_SIGNAL = 1e12  # of a simulated signal: the trial bicycle has fallen
 
 
-def limited(signal: Array) -> Array:
-    """The ``signal`` within +-:data:`LARGEST_SIGNAL`."""
+def clip_fallen(signal: Array) -> Array:
+    """Copy of ``signal`` within +-:data:`LARGEST_SIGNAL`, NaN at its upper end; itself if it is within."""
     if not signal.size or (signal.max() <= LARGEST_SIGNAL and signal.min() >= -LARGEST_SIGNAL):
         return signal
     finite = np.nan_to_num(signal, nan=LARGEST_SIGNAL, posinf=LARGEST_SIGNAL, neginf=-LARGEST_SIGNAL)
@@ -25,39 +25,41 @@ class ChannelNoise:
 
     sd: float  # marginal, in the unit of the channel
     colour: float = 0.0  # autoregressive coefficient
-    given: bool = False  # the user states the sd
+    given: bool = False  # the user states the sd: it is never estimated
 
     def whiten(self, signal: Array) -> Array:
-        """Turn the noise in ``signal`` (n, ...) along the first axis into unit white noise."""
-        white = limited(signal) / self.sd
+        """Whitened ``signal`` (n, ...): along its first axis, in time, this noise becomes white noise of sd 1."""
+        white = clip_fallen(signal) / self.sd
         white[1:] = (white[1:] - self.colour * white[:-1]) / np.sqrt(1 - self.colour**2)
         return white
 
     def colour_again(self, white: Array) -> Array:
-        """Undo the whitening of one series ``white`` (n,)."""
-        rest = np.sqrt(1 - self.colour**2)
-        scaled = np.concatenate([white[:1], rest * white[1:]]) * self.sd
+        """Signal (n,), in the unit of the channel, that :meth:`whiten` turns into ``white`` (n,)."""
+        innovation_sd = np.sqrt(1 - self.colour**2)
+        scaled = np.concatenate([white[:1], innovation_sd * white[1:]]) * self.sd
         return np.asarray(scipy.signal.lfilter([1.0], [1.0, -self.colour], scaled))
 
-    def of_means(self, channels: list[Array], count: int) -> float:
-        """Sd of means of ``count`` samples, with the colour that third differences of ``channels`` (n,) show."""
+    def sd_of_means(self, channels: list[Array], count: int) -> float:
+        """Sd of means of ``count`` samples, in the channel's unit, of the colour that ``channels`` (n,) show."""
         colours = np.linspace(0.0, 0.98, 99)
-        shown = float(np.mean([np.var(np.diff(x, 3)) for x in channels])) / self.sd**2
-        colour = np.interp(-shown, -(20 - 30 * colours + 12 * colours**2 - 2 * colours**3), colours)
-        apart = np.arange(1, count)
-        return float(self.sd * np.sqrt((1 + 2 * np.sum((1 - apart / count) * colour**apart)) / count))
+        # variance of third differences, in units of that of the noise, as measured and as noise of each colour has it
+        measured = float(np.mean([np.var(np.diff(x, 3)) for x in channels])) / self.sd**2
+        expected = 20 - 30 * colours + 12 * colours**2 - 2 * colours**3
+        colour = np.interp(-measured, -expected, colours)
+        lag = np.arange(1, count)
+        return float(self.sd * np.sqrt((1 + 2 * np.sum((1 - lag / count) * colour**lag)) / count))
 
-    def estimated(self, series: list[Array]) -> "ChannelNoise":
-        """Noise that whitened residuals of several ``series`` (n,) show; a given sd stays."""
-        raw = [self.colour_again(white) for white in series]
-        level = float(np.sqrt(np.mean([np.mean(e**2) for e in raw])))
-        change = float(np.mean([np.mean(np.diff(e) ** 2) for e in raw]))
+    def estimate(self, series: list[Array]) -> "ChannelNoise":
+        """Noise with the sd (unless given) and colour of residuals that this noise whitened to ``series`` (n,)."""
+        residuals = [self.colour_again(white) for white in series]
+        level = float(np.sqrt(np.mean([np.mean(r**2) for r in residuals])))
+        change = float(np.mean([np.mean(np.diff(r) ** 2) for r in residuals]))
         sd = self.sd if self.given else level
         return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), 0.0, 0.98)), self.given)
 
 
 def rough_noise(channels: list[Array]) -> ChannelNoise:
-    """Noise from second differences of one channel in all runs, until a fit is there."""
+    """White noise with the sd that second differences of one channel show; ``channels`` (n,) are its runs."""
     rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
     floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
     return ChannelNoise(float(max(rough, floor)))
@@ -73,33 +75,44 @@ class Marginal(NamedTuple):
     residual: Array  # (R, C T), whitened
     left: Array  # U (R, C T, k)
     gain: Array  # 1/sqrt(1 + s^2) - 1 (R, k)
-    start: Array  # most probable initial states (R, n + ...)
+    start: Array  # (R, m), most probable initial states and further columns of phi, in prior sd unless rescaled
     right: Array  # V (R, m, k)
     singular: Array  # s (R, k)
 
-    def without(self, white: Array) -> Array:
-        """Rest of ``white`` columns (R, C T, columns) after marginalising."""
-        rest = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
-        rest += white
-        return rest
+    def integrate_out(self, white: Array) -> Array:
+        """Whitened ``white`` (R, C T, columns) with the initial states integrated out, same shape."""
+        marginal = self.left @ (self.gain[:, :, None] * (self.left.swapaxes(-1, -2) @ white))
+        marginal += white
+        return marginal
 
-    def follows(self, white: Array) -> Array:
-        """Movement of the most probable starts (R, m, columns), in prior sd, with ``white`` columns."""
+    def shift_starts(self, white: Array) -> Array:
+        """Change (R, m, columns) of the most probable starts, in prior sd, by ``white`` (R, C T, columns)."""
         share = (self.singular / (1 + self.singular**2))[..., None]
         return self.right @ (share * (self.left.swapaxes(-1, -2) @ white))
 
     @property
     def spread(self) -> Array:
-        """Root of the covariance of the starts after the data, in prior sd (R, m, m)."""
+        """Square root (R, m, m) of the posterior covariance of the starts, in prior sd."""
         return np.eye(self.right.shape[1]) + (self.right * self.gain[:, None, :]) @ self.right.swapaxes(-1, -2)
 
 
-def integrated_out(phi: Array, white: Array) -> Marginal:
-    """Runs without the part that their initial states explain; NaN if a trial bicycle has fallen."""
+def integrate_starts_out(phi: Array, white: Array) -> Marginal:
+    """Integrate the starts out of R runs; the residual is NaN if a trial bicycle has fallen.
+
+    ``phi`` (R, C T, m) are the whitened responses to 1 prior sd of each start, ``white`` (R, C T, 1) the whitened runs.
+    """
     if not (np.abs(phi).max() < LARGEST_SIGNAL and np.abs(white).max() < LARGEST_SIGNAL):  # or not a number
-        nothing = np.full((*phi.shape[:2], 1), np.nan)
-        wide, one = np.zeros((len(phi), phi.shape[-1])), np.zeros((len(phi), 1))
-        return Marginal(nothing[..., 0], nothing, one, wide, wide[..., None], one)
+        runs, _, count = phi.shape
+        undefined = np.full((*phi.shape[:2], 1), np.nan)
+        return Marginal(
+            undefined[..., 0],
+            undefined,
+            gain=np.zeros((runs, 1)),
+            start=np.zeros((runs, count)),
+            right=np.zeros((runs, count, 1)),
+            singular=np.zeros((runs, 1)),
+        )
     u, s, vt = np.linalg.svd(phi, full_matrices=False)
-    found = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s**2) - 1, white[:, 0], vt.swapaxes(-1, -2), s)
-    return found._replace(residual=found.without(white)[..., 0], start=found.follows(white)[..., 0])
+    marginal = Marginal(white[..., 0], u, 1 / np.sqrt(1 + s**2) - 1, white[:, 0], vt.swapaxes(-1, -2), s)
+    residual = marginal.integrate_out(white)[..., 0]
+    return marginal._replace(residual=residual, start=marginal.shift_starts(white)[..., 0])

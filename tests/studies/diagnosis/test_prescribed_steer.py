@@ -58,7 +58,7 @@ def test_lean_and_torque_follow_from_the_steer_angle_and_its_noise_is_not_taken_
     residual, _ = forward.residual((), nominal, slopes=False)
     n = len(residual)
     assert residual @ residual == pytest.approx(n, abs=5 * np.sqrt(2 * n))
-    for left, run in zip(forward.left((), nominal), forward.runs, strict=True):
+    for left, run in zip(forward.residual_signals((), nominal), forward.runs, strict=True):
         for column, name in enumerate(forward.noise):
             assert np.std(left[:, column]) < 0.1 * np.std(run.channels[name]), name
     assert any("steer_rad is prescribed: smoothed by a spline" in note for note in forward.notes)

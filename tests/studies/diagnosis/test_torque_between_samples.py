@@ -65,8 +65,8 @@ def test_a_torque_that_repeats_and_was_linear_is_doubted_and_can_be_stated(tmp_p
     assert said(stated) == []
     forward = stated.prepare()
     nominal = forward.nominal
-    residual = forward.left((), nominal)
-    wrong = measured(tmp_path, "linear", stated="held").prepare().left((), nominal)
+    residual = forward.residual_signals((), nominal)
+    wrong = measured(tmp_path, "linear", stated="held").prepare().residual_signals((), nominal)
     for good, poor in zip(residual, wrong, strict=True):
         assert good.std(0) == pytest.approx(list(SD.values()), rel=0.25)  # the noise that was put in
         assert (poor.std(0) > 2 * np.array(list(SD.values()))).all()
