@@ -25,7 +25,8 @@ from bicycle.parameters.bicycle import Bicycle
 from bicycle.stability.named_modes import modes
 from studies.diagnosis import bench, frequency_response, histories, modal, rig_recordings, tyre_tables
 from studies.diagnosis.candidates import check_known, nuisances
-from studies.diagnosis.modal import EIGENVALUE, SD
+from studies.diagnosis.modal import EIGENVALUE
+from studies.diagnosis.modal_sd import SD
 from studies.inference.kind import Kind
 from studies.reporting.markdown_text import make_environment
 from tyre.ground.errors import InputError, unknown

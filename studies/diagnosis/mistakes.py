@@ -201,8 +201,8 @@ def identification_errors() -> tuple[Candidate, ...]:
     )
 
 
-def bias_identified(root: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
-    """Make of true roots (m,) and their slopes (m, p) the identified ones, in place."""
+def apply_identification_errors(root: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
+    """Add errors of identification and clock to true roots (m,), 1/s, and their slopes (m, p), in place."""
     for key, add in ((CLOCK, root.copy()), (DECAY_SCALE, root.real + 0j), (DECAY_OFFSET, np.ones(len(root)))):
         if key in errors:
             column, size = errors[key]
@@ -213,7 +213,7 @@ def bias_identified(root: Complex, slope: Complex, errors: Mapping[str, tuple[in
 
 
 def turn_ratios(ratios: Complex, slope: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
-    """Steer and yaw rate over lean rate (m, 2), slopes (m, 2, p), as a turned box of gyros shows them, in place."""
+    """Turn ratios (m, 2), steer and yaw over lean rate, and slopes (m, 2, p) into those of a turned box, in place."""
     if ROTATION[1] not in errors:
         return
 

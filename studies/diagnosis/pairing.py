@@ -1,8 +1,9 @@
-"""Which root of the model a measured mode is compared with: the nearest, whatever it is called."""
+"""Pairing of measured modes with roots of the model: each with the nearest, whatever it is called."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,24 +19,27 @@ if TYPE_CHECKING:
     from studies.diagnosis.modal import ModalPoint
 
 
-def misnamed(points: Sequence["ModalPoint"], model: Model) -> list[str]:
-    """Notes on names of modes that the base model contradicts: all rows lie on another mode, five times nearer."""
+def note_misnamed_modes(points: Sequence["ModalPoint"], model: Model) -> list[str]:
+    """Notes on modes whose ``points`` all lie five times nearer to another mode of the ``model`` than to their own."""
     notes = []
     for name in dict.fromkeys(point.mode for point in points):
         rows = sorted((p for p in points if p.mode == name and not p.settings), key=lambda p: p.speed)
         speeds = sorted({p.speed for p in rows})
         if len(speeds) < 2:
             continue
-        found = modes(model.linear_model(), speeds)
+        table = modes(model.linear_model(), speeds)
         roots = np.array([p.eigenvalue for p in rows])
         at = np.searchsorted(speeds, [p.speed for p in rows])
-        away = {other: np.nan_to_num(abs(found.branch(other)[at, 0] - roots), nan=np.inf) for other in found.names}
-        named = away.pop(name, np.full(len(rows), np.inf))
-        clear = [other for other, distance in away.items() if (5 * distance < named).all()]
-        if clear:
-            lies = f"{named.min():.3g} 1/s or more" if np.isfinite(named).all() else "not there"
+        distances = {  # 1/s, of each row from each mode of the model
+            mode: np.nan_to_num(abs(table.branch(mode)[at, 0] - roots), nan=np.inf) for mode in table.names
+        }
+        own_distance = distances.pop(name, np.full(len(rows), np.inf))
+        nearer = [mode for mode, distance in distances.items() if (5 * distance < own_distance).all()]
+        if nearer:
+            lies = f"{own_distance.min():.3g} 1/s or more" if np.isfinite(own_distance).all() else "not there"
+            other, farthest = nearer[0], distances[nearer[0]].max()
             notes.append(
-                f"every row called {name} lies on the {clear[0]} of the base model (up to {away[clear[0]].max():.3g} "
+                f"every row called {name} lies on the {other} of the base model (up to {farthest:.3g} "
                 f"1/s away; its {name}: {lies}) and is compared with that root; if the name is wrong, correct it"
             )
     return notes
@@ -45,9 +49,9 @@ def misnamed(points: Sequence["ModalPoint"], model: Model) -> list[str]:
 class OtherRoot:
     """Rows of one mode that a model is compared with at a root of another name."""
 
-    mode: str
-    rows: int  # of those below
-    of: int  # rows of this mode
+    mode: str  # name of the mode in the table
+    rows: int  # number of its rows that are compared with a root of another name
+    of: int  # number of all its rows
     slowest: float  # m/s, of the rows
     fastest: float  # m/s, of the rows
     lies_on: tuple[str, ...]  # what the model calls these roots
@@ -62,45 +66,50 @@ class OtherRoot:
 SAME = 1e-6  # of a root, within which two are one
 
 
-def compared_with_another(points: Sequence["ModalPoint"], roots: Complex, model: Model) -> list[OtherRoot]:
-    """Modes of which some ``points`` are compared with ``roots`` (m,) that a ``model`` calls otherwise."""
-    found = []
-    lying = [_names_at(point, root, model) for point, root in zip(points, roots.tolist(), strict=True)]
+def find_other_roots(points: Sequence["ModalPoint"], roots: Complex, model: Model) -> list[OtherRoot]:
+    """Modes with ``points`` whose ``roots`` (m,), 1/s, a ``model`` calls otherwise, and how many points they are."""
+    others = []
+    named_roots = [_name_root(point, root, model) for point, root in zip(points, roots.tolist(), strict=True)]
     for mode in dict.fromkeys(point.mode for point in points):
-        every = [k for k, point in enumerate(points) if point.mode == mode]
-        other = [k for k in every if mode not in lying[k][0]]
-        if not other:
+        rows = [k for k, point in enumerate(points) if point.mode == mode]
+        elsewhere = [k for k in rows if mode not in named_roots[k][0]]
+        if not elsewhere:
             continue
-        more = [_more_chi2(points[k], complex(roots[k]), lying[k][1]) for k in other]
-        speeds = [points[k].speed for k in other]
-        names = dict.fromkeys(name for k in other for name in lying[k][0])
-        found.append(
+        more = [_more_chi2(points[k], complex(roots[k]), named_roots[k][1]) for k in elsewhere]
+        speeds = [points[k].speed for k in elsewhere]
+        names = dict.fromkeys(chain.from_iterable(named_roots[k][0] for k in elsewhere))
+        others.append(
             OtherRoot(
                 mode=mode,
-                rows=len(other),
-                of=len(every),
+                rows=len(elsewhere),
+                of=len(rows),
                 slowest=min(speeds),
                 fastest=max(speeds),
                 lies_on=tuple(names),
                 more_chi2=None if None in more else sum(x for x in more if x is not None),
             )
         )
-    return found
+    return others
 
 
-def _names_at(point: "ModalPoint", root: complex, model: Model) -> tuple[list[str], complex | None]:
-    """What a ``model`` calls a ``root`` at the speed of a ``point``, and its nearest root of the point's name."""
-    here = ModelFamily(model).with_values(dict(point.settings)) if point.settings else model
-    table = modes(here.linear_model(), [point.speed])
+def _name_root(point: "ModalPoint", root: complex, model: Model) -> tuple[list[str], complex | None]:
+    """Names of a ``root`` (1/s) in the ``model`` at a ``point``'s speed, and the model's nearest root of its mode.
+
+    The second is None if the model has no such mode there.
+    """
+    if point.settings:
+        model = ModelFamily(model).with_values(dict(point.settings))
+    table = modes(model.linear_model(), [point.speed])
     branches = {name: table.branch(name)[0] for name in table.names}
     names = [name for name, branch in branches.items() if (abs(branch - root) < SAME * (1 + abs(root))).any()]
-    own = branches.get(point.mode, np.zeros(0))
-    own = own[np.isfinite(own)]
-    return names, complex(own[np.argmin(abs(own - root))]) if len(own) else None
+    same_name = branches.get(point.mode, np.zeros(0))
+    same_name = same_name[np.isfinite(same_name)]
+    nearest = complex(same_name[np.argmin(abs(same_name - root))]) if len(same_name) else None
+    return names, nearest
 
 
 def _more_chi2(point: "ModalPoint", root: complex, named: complex | None) -> float | None:
-    """How much larger chi^2 of one eigenvalue is with the root of its name than with the one that is nearest."""
+    """Increase of chi^2 of one eigenvalue if ``named`` takes the place of ``root``; None if ``named`` is None."""
     if named is None:
         return None
     sums = []
@@ -113,33 +122,36 @@ def _more_chi2(point: "ModalPoint", root: complex, named: complex | None) -> flo
 
 @dataclass(frozen=True)
 class Wanted:
-    """Modes (m,) to be predicted: their recorded speeds, names, and eigenvalues ``near`` which they lie."""
+    """The m modes to be predicted."""
 
-    speed: Array  # (m,), m/s
-    mode: tuple[str, ...]  # (m,)
-    near: Complex  # (m,), 1/s
+    speed: Array  # (m,), m/s, as recorded
+    mode: tuple[str, ...]  # (m,), names
+    near: Complex  # (m,), 1/s, measured eigenvalues, near which their roots are looked for
 
     @cached_property
     def crowded(self) -> list[list[NDArray[np.intp]]]:
-        """Points of each mode at the speeds at which several modes are wanted."""
-        names, found = np.array(self.mode), []
+        """Indices of the modes, grouped by name, for each speed at which modes of several names are wanted."""
+        names = np.array(self.mode)
+        crowded = []
         for speed in np.unique(self.speed):
-            here = self.speed == speed
-            found.append([np.flatnonzero(here & (names == name)) for name in np.unique(names[here])])
-        return [together for together in found if len(together) > 1]
+            at_speed = self.speed == speed
+            by_name = [np.flatnonzero(at_speed & (names == name)) for name in np.unique(names[at_speed])]
+            if len(by_name) > 1:
+                crowded.append(by_name)
+        return crowded
 
 
-def root_of(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
-    """Index (m,) of each wanted mode among the eigenvalues ``values`` (S, n) at sorted ``speeds`` (S,)."""
+def match_roots(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
+    """Index (m,) of the nearest root of each wanted mode in ``values`` (S, n), 1/s, at sorted ``speeds`` (S,), m/s."""
     at = np.searchsorted(speeds, wanted.speed)
-    near, here = wanted.near[:, None], values[at]
-    cost = np.abs(here - near)
-    oscillates = np.abs(here.imag) > 1e-9 * np.abs(here).max(1, keepdims=True)
+    near, roots = wanted.near[:, None], values[at]
+    cost = np.abs(roots - near)
+    oscillates = np.abs(roots.imag) > 1e-9 * np.abs(roots).max(1, keepdims=True)
     cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= 3.0
-    cost[here.imag < 0] = 1e6
-    found = cost.argmin(1)
-    for together in wanted.crowded:  # no two modes at one speed have the same root
-        total = np.nan_to_num([cost[points].sum(0) for points in together], nan=1e9, posinf=1e9)
-        for points, root in zip(together, scipy.optimize.linear_sum_assignment(total)[1], strict=True):
-            found[points] = root
-    return np.asarray(found)
+    cost[roots.imag < 0] = 1e6
+    index = cost.argmin(1)
+    for by_name in wanted.crowded:  # no two modes at one speed have the same root
+        total = np.nan_to_num([cost[points].sum(0) for points in by_name], nan=1e9, posinf=1e9)
+        for points, root in zip(by_name, scipy.optimize.linear_sum_assignment(total)[1], strict=True):
+            index[points] = root
+    return np.asarray(index)
