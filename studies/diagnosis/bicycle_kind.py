@@ -66,19 +66,21 @@ class BicycleKind(Kind):
 
     # ---- library ----
 
-    def _own(self) -> tuple[tuple[Candidate, ...], dict[str, str], tuple[UncertainParameter, ...], tuple[str, ...]]:
+    def _own_lists(
+        self,
+    ) -> tuple[tuple[Candidate, ...], dict[str, str], tuple[UncertainParameter, ...], tuple[str, ...]]:
         """Mistakes, names that cannot be tried, nuisances and their notes."""
         floating, said = nuisances(self.model, self.uncertainty)
         geometry, narrow = geometry_errors(self.model, floating)
         return (*self.mistakes(), *geometry), {**self.refusals(), **narrow}, floating, said
 
     def names(self) -> set[str]:
-        mistakes, refused, _, _ = self._own()
+        mistakes, refused, _, _ = self._own_lists()
         return {*registry(), *(c.identifier for c in mistakes), *refused}
 
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare nuisances and candidates."""
-        mistakes, refused, floating, said = self._own()
+        mistakes, refused, floating, said = self._own_lists()
         for option, names in (("--without", without), ("--with", also)):
             refuse_unknown("effect", names, {*registry(), *(c.identifier for c in mistakes), *refused}, where=option)
         for name in set(without) & set(also):
@@ -148,7 +150,7 @@ class BicycleKind(Kind):
 
     # ---- forced responses as a further measurement ----
 
-    def forced(self, fastest: float) -> tuple[Proposal, ...]:
+    def propose_forced_response(self, fastest: float) -> tuple[Proposal, ...]:
         """Frequency responses to steer torque at the ``fastest`` measured speed (m/s) and above, unless it falls."""
         proposals = []
         for speed in (fastest, 1.25 * fastest):  # a bicycle that reached it seldom goes much faster
@@ -156,7 +158,7 @@ class BicycleKind(Kind):
             growth = eigensystem(system.dynamics[0], mass=system.mass[0]).values.real.max()
             if growth > 0.5:  # 1/s: it is not held up while the torque sweeps
                 continue
-            size = np.abs(self._swept((), self.nominal[None], speed)[0])
+            size = np.abs(self._response_to_steer_torque((), self.nominal[None], speed)[0])
             sd = FORCED_SD * (size + 0.1 * size.max(0)).ravel()
             low, high = FORCED_HZ[[0, -1]]
             what = f"swept steer torque, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
@@ -166,11 +168,11 @@ class BicycleKind(Kind):
     def _swept_parts(self, speed: float, candidates: Candidates, theta: Array) -> Prediction:
         """Real and imaginary parts (m,) of the swept responses, and their derivatives (m, p)."""
         batch, steps = self.family(candidates).stencil(theta)
-        every = self._swept(candidates, batch, speed).reshape(len(batch), -1)
+        every = self._response_to_steer_torque(candidates, batch, speed).reshape(len(batch), -1)
         parts = np.stack([every.real, every.imag], -1).reshape(len(batch), -1)
         return parts[0], central_differences(parts, steps)
 
-    def _swept(self, candidates: Candidates, theta: Array, speed: float) -> Complex:
+    def _response_to_steer_torque(self, candidates: Candidates, theta: Array, speed: float) -> Complex:
         """C (i w E - F)^-1 B at a stencil of coordinates (K, p): (K, frequencies, outputs), per N m of steer torque."""
         family = self.family(candidates)
         names, system = family.symbolic, family(theta, np.array([speed]))

@@ -71,7 +71,7 @@ class Correction:
 
 def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: str = "") -> Correction:
     """What is corrected of one ``bicycle`` ("" the one at the top); a ``residual`` torque is of that at the top."""
-    whole = _judged(diagnosis) if residual is None else residual.fit
+    whole = _final_fit_as_stated(diagnosis) if residual is None else residual.fit
     bicycles = diagnosis.kind.bicycles(whole)
     _, own = bicycles.get(bicycle, (diagnosis.kind, whole))
     if residual is None:
@@ -84,7 +84,7 @@ def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: 
     return Correction(own, residual.covariance[np.ix_(kept, kept)], residual)
 
 
-def _judged(diagnosis: Diagnosis) -> Fit:
+def _final_fit_as_stated(diagnosis: Diagnosis) -> Fit:
     """The final fit with the covariance that the verdict states: averaged over its class, a poor fit as noise."""
     final = diagnosis.final
     averaged, fitted = averaged_variance(diagnosis.hypotheses, final), final.covariance.diagonal()

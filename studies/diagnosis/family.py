@@ -165,7 +165,7 @@ class MatrixSlopes:
         h = 2 * self.steps.reshape(-1, *(1,) * (part.ndim - 1))
         return (part[1 : len(h) + 1] - part[len(h) + 1 :]) / h
 
-    def applied(
+    def apply(
         self,
         matrix: Literal["dynamics", "input", "output"],
         at: NDArray[np.intp],
@@ -185,7 +185,7 @@ class MatrixSlopes:
     def force(self, at: NDArray[np.intp], x: Complex, s: Complex) -> Complex:
         """(dF - s dE) x, shape (m, p, n, q), at the speeds ``at`` (m,), for states ``x`` (m, n, q) and ``s`` (m,)."""
         inertia = self.difference(self._all.mass), -s[:, None, None] * x
-        return self.applied("dynamics", at, x) + _product([inertia], at)
+        return self.apply("dynamics", at, x) + _product([inertia], at)
 
 
 def _product(terms: list[tuple[Array, Array | Complex]], at: NDArray[np.intp]) -> Complex:

@@ -25,7 +25,7 @@ def residuals(judgement: Judgement) -> dict[str, Array]:
         "effect_alone": judgement.alone and judgement.alone.residual,
         "final": judgement.final.residual,
     }
-    return {title: every[model] for model, title in drawn(judgement).items()}
+    return {title: every[model] for model, title in titles_of_drawn_models(judgement).items()}
 
 
 def models_of(judgement: Judgement) -> dict[str, tuple[Candidates, Array]]:
@@ -33,10 +33,10 @@ def models_of(judgement: Judgement) -> dict[str, tuple[Candidates, Array]]:
     fits = {"nuisance_only": judgement.hypotheses.null, "effect_alone": judgement.alone, "final": judgement.final}
     every = {model: (f.candidates, f.theta) for model, f in fits.items() if f is not None}
     every["nominal"] = (), np.array([u.centre for u in judgement.kind.nuisances])
-    return {title: every[model] for model, title in drawn(judgement).items()}
+    return {title: every[model] for model, title in titles_of_drawn_models(judgement).items()}
 
 
-def drawn(judgement: Judgement) -> dict[str, str]:
+def titles_of_drawn_models(judgement: Judgement) -> dict[str, str]:
     """Models that are drawn against the measurement: base, effect alone, effect with adjusted parameters."""
     found = titles(judgement)
     return {model: title for model, title in found.items() if model != "nuisance_only" or "final" not in found}
@@ -140,7 +140,7 @@ BEFORE_AFTER: Figure = (draw_before_after, "Measured values with 95 % intervals,
 # ---- time histories ----
 
 
-def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]]:
+def find_worst_runs(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]]:
     """Measured less computed signals of each model and run (samples, channels), and the four runs missed most."""
     kind: Any = judgement.kind
     missed = {title: kind.residual_signals(*model) for title, model in models_of(judgement).items()}
@@ -160,7 +160,7 @@ def missed_most(judgement: Judgement) -> tuple[dict[str, list[Array]], list[int]
 def draw_traces(judgement: Judgement, target: Path) -> bool:
     """Every channel of the runs that the base model misses most."""
     kind: Any = judgement.kind
-    missed, shown = missed_most(judgement)
+    missed, shown = find_worst_runs(judgement)
     channels = tuple(kind.noise)
     with drawing(target, width=1 + 3.2 * len(channels), height=1.0 + 1.9 * len(shown)) as figure:
         axes = figure.subplots(len(shown), len(channels), squeeze=False)
@@ -208,8 +208,8 @@ def draw_bode(judgement: Judgement, target: Path) -> bool:
     """Gain and phase of three responses at three speeds, those that the base model misses most."""
     kind: Any = judgement.kind
     points = kind.points
-    pairs = _largest(judgement, [(p.input, p.output) for p in points])
-    speeds = sorted(_largest(judgement, [p.speed for p in points]))
+    pairs = _find_largest(judgement, [(p.input, p.output) for p in points])
+    speeds = sorted(_find_largest(judgement, [p.speed for p in points]))
     value, sd = np.array([p.value for p in points]), np.array([p.sd for p in points])
     models = {title: value - sd * (gap[::2] + 1j * gap[1::2]) for title, gap in residuals(judgement).items()}
     hertz = np.array([p.frequency for p in points])
@@ -235,7 +235,7 @@ def draw_bode(judgement: Judgement, target: Path) -> bool:
     return True
 
 
-def _largest(judgement: Judgement, labels: list[Any]) -> list[Any]:
+def _find_largest(judgement: Judgement, labels: list[Any]) -> list[Any]:
     """The three labels with the largest gap a number of the base model, in their first order."""
     gap = (judgement.nominal**2).reshape(-1, 2).sum(1)
     names = list(dict.fromkeys(labels))

@@ -193,9 +193,11 @@ def with_stability(
 def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     """The leader and its rival; fewer than two if nothing is to be told apart."""
     known, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
-    able = _able(judgement) if word == "unknown" else [f for f in _ranked(known) if f.admissible]
+    able = _able(judgement) if word == "unknown" else [f for f in _rank_all(known) if f.admissible]
     if word == "none" and len(able) < 2:
-        able = [f for f in _ranked(known) if f.converged]  # data that limit no size leave it open whether there is one
+        able = [
+            f for f in _rank_all(known) if f.converged
+        ]  # data that limit no size leave it open whether there is one
     if word in ("none", "unknown"):
         return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
     if word == "tentative" and (
@@ -205,14 +207,14 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
 
 
-def _ranked(known: Hypotheses) -> list[Fit]:
+def _rank_all(known: Hypotheses) -> list[Fit]:
     """Nothing and all hypotheses, most probable first; all may be too improbable for a number, not for a logarithm."""
     return sorted((known.null, *known.fits), key=lambda f: -known.log_posterior(f))
 
 
 def _able(judgement: Judgement) -> list[Fit]:
     """Hypotheses that fit with sizes that matter, even at a bound."""
-    fits_ = [f for f in _ranked(judgement.hypotheses) if f.converged and not f.effects_too_small()]
+    fits_ = [f for f in _rank_all(judgement.hypotheses) if f.converged and not f.effects_too_small()]
     return [f for f in fits_ if f.fits_data]
 
 

@@ -318,8 +318,8 @@ def responses(
     slope = np.zeros((len(gains), len(bicycle.steps)), complex)
     if slope.size:
         back = np.linalg.solve(pencil.swapaxes(1, 2), (seen @ rows).swapaxes(1, 2)).swapaxes(1, 2)
-        force = bicycle.applied("input", of_speed, pushed) + bicycle.force(of_speed, states, s)
-        changed = seen[:, None] @ bicycle.applied("output", of_speed, states, used)
+        force = bicycle.apply("input", of_speed, pushed) + bicycle.force(of_speed, states, s)
+        changed = seen[:, None] @ bicycle.apply("output", of_speed, states, used)
         changed += turned @ (rows @ states)[:, None] + back[:, None] @ force
         slope = changed[at, :, *pick]
     return gains, slope
@@ -522,7 +522,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
             if other not in self.wanted.inputs:
                 seen = tuple(dict.fromkeys(self.wanted.outputs))
                 found.append(self._further(f"the response to a {spoken(other)} at the measured speeds", other, seen))
-        return (*found, *self.forced(float(self.speeds.max())))
+        return (*found, *self.propose_forced_response(float(self.speeds.max())))
 
     def _further(self, what: str, source: str, outputs: tuple[str, ...]) -> Proposal:
         """Responses of ``outputs`` to a ``source`` at three of the measured speeds."""

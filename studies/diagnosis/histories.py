@@ -339,7 +339,7 @@ class Histories(BicycleKind, kind="histories"):
     @cached_property
     def _measured(self) -> Array:
         """Recorded channels (R, C, T), in their units, zero behind the end of shorter runs."""
-        return self._unit_replay.padded([run.channels[c] for c in self.noise] for run in self.runs)
+        return self._unit_replay.pad_runs([run.channels[c] for c in self.noise] for run in self.runs)
 
     @cached_property
     def _last_marginal(self) -> LastAnswer[Marginal]:
@@ -382,7 +382,7 @@ class Histories(BicycleKind, kind="histories"):
     @cached_property
     def _recorded(self) -> NDArray[np.bool_]:
         """True at samples (R, C, T), False behind the end of runs shorter than the longest."""
-        return self._unit_replay.padded([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
+        return self._unit_replay.pad_runs([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
 
     def _flatten(self, rows: Array) -> Array:
         """Rows (n, ...) of all runs below each other, from ``rows`` (R, C T, ...) with zeros behind shorter runs."""
@@ -477,7 +477,7 @@ class Histories(BicycleKind, kind="histories"):
             for name, sd in (("roll_rate_rad_s", 0.02), ("steer_rad", 0.005), ("yaw_rate_rad_s", 0.02))
             if name not in recorded
         ]
-        return (*channels, *self.forced(float(self.speeds.max())))
+        return (*channels, *self.propose_forced_response(float(self.speeds.max())))
 
     def _predict_channel(self, channel: str, candidates: Candidates, theta: Array) -> Prediction:
         """Computed ``channel`` (m,) of all runs from the most probable starts, and derivatives (m, p), in its unit."""

@@ -86,7 +86,7 @@ def rotation_error(sd: float = 0.08) -> Candidate:
     return mistake("imu_rotation", (pitch, *aside), "turned box of gyros", words)
 
 
-def turned(values: Mapping[str, Any]) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def turn_axes(values: Mapping[str, Any]) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     """Shares of roll and yaw rate in the roll gyro, and in the yaw gyro, of a box turned by yaw, pitch, then roll."""
     roll, pitch, yaw = (values[key] for key in ROTATION)
     aside = np.cos(yaw) * np.sin(pitch) * np.cos(roll) + np.sin(yaw) * np.sin(roll)
@@ -218,7 +218,7 @@ def turn_ratios(ratios: Complex, slope: Complex, errors: Mapping[str, tuple[int,
         return
 
     def shown(turn: Array) -> tuple[Complex, Complex, Array]:
-        (a, b), own = turned(dict(zip(ROTATION, turn, strict=True)))
+        (a, b), own = turn_axes(dict(zip(ROTATION, turn, strict=True)))
         lean = a + b * ratios[:, 1]
         return np.stack([ratios[:, 0], own[0] + own[1] * ratios[:, 1]], 1) / lean[:, None], lean, np.array([a, b, *own])
 

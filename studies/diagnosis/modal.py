@@ -259,7 +259,7 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         point = np.arange(len(at))
         gap[point, chosen] = np.inf
         dx = right[at] @ (projected / gap[:, :, None])
-        dsignals = c @ dx + bicycle.applied("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
+        dsignals = c @ dx + bicycle.apply("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
         slope[:, 0] = projected[point, chosen]
         slope[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
     errors = family.coordinates(theta)
@@ -481,7 +481,7 @@ class Modal(BicycleKind, kind="modal"):
             title = f"{last.label} at {speed:.3g} m/s, 6 runs"
             sds_of_mean = np.full(2, sd / np.sqrt(6))
             proposals.append(Proposal(title, sds_of_mean, partial(self._predict_mode, last, speed)))
-        return (*proposals, *self.forced(fastest))
+        return (*proposals, *self.propose_forced_response(fastest))
 
     def _predict_ratio(self, place: int, candidates: Candidates, theta: Array) -> base.Prediction:
         """Parts (2 m,), real and imaginary, of the ratio number ``place`` (1, 2) at all points, and derivatives."""

@@ -45,13 +45,13 @@ class PrescribedSteer(Replay):
     def _directions(self) -> Array:
         """Sign of the steer rate (R, T), its jumps as smooth as the acceleration is in which they show."""
         runs = zip(self.runs, self._splines, strict=True)
-        return self.padded([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]
+        return self.pad_runs([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]
 
     @property
     def _others(self) -> list[str]:
         return [name for name in self.runs[0].inputs if name != STEER]
 
-    def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
+    def _equations(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
         """The bicycles as the steer angle, its first two derivatives and the other torques drive them."""
         names = family.symbolic
         outputs, mass, dynamics = system.output, system.mass, system.dynamics
@@ -145,7 +145,7 @@ class PrescribedSteer(Replay):
         """Combinations of coefficients of the spline that has most."""
         return max(spline.spread.shape[1] for spline in self._splines)
 
-    def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
+    def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to the uncertain coefficients of the splines, of one bicycle."""
         step, before, after, seen, direct, _ = system.first
         ((late, gain),) = _sensor(values)

@@ -18,7 +18,7 @@ from studies.inference.last_answer import RecentAnswers
 from tyre.ground.arrays import Array
 
 
-def lowpassed(signal: Array, tau: Array, steps: Array) -> Array:
+def apply_lowpass(signal: Array, tau: Array, steps: Array) -> Array:
     """First-order low-passes tau dy/dt + y = u, exact for signals (T, K, R, ...) that are linear between samples."""
     found = signal.copy()
     ratio = np.round(np.abs(tau)[:, None] / steps, 12)  # (K, R), equal ones together
@@ -35,7 +35,7 @@ def lowpassed(signal: Array, tau: Array, steps: Array) -> Array:
     return found
 
 
-def begun(length: int, tau: Array, steps: Array) -> Array:
+def lowpass_transient(length: int, tau: Array, steps: Array) -> Array:
     """Decay of another state of the filter at the first sample (T, K, R): exp(-t/tau), of size tau / (tau + h)."""
     ratio = np.abs(tau)[:, None] / steps
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -107,26 +107,26 @@ class Replay:
     def __call__(self, family: Family, theta: Array, starts: Array) -> Array:
         """Channels (K, R, C, T) at ``theta`` (K, p) from ``starts`` (R, n + filters + uncertain)."""
         values = family.values(theta)
-        system = self._sampled(family, values, starts)
+        system = self._discretise(family, values, starts)
         with np.errstate(over="ignore", invalid="ignore"):
-            y = self._seen(system, self._states(system, starts))
-            return self._sensed(y[..., None], values, starts[:, system.step.shape[-1] :])[..., 0]
+            y = self._outputs(system, self._states(system, starts))
+            return self._apply_sensors(y[..., None], values, starts[:, system.step.shape[-1] :])[..., 0]
 
     def free(self, family: Family, theta: Array) -> tuple[Array, Array]:
         """Channels (R, C, T) of runs that begin at rest, and those of each unit start alone (R, C, T, columns)."""
         values = family.values(theta[None])
-        system = self._sampled(family, values, None)
+        system = self._discretise(family, values, None)
         n = system.step.shape[-1]
         with np.errstate(over="ignore", invalid="ignore"):
-            forced = self._seen(system, self._states(system, np.zeros((len(self.runs), n))))
+            forced = self._outputs(system, self._states(system, np.zeros((len(self.runs), n))))
             if system.along is None:
                 powers = powers_of(system.step[0], self.length)
                 shown = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
             else:  # each start is a bicycle of its own
-                every = self._along(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
-                shown = np.moveaxis(self._seen(system._replace(direct=None), np.moveaxis(every, 2, 0)), 0, -1)
-            y = np.concatenate([forced[..., None], shown[None], self._uncertain(system, values)], -1)
-            y = self._sensed(y, values, None)[0]
+                every = self._march_while_slowing(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
+                shown = np.moveaxis(self._outputs(system._replace(direct=None), np.moveaxis(every, 2, 0)), 0, -1)
+            y = np.concatenate([forced[..., None], shown[None], self._input_responses(system, values)], -1)
+            y = self._apply_sensors(y, values, None)[0]
         behind = np.moveaxis(self._filter_starts(values)[0], -2, -1)
         return y[..., 0], np.concatenate([y[..., 1 : 1 + n], behind, y[..., 1 + n :]], -1)
 
@@ -141,10 +141,10 @@ class Replay:
         if self._coasts(values):
             every = self(family, batch, starts)
             return np.moveaxis((every[1:] - every[0]) / steps[:, None, None, None], 0, -1)
-        system = self._sampled(family, values, starts)
+        system = self._discretise(family, values, starts)
         with np.errstate(over="ignore", invalid="ignore"):
             x = self._states(system, starts, only=1)[0]
-            found = self._moved(system, x, steps)
+            found = self._state_derivatives(system, x, steps)
             if not {mistakes.OFFSET, mistakes.LEANS} & {*values} and not any(
                 kind.format(name) in values for kind in SENSED for name in self.channels
             ):
@@ -153,10 +153,10 @@ class Replay:
             y, per = np.empty((1 + len(steps), *found.shape[:-1])), steps[:, None, None, None]
             y[0] = seen @ x if direct is None else seen @ x + direct @ u
             y[1:] = y[0] + per * np.moveaxis(found, -1, 0)
-            y = self._sensed(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
+            y = self._apply_sensors(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
             return np.moveaxis((y[1:] - y[0]) / per, 0, -1)
 
-    def _moved(self, system: Sampled, x: Array, steps: Array) -> Array:
+    def _state_derivatives(self, system: Sampled, x: Array, steps: Array) -> Array:
         """Derivatives (R, C, T, p) before the sensors about the states ``x`` (R, n, T) of the first bicycle."""
         step, _, _, seen, direct, u = system.first
         per = steps[:, None, None, None]
@@ -179,13 +179,13 @@ class Replay:
                 found[..., k] += system.direct[k + 1] @ du
         return found
 
-    def _sampled(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
+    def _discretise(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
         """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
         speeds = np.array([run.speed for run in self.runs])
         if self._coasts(values):
-            driven, along = self._coasting(family, values, speeds)
+            driven, along = self._equations_while_slowing(family, values, speeds)
         else:
-            driven, along = self._driven(family, values, family.system(values, speeds)), None
+            driven, along = self._equations(family, values, family.system(values, speeds)), None
         step, before, after = discretise(driven.state, driven.inputs, self._steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
@@ -197,7 +197,9 @@ class Replay:
         """True if the speed falls along the runs; over less than a second it hardly does."""
         return mistakes.SLOWS in values and max(float(run.time[-1] - run.time[0]) for run in self.runs) > 1.0
 
-    def _coasting(self, family: Family, values: Mapping[str, Array], speeds: Array) -> tuple[Driven, Along]:
+    def _equations_while_slowing(
+        self, family: Family, values: Mapping[str, Array], speeds: Array
+    ) -> tuple[Driven, Along]:
         """Equations at the speed in the middle of each run, and their change about it, of second order in the speed."""
         lasts = np.array([run.time[-1] - run.time[0] for run in self.runs])
         slows, since = values[mistakes.SLOWS], self._steps[:, None] * np.arange(self.length)
@@ -207,7 +209,7 @@ class Replay:
         sides = []
         for side in (-aside, 0.0, aside):
             there = {**values, SPEED_OFFSET: middle + side}
-            driven = self._driven(family, there, family.system(there, speeds))
+            driven = self._equations(family, there, family.system(there, speeds))
             sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
         h, parts = aside[..., None, None], []
         for slow, base, fast in zip(*(each for _, each in sides), strict=True):
@@ -215,7 +217,7 @@ class Replay:
         return sides[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
 
     @staticmethod
-    def _along(system: Sampled, x: Array, only: int | None = None) -> Array:
+    def _march_while_slowing(system: Sampled, x: Array, only: int | None = None) -> Array:
         """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
         along, states = system.along, [x]
         assert along is not None
@@ -249,11 +251,11 @@ class Replay:
         start = starts[:, : step.shape[-1]]
         if system.along is not None:
             wide = np.broadcast_to(start, (len(step), *start.shape))[..., None]
-            return np.asarray(self._along(system, wide, only)[..., 0, :])
+            return np.asarray(self._march_while_slowing(system, wide, only)[..., 0, :])
         return march(step, before @ u[..., :-1] + after @ u[..., 1:], start)
 
     @staticmethod
-    def _seen(system: Sampled, x: Array) -> Array:
+    def _outputs(system: Sampled, x: Array) -> Array:
         """Channels (K, R, C, T) before their sensors."""
         y = system.seen @ x
         if system.along is not None:
@@ -261,7 +263,7 @@ class Replay:
             y = y + d * (system.along.seen[0] @ x) + d**2 * (system.along.seen[1] @ x)
         return y if system.direct is None else y + system.direct @ system.u
 
-    def _driven(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
+    def _equations(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
         """The bicycles as the torques drive them."""
         names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
@@ -271,21 +273,21 @@ class Replay:
             columns += [names.inputs.index(name) for name in PUSHES]
         n = system.mass.shape[-1]
         solved = np.linalg.solve(system.mass, np.concatenate([system.dynamics, system.input[..., columns]], -1))
-        outputs = self._sensed_axes(system.output, names.outputs, values)
+        outputs = self._turn_gyro_axes(system.output, names.outputs, values)
         seen = outputs[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
         return Driven(solved[..., :n], solved[..., n:], seen, None)
 
     @staticmethod
-    def _sensed_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
+    def _turn_gyro_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
         """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
         if mistakes.ROTATION[1] not in values:
             return outputs
         turned, places = outputs.copy(), [names.index(CHANNELS[name]) for name in mistakes.BOX]
-        for place, shares in zip(places, mistakes.turned(values), strict=True):
+        for place, shares in zip(places, mistakes.turn_axes(values), strict=True):
             turned[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
         return turned
 
-    def _courses(self, name: str) -> Array:
+    def _unit_courses(self, name: str) -> Array:
         """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
         return self._recent_courses.get(name, lambda: self._compute_courses(name))
 
@@ -324,13 +326,13 @@ class Replay:
             signals[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
         coefficients = np.zeros((len(self.runs), 0)) if starts is None else starts  # of the courses the last
         for name in reversed(riding if starts is not None else []):
-            courses = self._courses(name)
+            courses = self._unit_courses(name)
             count = 2 * courses.shape[-1]
             coefficients, sizes = coefficients[:, :-count], coefficients[:, -count:].reshape(len(self.runs), 2, -1)
             signals[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, sizes, SHARES[name])
         return signals
 
-    def padded(self, signals: Iterable[Sequence[Array]]) -> Array:
+    def pad_runs(self, signals: Iterable[Sequence[Array]]) -> Array:
         """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
         rows = [list(run_signals) for run_signals in signals]
         array = np.zeros((len(rows), len(rows[0]), self.length))
@@ -342,7 +344,7 @@ class Replay:
     @cached_property
     def _recorded(self) -> Array:
         """Inputs as they were recorded (R, inputs, T)."""
-        return self.padded(list(run.inputs.values()) for run in self.runs)
+        return self.pad_runs(list(run.inputs.values()) for run in self.runs)
 
     @cached_property
     def _leaning(self) -> Array:
@@ -356,19 +358,19 @@ class Replay:
             balance = (run.speed * run.channels[mistakes.BOX[1]] + np.gradient(rate, run.step)) / 9.81
             return found + np.polyval(np.polyfit(run.time, balance - found, 1), run.time)
 
-        return np.cos(self.padded([lean(run)] for run in self.runs)[:, 0].T)
+        return np.cos(self.pad_runs([lean(run)] for run in self.runs)[:, 0].T)
 
     @cached_property
     def _directions(self) -> Array:
         """Expected sign of the steer rate (R, T)."""
-        return self.padded([mistakes.direction(run)] for run in self.runs)[:, 0]
+        return self.pad_runs([mistakes.direction(run)] for run in self.runs)[:, 0]
 
-    def _uncertain(self, system: Sampled, values: Mapping[str, Array]) -> Array:
+    def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
         step, before, after, seen, _, _ = system.first
         columns = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
         for name in riding_in(values):
-            courses = self._courses(name)
+            courses = self._unit_courses(name)
             known, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
             pushes = slice(-len(PUSHES), None)
             into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)
@@ -384,18 +386,18 @@ class Replay:
         for f, c in enumerate(filtered):
             name = self.channels[c]
             size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
-            dying = begun(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
+            dying = lowpass_transient(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
             effects[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
         return effects
 
-    def _sensed(self, y: Array, values: Mapping[str, Array], starts: Array | None) -> Array:
+    def _apply_sensors(self, y: Array, values: Mapping[str, Array], starts: Array | None) -> Array:
         """Low-pass, delay (to second order in time) and gain of each channel, outputs (K, R, C, T, ...)."""
         for c, name in enumerate(self.channels):
             channel = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
             if mistakes.LEANS in values and name == mistakes.BOX[1]:
                 channel *= self._leaning.reshape(self.length, 1, -1, *(1,) * (channel.ndim - 3))
             if mistakes.LOWPASS.format(name) in values:
-                channel[:] = lowpassed(channel, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
+                channel[:] = apply_lowpass(channel, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
             late = values.get(mistakes.DELAY.format(name))
             if late is not None or (mistakes.OFFSET in values and name in mistakes.BOX):
                 tau = np.zeros((1, 1, 1)) if late is None else late[:, :1, None] / self._steps[:, None]  # (K, R, T)

@@ -12,7 +12,7 @@ import numpy as np
 from studies.diagnosis.corrected_model import Corrected, corrected
 from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
-from studies.diagnosis.figures import STORY, draw_story, drawn, residuals
+from studies.diagnosis.figures import STORY, draw_story, residuals, titles_of_drawn_models
 from studies.diagnosis.findings import Attempts, Findings, Predicted, find
 from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, rendered, sentence, titles, unit_of, without_number
 from studies.diagnosis.residual import EFFECT, Residual
@@ -89,7 +89,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
         description=kind.description,
         source=kind.source,
         captions=captions,
-        titles=list(drawn(diagnosis).values()),
+        titles=list(titles_of_drawn_models(diagnosis).values()),
         tried=likely if diagnosis.final in likely else [*likely, diagnosis.final],
         fates=fate(diagnosis),
         far=[m for m in findings.moved if max(abs(m.shift), abs(m.alone)) > RULES.told_shift][:MOST],

@@ -85,20 +85,20 @@ def candidate(degrees: Degrees, scale: SpeedScale) -> Candidate:
     return Candidate(name, tuple(unknowns), effect=effect, fixed=fixed)
 
 
-def _named(found: Fit) -> tuple[Candidate, ...]:
+def _named_candidates(found: Fit) -> tuple[Candidate, ...]:
     """Candidates of a fit without its residual torque."""
     return tuple(c for c in found.candidates if not c.identifier.startswith(TORQUE))
 
 
-def _first(found: Fit) -> int:
+def _count_before_torque(found: Fit) -> int:
     """Number of coordinates of a fit before those of its residual torque."""
-    return found.effect_columns.start + sum(len(c.unknowns) for c in _named(found))
+    return found.effect_columns.start + sum(len(c.unknowns) for c in _named_candidates(found))
 
 
-def linearised(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
+def linearise(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
     """The problem linearised about a fit: columns of what floats beside the torque, then of all terms."""
-    first = _first(about)
-    joined = (*_named(about), candidate(scale.full, scale))
+    first = _count_before_torque(about)
+    joined = (*_named_candidates(about), candidate(scale.full, scale))
     theta = _coordinates(about, joined)
     residual, jacobian = kind.residual(joined, theta)
     centre, sd = prior((*about.unknowns[:first], *joined[-1].unknowns), joined)
@@ -108,7 +108,7 @@ def linearised(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
 
 def _coordinates(about: Fit, joined: tuple[Candidate, ...]) -> Array:
     """Coordinates of a fit with other terms of the torque, which is the last of the candidates: new ones at zero."""
-    first = _first(about)
+    first = _count_before_torque(about)
     known = dict(zip((u.name for u in about.unknowns[first:]), about.theta[first:], strict=True))
     return np.concatenate([about.theta[:first], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
 
@@ -139,16 +139,16 @@ class Selector:
     def select(self, start: Degrees) -> dict[Pair, int]:
         """Terms added, raised, lowered and dropped while the evidence and the held-out score grow."""
         chosen = {pair: count for pair, count in start.items() if count}
-        while (better := self._better(chosen)) is not None:
+        while (better := self._find_better(chosen)) is not None:
             chosen = better
         while chosen:
-            best = max((_lowered(chosen, pair) for pair in chosen), key=self.score)
+            best = max((_lower(chosen, pair) for pair in chosen), key=self.score)
             if self.score(best) < self.score(chosen):
                 break
             chosen = best
         return chosen
 
-    def _better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
+    def _find_better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
         now, score = self.worth(chosen), self.score(chosen)
         tried = sorted(((self.worth(other), k, other) for k, other in enumerate(self._moves(chosen))), reverse=True)
         for worth, _, other in tried:
@@ -171,19 +171,19 @@ class Selector:
         """Gain of the last term of each pair: log evidence, and held-out log score."""
         found, these, linear = {}, self.columns(chosen), self.linear
         for pair in chosen:
-            fewer = self.columns(_lowered(chosen, pair))
+            fewer = self.columns(_lower(chosen, pair))
             gains = linear.evidence(these) - linear.evidence(fewer), linear.held_out(these) - linear.held_out(fewer)
             found[pair] = gains
         return found
 
-    def without_useless(self, chosen: Degrees) -> dict[Pair, int]:
+    def drop_least_useful(self, chosen: Degrees) -> dict[Pair, int]:
         """The terms less one power of the pair whose last term costs the held-out score most, if any does."""
         gains = self.gains(chosen)
         worst = min(gains, key=lambda pair: gains[pair][1])
-        return dict(chosen) if gains[worst][1] > 0 else _lowered(chosen, worst)
+        return dict(chosen) if gains[worst][1] > 0 else _lower(chosen, worst)
 
 
-def _lowered(chosen: Degrees, pair: Pair) -> dict[Pair, int]:
+def _lower(chosen: Degrees, pair: Pair) -> dict[Pair, int]:
     return {p: n - (p == pair) for p, n in chosen.items() if n - (p == pair)}
 
 
@@ -227,18 +227,18 @@ class Residual:
     @property
     def values(self) -> dict[str, float]:
         """Coefficients that were fitted, N m/rad or N m s/rad."""
-        return dict(zip(self.kept, self.fit.theta[_first(self.fit) :].tolist(), strict=True))
+        return dict(zip(self.kept, self.fit.theta[_count_before_torque(self.fit) :].tolist(), strict=True))
 
     @property
     def sd(self) -> dict[str, float]:
         """One standard deviation of every coefficient, chosen or not."""
-        spread = np.sqrt(self.covariance.diagonal()[_first(self.fit) :])
+        spread = np.sqrt(self.covariance.diagonal()[_count_before_torque(self.fit) :])
         return dict(zip((*self.kept, *self.dropped), spread.tolist(), strict=True))
 
     @property
     def sd_alone(self) -> dict[str, float]:
         """Standard deviation of those that were fitted, were all others zero."""
-        spread = np.sqrt(self.fit.misfit * self.fit.covariance.diagonal()[_first(self.fit) :])
+        spread = np.sqrt(self.fit.misfit * self.fit.covariance.diagonal()[_count_before_torque(self.fit) :])
         return dict(zip(self.kept, spread.tolist(), strict=True))
 
     @property
@@ -250,7 +250,7 @@ class Residual:
         """Torque over state (k, 2, 4) at ``speeds`` (k,), m/s, and its standard deviation."""
         names = (*self.kept, *self.dropped)
         values = np.array([*self.values.values(), *[0.0] * len(self.dropped)])
-        first = _first(self.fit)
+        first = _count_before_torque(self.fit)
         powers = self.scale.powers(speeds)[:, : self.scale.most]
         mean, sd = np.zeros((2, len(speeds), len(PAIRS)))
         for column, pair in enumerate(PAIRS):
@@ -299,41 +299,42 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
             "a torque over state and speed is fitted to motion alone, not to a bench test or a tyre on a rig"
         )
     scale = SpeedScale.of(kind.speeds)
-    best = _chosen(kind, beside, scale)
+    best = _choose_and_fit(kind, beside, scale)
     before = held_out(kind, beside)
     degrees = _degrees(best)
     while True:  # until the full model keeps what the linearised problem promised
         if not degrees:
             raise InputError("no torque that is linear in the state improves the prediction of data left out")
         if degrees != _degrees(best):
-            best = _fitted(kind, best, degrees, scale)
-        linear = linearised(kind, best, scale)
+            best = _fit_terms(kind, best, degrees, scale)
+        linear = linearise(kind, best, scale)
         selector = _selector(linear, best, scale)
-        fewer = selector.without_useless(degrees)
+        fewer = selector.drop_least_useful(degrees)
         if fewer == degrees:
             after = held_out(kind, best)
-            moved = best.theta[_first(best) :].any()  # data left out may ask for a torque that all data refuse
+            # data left out may ask for a torque that all data refuse
+            moved = best.theta[_count_before_torque(best) :].any()
             if moved and after.log_score > before.log_score and after.chi2 < before.chi2:
                 break
             # without the pair whose loss costs the held-out score least
             fewer = max(({p: n for p, n in degrees.items() if p != pair} for pair in degrees), key=selector.score)
         degrees = fewer
     gains = {term_names({pair: degrees[pair]})[-1]: gain for pair, gain in selector.gains(degrees).items()}
-    covariance = _covariance(best, Selector(linear.louder(best.misfit), _first(best), scale), degrees)
+    covariance = _covariance(best, Selector(linear.with_noise(best.misfit), _count_before_torque(best), scale), degrees)
     return Residual(best, beside, degrees, scale, covariance, before, after, gains, best.goodness)
 
 
-def _chosen(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
+def _choose_and_fit(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
     """Terms chosen and fitted in turn until they stay, four times at most."""
     best: Fit = beside
     degrees: dict[Pair, int] = {}
     tried = [degrees]
     for _ in range(4):
-        degrees = _selector(linearised(kind, best, scale), best, scale).select(degrees)
+        degrees = _selector(linearise(kind, best, scale), best, scale).select(degrees)
         if degrees in tried:
             break
         tried.append(degrees)
-        found = _fitted(kind, best, degrees, scale)
+        found = _fit_terms(kind, best, degrees, scale)
         if found.objective >= best.objective and len(found.theta) >= len(best.theta):
             break
         best = found
@@ -342,21 +343,21 @@ def _chosen(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
 
 def _degrees(found: Fit) -> dict[Pair, int]:
     """Terms that a fit has."""
-    names = {u.name for u in found.unknowns[_first(found) :]}
+    names = {u.name for u in found.unknowns[_count_before_torque(found) :]}
     counts = {pair: sum(name in names for name in term_names({pair: len(DEGREES)})) for pair in PAIRS}
     return {pair: count for pair, count in counts.items() if count}
 
 
-def _fitted(kind: Kind, last: Fit, degrees: Degrees, scale: SpeedScale) -> Fit:
+def _fit_terms(kind: Kind, last: Fit, degrees: Degrees, scale: SpeedScale) -> Fit:
     """The full model with the terms of ``degrees``, from where the ``last`` fit ended."""
-    joined = (*_named(last), candidate(degrees, scale))
+    joined = (*_named_candidates(last), candidate(degrees, scale))
     return fit(kind, joined, starts=[_coordinates(last, joined)])
 
 
 def _selector(linear: Linear, about: Fit, scale: SpeedScale) -> Selector:
     """A search in which the noise is as loud as all terms together must have it."""
     noise = max(1.0, linear.misfit(np.arange(linear.jacobian.shape[1])))
-    return Selector(linear.louder(noise), _first(about), scale)
+    return Selector(linear.with_noise(noise), _count_before_torque(about), scale)
 
 
 def _covariance(best: Fit, selector: Selector, degrees: Degrees) -> Array:

@@ -85,7 +85,7 @@ class SweepBlocks(Reduced):
         """Innovations in units of their sd, of ``rows`` (n,) or (n, p), N."""
         return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
 
-    def computed(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+    def side_force(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """Side force (n,), N, for ``terms`` (13,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 13)."""
         c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry, by_sign = terms
 

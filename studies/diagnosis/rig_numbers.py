@@ -81,7 +81,7 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
             files = {w: tyre_file(one, folder) for w, one in tyre.items()} if several else tyre_file(tyre, folder)
             tyres = joint_wheel_tyres(tyre=files, bicycle=model.bicycle, **how)
         else:
-            tyres, notes = _fitted(folder / given["recordings"], model.bicycle, how)
+            tyres, notes = _fit_folder(folder / given["recordings"], model.bicycle, how)
         notes += tyre_notes(dict(zip(WHEELS, tyres.properties, strict=True)))
         quantities, values, covariance = _numbers(tyres, trail=given["trail"])
         own = [e.identifier for e in model.effects if e.identifier in own_trails()]
@@ -161,7 +161,7 @@ def _numbers(tyres: JointProperties, *, trail: bool) -> tuple[tuple[tuple[str, s
     return names, np.array(values), covariance + np.diag((1e-3 * np.array(values)) ** 2)
 
 
-def _fitted(folder: Path, bicycle: Bicycle, how: dict[str, Any]) -> tuple[JointProperties, list[str]]:
+def _fit_folder(folder: Path, bicycle: Bicycle, how: dict[str, Any]) -> tuple[JointProperties, list[str]]:
     """Tyres of the recordings in a folder, fitted as ``velotyre tyre fit`` does, at the loads of the wheels."""
     from tempfile import TemporaryDirectory
 

@@ -174,7 +174,7 @@ class RigRecordings(TyreKind, kind="rig"):
             candidates=tuple(c for c in every if c.identifier not in {*self.includes, *without}),
             terms=(*rig_terms(), *PHENOMENOLOGICAL),
             without_cause=rig_candidates(PHENOMENOLOGICAL, recorded)[0],
-            notes=(*notes, *self._assumed(blocks, readings, curves, off=recorded.other_loads)),
+            notes=(*notes, *self._list_assumptions(blocks, readings, curves, off=recorded.other_loads)),
         )
 
     def _curve_with(self, needed: str, recording: SweepBlocks | PullReadings) -> Curve:
@@ -194,7 +194,7 @@ class RigRecordings(TyreKind, kind="rig"):
         )
         return here - there
 
-    def _assumed(
+    def _list_assumptions(
         self, sweeps: Sequence[SweepBlocks], pulls: Sequence[PullReadings], curves: Mapping[str, Curve], *, off: bool
     ) -> list[str]:
         notes = [f"reference: {self.reference.origin}"]
@@ -223,7 +223,7 @@ class RigRecordings(TyreKind, kind="rig"):
 
     # ---- the model ----
 
-    def swept(self, sweep: SweepBlocks, values: Values, *, turned: bool = False) -> Array:
+    def sweep_terms(self, sweep: SweepBlocks, values: Values, *, turned: bool = False) -> Array:
         """Values of ``SWEEP_TERMS`` (K, 13) for a sweep, at parameters (K,) by name."""
         condition, curve = sweep.condition, self.curve(sweep.condition)
         assert curve.cornering_stiffness is not None
@@ -263,7 +263,7 @@ class RigRecordings(TyreKind, kind="rig"):
         )
         return np.stack([np.broadcast_to(np.asarray(x, float), count) for x in each], axis=1)
 
-    def pulled(self, pull: PullReadings, values: Values) -> Array:
+    def simulate_pull(self, pull: PullReadings, values: Values) -> Array:
         """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and terms of effects."""
         curve = self.curve(pull.condition)
         assert curve.lateral_stiffness is not None
@@ -332,7 +332,7 @@ class RigRecordings(TyreKind, kind="rig"):
             residual.append(both[:, 0])
             jacobian.append(both[:, 1:])
         for p in self.readings:
-            every = self.pulled(p, batch)
+            every = self.simulate_pull(p, batch)
             residual.append((p.force - every[0]) / p.sd)
             jacobian.append(-central_differences(every, steps) / p.sd)
         return np.concatenate(residual), np.concatenate(jacobian)
@@ -347,8 +347,8 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def _force(self, s: SweepBlocks, values: Values, steps: Array, *, turned: bool = False) -> Prediction:
         """Force (n,) and its derivatives (n, p), through the terms of the curve."""
-        terms = self.swept(s, values, turned=turned)
-        force, by_term = s.computed(terms[0], slopes=bool(len(steps)))
+        terms = self.sweep_terms(s, values, turned=turned)
+        force, by_term = s.side_force(terms[0], slopes=bool(len(steps)))
         if not len(steps):
             return force, np.empty((len(force), 0))
         return force, by_term @ central_differences(terms, steps)
@@ -411,7 +411,7 @@ class RigRecordings(TyreKind, kind="rig"):
         """Computed force (n,), N, of every recording by name."""
         values, none = self._batch(candidates, theta, slopes=False)
         found = {s.name: self._force(s, values, none)[0] for s in self.blocks}
-        return found | {p.name: self.pulled(p, values)[0] for p in self.readings}
+        return found | {p.name: self.simulate_pull(p, values)[0] for p in self.readings}
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         return np.concatenate(list(self.forces(candidates, theta).values()))

@@ -178,14 +178,14 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
         raise InputError(f"[rig.reference] has {', '.join(given) or 'no source'}; give one of {', '.join(SOURCES)}")
     source, drum = given[0], chosen.get("drum_radius_m")
     if source == "conditions":
-        found = _explicit(chosen[source])
+        found = _read_curves(chosen[source])
     elif source == "table":
         found = _of_table(folder / chosen[source], drum)
     elif source == "campaign":
         found = _campaign(folder / chosen[source], drum)
     else:
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
-        rows = [_fitted(condition) for condition in keep_upright(campaign.conditions)]
+        rows = [_row_of_fitted(condition) for condition in keep_upright(campaign.conditions)]
         left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
         origin = f"recordings in {campaign.folder.name}/" + f" ({left})" * bool(left)
         found = _of_conditions(rows, origin, str(campaign.folder))
@@ -223,7 +223,7 @@ def _of_conditions(rows: list[Row], origin: str, where: str) -> Reference:
     return Reference(tuple(curve for _, _, curve in rows), f"{origin}, {TRACK[rows[0][1]]}", rows[0][0])
 
 
-def _fitted(condition: Any) -> Row:
+def _row_of_fitted(condition: Any) -> Row:
     """A condition of a fitted campaign, its curve that of the first sweep (coefficients are never averaged)."""
     c, k, length = condition.cornering_stiffness, condition.lateral_stiffness, condition.relaxation_length
     shape = condition.sweeps[0].details if condition.sweeps else {}
@@ -266,7 +266,7 @@ def _campaign(path: Path, drum: float | None) -> Reference:
     return _of_conditions(rows, f"campaign {path.name}", str(path))
 
 
-def _explicit(rows: list[Any]) -> Reference:
+def _read_curves(rows: list[Any]) -> Reference:
     curves: list[Curve] = []
     for row in rows:
         where = f"[[rig.reference.conditions]] number {len(curves) + 1}"

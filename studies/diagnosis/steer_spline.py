@@ -201,7 +201,7 @@ class Likelihood:
         return float(np.sqrt(left @ left / max(len(left) - self.likely.share.sum(), 1.0)))
 
 
-def most_likely(functions: Functions, recorded: Array, least: float | None) -> Likelihood:
+def find_most_likely(functions: Functions, recorded: Array, least: float | None) -> Likelihood:
     """Most probable number of times that the noise was integrated: from an acceleration that jumps to a smooth one."""
     tried = [Likelihood(recorded, shapes_of(functions, integrated), least) for integrated in (2, 3, 4, 5)]
     return max(tried, key=lambda one: one.likely.evidence)
@@ -221,11 +221,11 @@ class SteerSpline:
         """Smooth the steer angle of a ``run``, whose ``noise`` (sd, rad) is estimated if it is not given."""
         torque = run.channels.get(STEER_TORQUE)
         jumps = () if torque is None else torque_jumps(run.time, torque)
-        return cls._smoothed(run.time.tobytes(), run.inputs[STEER].tobytes(), run.step, jumps, noise)
+        return cls._smooth(run.time.tobytes(), run.inputs[STEER].tobytes(), run.step, jumps, noise)
 
     @classmethod
     @lru_cache(maxsize=64)  # other readings of the other channels leave the angle as it is
-    def _smoothed(
+    def _smooth(
         cls, times: bytes, angle: bytes, step: float, jumps: tuple[float, ...], noise: float | None
     ) -> "SteerSpline":
         time, recorded = np.frombuffer(times), np.frombuffer(angle)
@@ -233,10 +233,10 @@ class SteerSpline:
         allowed = 1.05 * (white if noise is None else min(white, noise))
         most = max(6, len(recorded) // 2 - DEGREE - len(DYING))  # half as many coefficients as samples
         functions = Functions(time, min(most, 100), jumps)
-        best = most_likely(functions, recorded, noise)
+        best = find_most_likely(functions, recorded, noise)
         while functions.spans < most:
             finer = functions._replace(spans=min(most, 2 * functions.spans))
-            other = most_likely(finer, recorded, noise)
+            other = find_most_likely(finer, recorded, noise)
             if best.left <= allowed and other.likely.evidence - best.likely.evidence <= 1.0:
                 break
             functions, best = finer, other

@@ -34,7 +34,14 @@ from studies.inference.judge import (
 from studies.inference.kind import Kind, Proposal, Rows, Series
 from studies.inference.limits import UpperLimit, size_limit, tail_limit, upper_limits
 from studies.inference.linear import Linear
-from studies.inference.parameter import Array, Candidate, UncertainParameter, central_differences, stencil, together
+from studies.inference.parameter import (
+    Array,
+    Candidate,
+    UncertainParameter,
+    central_differences,
+    hypothesis_name,
+    stencil,
+)
 from studies.inference.parts import (
     Compared,
     PartAgainstRest,
@@ -113,6 +120,7 @@ __all__ = [
     "fits",
     "folds",
     "held_out",
+    "hypothesis_name",
     "judge",
     "judge_quickly",
     "leading",
@@ -131,7 +139,6 @@ __all__ = [
     "stability",
     "stencil",
     "tail_limit",
-    "together",
     "upper_limits",
     "variants",
     "verdict_of",

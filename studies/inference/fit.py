@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dgeqrt
 from scipy.special import chdtrc, log_ndtr
 
 from studies.inference.kind import Kind
-from studies.inference.parameter import Array, Candidate, UncertainParameter, slopes_of, together, values_of
+from studies.inference.parameter import Array, Candidate, UncertainParameter, hypothesis_name, slopes_of, values_of
 from studies.inference.rules import RULES
 
 THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
@@ -215,7 +215,7 @@ class Fit:
     @property
     def name(self) -> str:
         """Identifiers joined by +."""
-        return together(self.candidates)
+        return hypothesis_name(self.candidates)
 
     @property
     def identifiers(self) -> frozenset[str]:

@@ -64,7 +64,7 @@ class Linear:
         inner = np.eye(len(columns)) + gram[np.ix_(columns, columns)]
         return (square - float(push[columns] @ np.linalg.solve(inner, push[columns]))) / count
 
-    def louder(self, variance: float) -> "Linear":
+    def with_noise(self, variance: float) -> "Linear":
         """Copy with a larger ``variance`` of the noise."""
         noise = math.sqrt(variance)
         return Linear(self.jacobian / noise, self.target / noise, self.fold)

@@ -84,7 +84,7 @@ class UncertainParameter:
         labels = self.labels or tuple(self.sets)
         return {f"{self.name}.{label}": float(f) for label, f in zip(labels, self.sets.values(), strict=True)}
 
-    def inside(self, coordinate: float) -> float:
+    def clip(self, coordinate: float) -> float:
         """``coordinate`` moved to the nearest bound if it lies beyond."""
         return min(max(coordinate, self.lowest), self.highest)
 
@@ -123,7 +123,7 @@ class Candidate:
         """It is a compliance, gone where it is rigid."""
         return any(u.size and u.power == -1 for u in self.unknowns)
 
-    def unusual(self) -> "Candidate":
+    def with_wider_prior(self) -> "Candidate":
         """Copy with a wider prior of the sizes, for sizes that seldom occur."""
         wide = RULES.unusual
         unknowns = (replace(u, scale=wide * u.scale, widened=wide * u.widened) if u.size else u for u in self.unknowns)
@@ -134,7 +134,7 @@ class Candidate:
         """Coordinates from which fits begin: small and typical sizes, of either sign if both are physical."""
         found: list[Array] = []
         for share in (0.05, 0.7, -0.05, -0.7):
-            start = self._sized(share)
+            start = self._coordinates_at(share)
             wanted = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
             if share > 0 or (self.unknowns and (start == wanted).all()):
                 found.append(start)
@@ -148,19 +148,19 @@ class Candidate:
     @property
     def ladder(self) -> tuple[Array, ...]:
         """Coordinates of softer and softer joints, each of which may lead to another minimum; empty if not soft."""
-        return tuple(self._sized(share) for share in (0.02, 0.07, 0.2, 0.7)) if self.soft else ()
+        return tuple(self._coordinates_at(share) for share in (0.02, 0.07, 0.2, 0.7)) if self.soft else ()
 
     @property
     def neutral(self) -> Array:
         """Coordinates at which it is absent, or as near to that as its bounds allow."""
-        return self._sized(0.0)
+        return self._coordinates_at(0.0)
 
-    def _sized(self, share: float) -> Array:
+    def _coordinates_at(self, share: float) -> Array:
         """Coordinates with sizes of a ``share`` of their prior sd, within their bounds."""
-        return np.array([u.inside(u.centre + share * u.scale * u.size) for u in self.unknowns])
+        return np.array([u.clip(u.centre + share * u.scale * u.size) for u in self.unknowns])
 
 
-def together(candidates: Sequence[Candidate]) -> str:
+def hypothesis_name(candidates: Sequence[Candidate]) -> str:
     """Name of a hypothesis of ``candidates``: ``a+b``, or ``none``."""
     return "+".join(candidate.identifier for candidate in candidates) or "none"
 

@@ -24,19 +24,21 @@ def preflight(kind: Kind) -> Misread | None:
     """Reading of the data of a ``kind`` by which chi^2 collapses though only parameters move; None if there is none."""
     kind = kind.simplify()
     count = len(kind.rows.places)
-    before = _left(kind)
+    before = _objective_of_short_fit(kind)
     if before < RULES.misread * count:
         return None
-    found = {what: _left(other) for what, other in kind.misreadings()}
+    found = {what: _objective_of_short_fit(other) for what, other in kind.misreadings()}
     best = min(found.values(), default=before)
     if before < RULES.collapse * best:
         return None
-    if best > RULES.misread * count and any(_left(kind, one) < best for one in kind.library if not one.absorbs):
+    if best > RULES.misread * count and any(
+        _objective_of_short_fit(kind, one) < best for one in kind.library if not one.absorbs
+    ):
         return None  # the reading leaves a gap, and an effect explains the data as they stand better
     alike = sorted((value, what) for what, value in found.items() if value < RULES.as_well * best)
     return Misread(tuple(what for _, what in alike), before / count, best / count)
 
 
-def _left(kind: Kind, *effect: Candidate) -> float:
+def _objective_of_short_fit(kind: Kind, *effect: Candidate) -> float:
     """Sum of squares, prior included, after a short fit; with an ``effect`` where one is given."""
     return fit(kind, effect, turns=GUIDE if kind.thorough else FEW).objective

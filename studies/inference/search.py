@@ -23,7 +23,7 @@ from studies.inference.fit import (
     negligible_decrease,
 )
 from studies.inference.kind import Kind
-from studies.inference.parameter import Array, Candidate, together
+from studies.inference.parameter import Array, Candidate, hypothesis_name
 from studies.inference.rules import RULES
 from studies.inference.starts import preview_objective, select_starts, transfer_coordinates
 from studies.inference.verdict import Reason
@@ -165,7 +165,7 @@ def fit_hypothesis(
     usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
     if len(beyond) != 1 or not usual or not math.isfinite(usual_fit.objective):
         return usual_fit
-    wider = tuple(c.unusual() if c in usual else c for c in candidates)
+    wider = tuple(c.with_wider_prior() if c in usual else c for c in candidates)
     wide_fit = fit(kind, wider, starts=[usual_fit.theta], turns=turns)
     more_probable = wide_fit.log_evidence + math.log(RULES.seldom) > usual_fit.log_evidence
     return wide_fit if wide_fit.sizes_beyond_usual() and more_probable else usual_fit
@@ -397,7 +397,7 @@ def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> 
                 continue
             if hypotheses.kind.compatible((*leader.candidates, c)) or not hypotheses.kind.compatible(joined):
                 continue
-            progress(together(joined))
+            progress(hypothesis_name(joined))
             typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
             begins = (leader.theta[: len(centre)], centre)
             starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
@@ -457,7 +457,7 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
                 continue
             tried.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
-            progress(together(joined))
+            progress(hypothesis_name(joined))
             enlarged.append(fit_hypothesis(hypotheses.kind, joined, _starts_of_enlarged(hypotheses, parent, candidate)))
     return _refit_parts(_refit_worse_than_parts(hypotheses.replace_fits(enlarged), enlarged), enlarged)
 

@@ -346,7 +346,7 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Further measurements: frequency responses at the highest speed and above."""
-        return self.forced(max(self.excited_speeds))
+        return self.propose_forced_response(max(self.excited_speeds))
 
 
 if __name__ == "__main__":

@@ -83,7 +83,7 @@ def test_a_speed_with_two_modes_uses_each_root_once():
 def test_the_proposed_forced_response_is_that_of_the_model(forward):
     """Against python-control's frequency response of the same model; derivatives against differences."""
     nominal = forward.nominal
-    extra = forward.forced(7.0)[0]
+    extra = forward.propose_forced_response(7.0)[0]
     assert "swept steer torque, 0.5-4 Hz, at 7 m/s" in extra.what
     predicted, slope = extra.predict_white((), nominal)
     plant = forward.model.linear_model().to_control(
@@ -99,11 +99,11 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
 
 
 def test_no_speed_is_proposed_that_is_far_beyond_those_measured(forward):
-    assert [one.what.split(" at ")[1].split()[0] for one in forward.forced(6.0)] == ["6", "7.5"]
+    assert [one.what.split(" at ")[1].split()[0] for one in forward.propose_forced_response(6.0)] == ["6", "7.5"]
 
 
 def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
-    assert forward.forced(1.0) == ()  # 1 and 1.25 m/s, far below the weave speed
+    assert forward.propose_forced_response(1.0) == ()  # 1 and 1.25 m/s, far below the weave speed
 
 
 def test_it_can_be_sent_to_another_process_after_use(forward):

@@ -191,7 +191,7 @@ def test_the_posterior_of_coordinates_is_that_of_ridge_regression(line):
     np.testing.assert_allclose(covariance, inverse, rtol=1e-9)
     np.testing.assert_allclose(mean, inverse @ line.jacobian[:, columns].T @ line.target, rtol=1e-9)
     assert line.misfit(np.array([], int)) == pytest.approx(float(line.target @ line.target) / 30)
-    assert line.louder(4.0).misfit(np.array([], int)) == pytest.approx(float(line.target @ line.target) / 120)
+    assert line.with_noise(4.0).misfit(np.array([], int)) == pytest.approx(float(line.target @ line.target) / 120)
 
 
 @pytest.mark.parametrize("wanted", [{("steer", "steer_rate"): 1}, {("lean", "lean"): 2, ("steer", "lean"): 1}])

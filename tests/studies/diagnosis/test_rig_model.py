@@ -45,9 +45,12 @@ def test_a_slip_sensor_that_reads_a_tenth_too_much_stretches_the_curve_with_all_
     assert len(own) == len(beside)
     (true,) = forward.blocks
     seen = dataclasses.replace(true, slip=1.1 * true.slip, slip_history=1.1 * true.slip_history)
-    (terms,), (stretched,) = (forward.swept(true, own), forward.swept(seen, own | {"slip gain": np.array([0.1])}))
-    expected = true.computed(terms, slopes=False)[0]
-    np.testing.assert_allclose(seen.computed(stretched, slopes=False)[0], expected, atol=1e-9 * np.ptp(expected))
+    (terms,), (stretched,) = (
+        forward.sweep_terms(true, own),
+        forward.sweep_terms(seen, own | {"slip gain": np.array([0.1])}),
+    )
+    expected = true.side_force(terms, slopes=False)[0]
+    np.testing.assert_allclose(seen.side_force(stretched, slopes=False)[0], expected, atol=1e-9 * np.ptp(expected))
 
 
 def test_a_faster_sweep_that_is_proposed_is_as_fast_as_its_words(forward):
@@ -65,7 +68,7 @@ def test_a_faster_sweep_that_is_proposed_is_as_fast_as_its_words(forward):
     length = {key: np.array([0.1]) for c in forward.candidates for u in c.unknowns for key in u.sets
               if u.name == "relaxation_length"}  # fmt: skip
     lag = 5  # place of the lag among the terms of a sweep
-    slow, fast = (forward.swept(s, length)[0, lag] for s in (turning, rolling))
+    slow, fast = (forward.sweep_terms(s, length)[0, lag] for s in (turning, rolling))
     assert fast == pytest.approx(slow / 2)
 
 
