@@ -68,10 +68,10 @@ def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
             ratios[name] = [(z, float(max(sds))) for z, *sds in zip(values, *parts, strict=True)]
         for row, place in enumerate(places):
             sd = (float(real.sd[row]), float(imaginary.sd[row]))
-            own = dict(used[row].ratios) | {name: both[row] for name, both in ratios.items()}
+            weighed = dict(used[row].ratios) | {name: both[row] for name, both in ratios.items()}
             wider = any(new > 1.05 * old for new, old in zip(sd, used[row].sd, strict=True))
             aside = row in real.aside or row in imaginary.aside
-            decay = replace(used[row], sd=sd, ratios=own)
+            decay = replace(used[row], sd=sd, ratios=weighed)
             found[place] = Judged(mode, decay, "", real.count(row), widened=wider, aside=aside)
     return found
 
@@ -80,11 +80,11 @@ def notes_of(found: Sequence[Judged]) -> Iterator[str]:
     """Notes on breaks, on what is no noise, on motions fitted beside, and on repeats."""
     used = [each for each in found if not each.rejected]
     for each in found:
-        run, one = each.decay.run, each.decay.broken
-        if one is not None:
-            yield NOTES["jump"].format(run=run, **vars(one))
-            if one.what and not one.refused:
-                yield NOTES["jump widens"].format(run=run, until_s=one.until_s)
+        run, jump = each.decay.run, each.decay.broken
+        if jump is not None:
+            yield NOTES["jump"].format(run=run, **vars(jump))
+            if jump.what and not jump.refused:
+                yield NOTES["jump widens"].format(run=run, until_s=jump.until_s)
     for each in used:
         if each.decay.noise_p < LEAST_NOISE and each.decay.broken is None:
             yield NOTES["no noise"].format(run=each.decay.run, p=each.decay.noise_p)
@@ -160,12 +160,12 @@ def draw(run: Run, decays: Sequence[tuple[str, Decay]], target: Path) -> None:
         axes[-1].set_xlabel("time after the first sample in s")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         lines = [f"{run.name.replace('$', chr(92) + '$')} at {run.speed:g} m/s"]
-        for mode, found in decays:
-            z, (of_real, of_imaginary) = found.eigenvalue, found.sd
+        for mode, decay in decays:
+            z, (of_real, of_imaginary) = decay.eigenvalue, decay.sd
             parts = with_sd(z.real, of_real), with_sd(z.imag, of_imaginary)
             lines.append("{}: {} 1/s, {} rad/s (1 sd of this run)".format(mode, *parts))
-            lines.append(f"    {found.cycles:.1f} cycles, R² {found.r_squared:.3f}")
-            lines += [f"    fitted beside: {second_words(z)}" for z in found.beside]
-            if found.rejected:
-                lines[-1] = "    not used: " + "\n    ".join(textwrap.wrap(found.rejected, 100))
+            lines.append(f"    {decay.cycles:.1f} cycles, R² {decay.r_squared:.3f}")
+            lines += [f"    fitted beside: {second_words(z)}" for z in decay.beside]
+            if decay.rejected:
+                lines[-1] = "    not used: " + "\n    ".join(textwrap.wrap(decay.rejected, 100))
         figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10)

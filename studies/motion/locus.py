@@ -59,11 +59,11 @@ class ParameterPath:
 def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, speed: float | None) -> ParameterPath:
     """Path of ``key`` through a model file, or through the content of one with absolute paths."""
     content = model_file if isinstance(model_file, Mapping) else choose(str(model_file)).content
-    own = ParameterKey.parse(canonical(key))
-    if own.effect in OF_THE_TYRE:
-        raise InputError(f"parameter {key!r}: {unknown('wheel', own.name, WHEELS)}")
-    space = ModelSpace(content, [str(own)])
-    if str(own) == SPEED:
+    parameter = ParameterKey.parse(canonical(key))
+    if parameter.effect in OF_THE_TYRE:
+        raise InputError(f"parameter {key!r}: {unknown('wheel', parameter.name, WHEELS)}")
+    space = ModelSpace(content, [str(parameter)])
+    if str(parameter) == SPEED:
         return ParameterPath(space, None)
     if speed is None:
         raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
@@ -106,11 +106,12 @@ class RootLocus:
         import pandas as pd
 
         upper = (self.eigenvalues.imag >= 0) & self.asked[:, None]
-        root, (row, branch) = self.eigenvalues[upper], np.nonzero(upper)
-        named = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
+        root = self.eigenvalues[upper]
+        row, branch = np.nonzero(upper)
+        column = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
         return pd.DataFrame(
             {
-                named.replace("/", "_").replace(" ", "_"): self.values[row],
+                column.replace("/", "_").replace(" ", "_"): self.values[row],
                 "mode": np.array(self.names)[branch],
                 "real_1_s": root.real,
                 "imaginary_rad_s": root.imag,
@@ -153,22 +154,24 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
     model, speed = path.at(anchor)
     modes(model.linear_model(), [speed])  # refuses a model too stiff to be followed
     grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
-    names = _names(path, anchor, roots[np.searchsorted(grid, anchor)])
+    names = _name_roots(path, anchor, roots[np.searchsorted(grid, anchor)])
     crossings = []
-    for one in branch_crossings(path.matrices, grid, roots):
-        root, mode = 1j * abs(one.root.imag), names[one.branch]
-        if along_speed and one.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
-            (mode,) = _names(path, one.value, np.array([root]))
-        inside = bool(path.space.inside([[one.value]])[0])
-        crossings.append(AxisCrossing(one.value, mode, float(frequency_hz(root)), one.destabilising, not inside))
+    for crossing in branch_crossings(path.matrices, grid, roots):
+        root, mode = 1j * abs(crossing.root.imag), names[crossing.branch]
+        if along_speed and crossing.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
+            (mode,) = _name_roots(path, crossing.value, np.array([root]))
+        inside = bool(path.space.inside([[crossing.value]])[0])
+        hertz = float(frequency_hz(root))
+        crossings.append(AxisCrossing(crossing.value, mode, hertz, crossing.destabilising, not inside))
     asked, axis = np.isin(grid, values), path.axis
     return RootLocus(axis.key, axis.unit, grid, roots, names, tuple(crossings), asked, path.space.inside(grid[:, None]))
 
 
-def _names(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
+def _name_roots(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
+    """Name ``roots`` (n,), 1/s, by the nearest root of the named modes at a ``value`` of the parameter."""
     model, speed = path.at(value)
-    found = modes(model.linear_model(), [speed])
-    named = [(name, root) for name in found.names for root in found.branch(name)[0] if not np.isnan(root)]
+    at_value = modes(model.linear_model(), [speed])
+    named = [(name, root) for name in at_value.names for root in at_value.branch(name)[0] if not np.isnan(root)]
     distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
     return tuple(named[k][0] for k in distance.argmin(1))
 
