@@ -7,6 +7,7 @@ both. Roles after Sharp (1971), Meijaard et al. (2007) and Pacejka, Tire and Veh
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from bicycle.equations.speed_polynomial import SpeedPolynomial
 from bicycle.model.eigen import BATCH, Participation, kernel, participation_at, spectra
 from bicycle.model.state_space import LinearModel
 from tyre.ground.arrays import Array, Complex
-from tyre.ground.errors import InputError
+from tyre.ground.errors import InputError, refuse_unknown
 
 Whole = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -84,6 +85,12 @@ def _by_name(effects: Iterable[type[Effect]]) -> Mapping[str, Mode]:
 def every_mode(model: LinearModel) -> tuple[Mode, ...]:
     """The modes that a model may have by name, in the order of tables; others are ``other_1`` ..."""
     return tuple(sorted((*BASE_MODES, *model.declared.modes), key=lambda mode: (mode.place, mode.name)))
+
+
+def refuse_impossible_mode(name: str, effects: Iterable[Effect], *, where: str = "") -> None:
+    """Refuse a name that no root of a model with some effects can have; this needs no equations."""
+    if not re.fullmatch(r"other_\d+", name):
+        refuse_unknown("mode", [name], _by_name(type(effect) for effect in effects), where=where)
 
 
 def speed_unit(model: LinearModel) -> float:

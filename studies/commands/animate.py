@@ -27,12 +27,14 @@ def command(chosen: ChosenModel, mode: str, speed: float, target: Path, amplitud
     import numpy as np
 
     from bicycle.stability.named_modes import modes
+    from bicycle.stability.naming import refuse_impossible_mode
     from studies.motion.animation import FRAMES_PER_SECOND, animate, check_film, describe, modal_motion
     from studies.reporting.output import print_warnings
     from tyre.ground.errors import InputError
 
     check_film(target)
     model = chosen.model
+    refuse_impossible_mode(mode, model.effects, where="--mode")
     linear = model.linear_model()
     named_modes = modes(linear, [speed])
     root = complex(named_modes.branch(mode)[0, 0])

@@ -9,10 +9,11 @@ import numpy as np
 import scipy
 
 from bicycle.effects.effect_registry import registry
+from bicycle.model.model_file import build_model
 from bicycle.motion.limit_cycles import find_limit_cycles
 from bicycle.parameters.parameter_covariance import ParameterKey
 from bicycle.stability.named_modes import modes
-from bicycle.stability.naming import Rules
+from bicycle.stability.naming import Rules, refuse_impossible_mode
 from studies.design import problem as posed
 from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, search_cheapest
 from studies.model_space.changed_model import ModelSpace, changed_content
@@ -186,6 +187,10 @@ def find_design(
     wanted: Wanted,
 ) -> Design:
     """Find the smallest change of the numbers ``keys`` that keeps every demand between two ``speeds`` (m/s)."""
+    effects = build_model(content).effects
+    for demand in asked:
+        if demand.mode != posed.EVERY:
+            refuse_impossible_mode(demand.mode, effects, where="--keep")
     space = ModelSpace(content, keys)
     space.refuse_switches()
     start, looked = posed.base_of(space), posed.grid(*speeds)

@@ -297,13 +297,13 @@ class Modal(BicycleKind, kind="modal"):
         uncertainty = dict(common["uncertainty"])
         points, notes = _read_points(read(cls.keys, content, section="modal"), folder, common["model"], uncertainty)
         uncertainty |= {key: 0.0 for key, _ in points[0].settings}
-        notes += note_misnamed_modes(points, common["model"])
         return cls(**{**common, "uncertainty": uncertainty}, points=points, notes=tuple(notes))
 
     def prepare(self, **how: Any) -> Self:
         """Copy with nuisances and candidates, its points sorted by mode, settings and speed."""
         points = tuple(sorted(self.points, key=lambda p: (p.mode, p.settings, p.speed)))
-        return super(Modal, replace(self, points=points)).prepare(**how)
+        prepared = super(Modal, replace(self, points=points)).prepare(**how)
+        return replace(prepared, notes=(*prepared.notes, *note_misnamed_modes(points, self.model)))
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Candidates for errors of speed, identification, clock, sensors of the ratios and a turned box of gyros."""

@@ -124,7 +124,6 @@ class ModelSpace:
         self.content = content
         self.model = build_model(content)
         self.family = ModelFamily(self.model)
-        self.evaluate = self.family.evaluate
         self.axes: tuple[Axis, ...] = tuple(axis_of(self.model, key) for key in keys)
         self.tyres = TyreConditions.of(content, self.model)
         conditions = [axis.key for axis in self.axes if axis.wheels]
@@ -135,6 +134,7 @@ class ModelSpace:
         twice = next((entry for entry in every if every.count(entry) > 1), None)
         if twice is not None:
             raise InputError(f"{', '.join(keys)}: {twice} is set twice; keep one of them")
+        self.evaluate = self.family.evaluate  # derives the equations: after all that is refused without them
 
     def refuse_switches(self) -> None:
         """Refuse a model whose equations switch at a speed, where derivatives are wanted."""

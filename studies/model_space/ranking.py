@@ -13,6 +13,7 @@ from bicycle.model.model import Model
 from bicycle.parameters.parameter_covariance import entries_of
 from bicycle.stability.critical import critical_speeds
 from bicycle.stability.named_modes import modes
+from bicycle.stability.naming import refuse_impossible_mode
 from bicycle.stability.propagation import model_covariance, standard_deviation
 from bicycle.stability.sensitivity import critical_speed_sensitivities, pair_sensitivities, sensitivities
 from studies.model_space.axes import unit_of
@@ -52,6 +53,7 @@ def rank(
     model: Model, *, mode: str, speed: float, given_sd: Mapping[str, float] | None = None, max_speed: float = 40.0
 ) -> Ranking:
     """Rank the parameters of a model by what one standard deviation does to the growth rate of a mode."""
+    refuse_impossible_mode(mode, model.effects)
     linear = model.linear_model()
     values = _values(modes(linear, [speed]).branches, mode, speed)
     found = sensitivities(model, [speed])

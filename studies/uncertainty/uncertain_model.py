@@ -56,19 +56,18 @@ class UncertainModel:
         self.follow = follow or (lambda parameters: {})
         source = str(model) if isinstance(model, str | Path) else model
         content: dict[str, Any] = {"model": source, "outputs": ["parameters"]}
+        base = read_model(source) if isinstance(source, str) else build_model(source)
+        if bicycle_sd is not None:
+            covariance = bicycle_covariance or ParameterCovariance()
+            base = replace(base, bicycle=replace(base.bicycle, sd=bicycle_sd, covariance=covariance))
+        self._stated = base
+        # an unknown name is refused before the equations are derived
+        deviations = standard_deviations(base, sd or {}, assume=defaults)
         probe = build_sweep(content)
         measured = any("tyre" in table for table in probe.model.get("effects", {}).values())
         if relative_cornering_stiffness_sd and not measured:
             raise InputError(
                 "relative_cornering_stiffness_sd needs a measured tyre in the model file (tyre, pressure_bar)"
-            )
-        self._stated = read_model(source) if isinstance(source, str) else build_model(source)
-        if bicycle_sd is not None:
-            self._stated = replace(
-                self._stated,
-                bicycle=replace(
-                    self._stated.bicycle, sd=bicycle_sd, covariance=bicycle_covariance or ParameterCovariance()
-                ),
             )
         relative = relative_cornering_stiffness_sd
         self.relative = (CORNERING_STIFFNESS if defaults else 0.0) if relative is None else relative
@@ -76,7 +75,6 @@ class UncertainModel:
         laws = [e.identifier for e in self._stated.effects if e.slot == "contact law"]  # drawn as the tyre is
         self._of_tyre = tuple(key for key in self._stated.sd if measured and ParameterKey.parse(key).effect in laws)
         followers = set(self.follow(self._stated.parameters))
-        deviations = standard_deviations(self._stated, sd or {}, assume=defaults)
         self._own = {
             key: deviation for key, deviation in deviations.items() if key in (sd or {}) or key not in followers
         }

@@ -251,12 +251,20 @@ def test_importing_stays_light_and_help_lists_every_command():
 
 REFUSED = """
 amplitude nope
+animate benchmark --mode nope --speed 5 --out nope.gif
 bicycles nope
 chart benchmark --x speed=1:10 --y c=nan:0.12 --out chart
 chart benchmark --x speed=nan:10 --y c=0.02:0.12 --out chart
 critical nope
 critical benchmark --tyre nope
+design benchmark --keep nope stable --up-to 6 --vary c --out nope.toml
+design benchmark --keep weave stable --up-to 6 --vary nope --out nope.toml
 diagnose nope
+diagnose docs/examples/measurements/bench/MEASUREMENT.toml --with nope
+diagnose docs/examples/measurements/histories/MEASUREMENT.toml --with nope
+diagnose docs/examples/measurements/joint/MEASUREMENT.toml --with nope
+diagnose docs/examples/measurements/modal/MEASUREMENT.toml --with nope
+diagnose docs/examples/measurements/modal/MEASUREMENT.toml --without nope
 effects nope
 explore nope
 look nope.csv
@@ -264,10 +272,13 @@ modal nope.csv@4.6 --from 0.4 --to 3 --out weave.csv
 modes benchmark --speeds nan
 new x.toml --bicycle nope
 run --bicycle nope
+root-locus benchmark --parameter nope --range 1:2 --out nope
+sensitivity benchmark --mode nope --speed 5
 sweep nope.toml
 tyres nope
 tyre fit nope --out fit
 uncertainty benchmark --sd c=nan
+uncertainty benchmark --sd nope=1
 """
 REFUSE = """
 import sys

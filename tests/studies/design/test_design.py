@@ -205,7 +205,7 @@ def test_effects_that_are_not_there_yet_are_added_without_influence():
 
 
 @pytest.mark.parametrize(("keys", "asked", "wanted", "message"), [
-    (["c"], "flutter", {}, "--keep flutter: the model has no such mode between 3 and 25 m/s; it has weave, wobble"),
+    (["c"], "flutter", {}, "--keep: unknown mode 'flutter'; known: "),
     (["speed"], "wobble", {}, "--vary speed: it is no number of the model file"),
     (["load_N.front"], "wobble", {}, "--vary load_N.front: it is no number of the model file"),
     (["c"], "wobble", {"costs": {"w": 1.0}}, "--cost: unknown varied parameter 'w'"),

@@ -20,7 +20,7 @@ def told(folder, mode, table, shift=0.0):
     lines += [f"{v},{mode},{complex(z).real + shift},{complex(z).imag},0.05,0.05" for v, z in table.items()]
     (folder / "t.csv").write_text("\n".join([*lines, ""]))
     (folder / "m.toml").write_text('kind = "modal"\nbicycle = "benchmark"\n[modal]\ntable = "t.csv"\n')
-    return [note for note in read_measurement(folder / "m.toml").notes if "every row called" in note]
+    return [note for note in read_measurement(folder / "m.toml").prepare().notes if "every row called" in note]
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def test_deviations_of_a_measured_tyre_are_used(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("--mode", "wobbel", "--speed", "8"), "at 8 m/s: unknown mode 'wobbel'; did you mean 'wobble'?"),
+    (("--mode", "wobbel", "--speed", "8"), "unknown mode 'wobbel'; did you mean 'wobble'?"),
     (("--mode", "wobble", "--speed", "-1"), "'--speed': -1: give a number from 0 up to 1000"),
     (("--mode", "wobble", "--speed", "8", "--sd", "cc=1"), "unknown parameter 'cc'; did you mean 'c'?"),
 ])  # fmt: skip

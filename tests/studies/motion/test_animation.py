@@ -131,7 +131,7 @@ def test_a_metre_is_as_long_both_ways_in_every_view(file, drawn):
 
 
 @pytest.mark.parametrize(("options", "words"), [
-    (["--mode", "wobbl"], "unknown mode 'wobbl'; this model has"),
+    (["--mode", "wobbl"], "--mode: unknown mode 'wobbl'; did you mean 'wobble'"),
     (["--mode", "wobble", "--out", "w.png"], "w.png: the ending '.png' is not known; a film is a .gif"),
     (["--mode", "wobble", "--amplitude", "90"], "'--amplitude': 90: give a number above 0 up to 45"),
     (["--mode", "wobble", "--seconds", "0"], "'--seconds': 0: give a number from 0.2 up to 60"),
