@@ -40,7 +40,8 @@ class InertiaCoordinates:
     """
 
     keys: tuple[str, ...]  # of the m inertias that float
-    stated: Array  # (m, 1), kg m^2
+    origin: Array  # (m, 1), values from which the way is shortened: as stated, or the nearest flat wheel, kg m^2
+    begin: Array  # (m, 1), coordinates of the origin, kg m^2
     body: NDArray[np.intp]  # (m,), number of the body of each
     turn: Array  # (m, m), deviations of the values per deviation of the coordinates
     # (3, b, m), per kg m^2 of a deviation: relative change of each body's moments in the plane, two on the diagonal and
@@ -50,8 +51,8 @@ class InertiaCoordinates:
 
     def values(self, coordinates: Array) -> Array:
         """Inertias (m, K), kg m^2, at ``coordinates`` (m, K)."""
-        way = self.turn @ (coordinates - self.stated)
-        return np.asarray(self.stated + way * _shortening(self.relative @ way)[self.body])
+        way = self.turn @ (coordinates - self.begin)
+        return np.asarray(self.origin + way * _shortening(self.relative @ way)[self.body])
 
 
 def _shortening(change: Array) -> Array:
@@ -79,7 +80,8 @@ def inertia_coordinates(values: Mapping[str, float], sd: Mapping[str, float]) ->
     keys = tuple(key for body in bodies for key in body.keys)
     return InertiaCoordinates(
         keys=keys,
-        stated=np.array([[values[key]] for key in keys]),
+        origin=np.concatenate([body.origin for body in bodies])[:, None],
+        begin=np.concatenate([body.begin for body in bodies])[:, None],
         body=np.repeat(np.arange(len(bodies)), [len(body.keys) for body in bodies]),
         turn=block_diag(*(body.turn for body in bodies)),
         relative=np.stack([block_diag(*(body.relative[row] for body in bodies)) for row in range(3)]),
@@ -92,6 +94,8 @@ class _Body:
     """Part of :class:`InertiaCoordinates` of one body."""
 
     keys: tuple[str, ...]  # of its m inertias that float
+    origin: Array  # (m,), kg m^2
+    begin: Array  # (m,), kg m^2
     turn: Array  # (m, m)
     relative: Array  # (3, m)
     lowest: Array  # (m,)
@@ -116,21 +120,29 @@ def _frame(values: Mapping[str, float], keys: tuple[str, ...], floating: tuple[s
         change = root @ _in_plane(*(float(key == name) for name in keys)) @ root
         columns.append([change[0, 0], change[1, 1], change[0, 1]])
     free = np.full(len(floating), -math.inf)
-    return _Body(floating, np.eye(len(floating)), np.array(columns).T, free)
+    stated = np.array([values[key] for key in floating])
+    return _Body(floating, stated, stated, np.eye(len(floating)), np.array(columns).T, free)
 
 
 def _wheel(values: Mapping[str, float], sd: Mapping[str, float], keys: tuple[str, ...]) -> _Body:
-    """Coordinates of a wheel, turned in standard deviations so that its thickness is the first of them."""
+    """Coordinates of a wheel, turned in standard deviations so that its thickness is the first of them.
+
+    A wheel that is stated flatter than flat, Iyy > 2 Ixx, may lie no nearer to that than the flat wheel next to it. The
+    way begins there: shortened from elsewhere, it would end beyond the bound of the thickness.
+    """
     stated, size = (np.array([of[key] for key in keys]) for of in (values, sd))
     per_sd = np.array([1.0, -0.5]) * size  # of the thickness Ixx - Iyy/2, per sd of either
-    thickness, spread = stated @ [1.0, -0.5], float(np.hypot(*per_sd))
+    thickness, spread = float(stated[0] - stated[1] / 2), float(np.hypot(*per_sd))
     cosine, sine = per_sd[0] / spread, -per_sd[1] / spread
     turn = np.array([[cosine, sine], [-sine, cosine]]) * size[:, None] / size
+    missing = max(-thickness, 0.0) / spread  # thickness that the nearest flat wheel has more than the stated one, sd
+    origin = stated + size * per_sd / spread * missing
+    begin = stated + size * [missing, 0.0]
     relative = np.zeros((3, 2))
-    if stated[1] > 0:
-        relative[0, 1] = 1 / stated[1]
+    if origin[1] > 0:
+        relative[0, 1] = 1 / origin[1]
     lowest = np.array([stated[0] - size[0] * thickness / spread, -math.inf])
-    return _Body(keys, turn, relative, lowest)
+    return _Body(keys, origin, begin, turn, relative, lowest)
 
 
 def bounds_beside(key: str, values: Mapping[str, float]) -> tuple[float, float]:
