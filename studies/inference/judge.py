@@ -401,7 +401,7 @@ def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> l
     if not gap:
         warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
     if not acceptance.held_out["final"].possible:
-        warnings.append("one run: nothing can be held out, so nothing is named; record further runs or speeds")
+        warnings.append("one run: nothing can be held out, so any name is only probable; record further runs or speeds")
     if final.candidates:
         warnings += [check.remark for check in acceptance.checks if check.remark]
     if acceptance.verdict == "unknown" and not any(f.fits_data for f in hypotheses.fits):

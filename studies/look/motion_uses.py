@@ -352,7 +352,7 @@ def _replay(runs: list[recording.Run], roles: Roles, unsure: dict[str, str]) -> 
     events = tuple(
         _event(run, file, run.name.partition("#")[2], 0.0, np.inf, (f"torque: {', '.join(torques)}",)) for run in runs
     )
-    more = ("with one run nothing is held out, and nothing is named: give several",) if len(runs) == 1 else ()
+    more = ("with one run nothing is held out, and any name is only probable: give several",) if len(runs) == 1 else ()
     return Use(
         REPLAY, events, (), more, "velotyre diagnose MEASUREMENT.toml --out diagnosis", "the bicycle and its speed"
     )

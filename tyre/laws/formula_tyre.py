@@ -102,6 +102,7 @@ class FormulaTyre(TyreSource):
                     synthetic=self.synthetic,
                     cornering_stiffness_sd_stated=False,
                     lateral_stiffness_sd_stated=False,
+                    unstated_sd_assumed=self.relative_stiffness_sd > 0.0,
                     surface_stated=self.surface_stated,
                     **fields,
                 )

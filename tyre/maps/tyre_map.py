@@ -518,6 +518,7 @@ class TyreMap(TyreSource):
                     lateral_stiffness_origin=table.lateral_stiffness_origin,
                     cornering_stiffness_sd_stated=table.cornering_stiffness_sd is not None,
                     lateral_stiffness_sd_stated=table.lateral_stiffness_sd is not None,
+                    unstated_sd_assumed=self.relative_cornering_stiffness_sd > 0.0,
                     surface_stated=table.surface_stated,
                     pneumatic_trail=trail.value if trail else None,
                     pneumatic_trail_sd=trail.sd if trail else None,

@@ -1,5 +1,6 @@
 """A tyre as a bicycle sees it: stiffnesses and relaxation length at a load and pressure, with their covariance."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -116,9 +117,11 @@ class TyreProperties:
     synthetic : bool
         True where no rig measured the tyre.
     cornering_stiffness_sd_stated : bool
-        False where the source states none, and an assumed one is in the covariance.
+        False where the source states none.
     lateral_stiffness_sd_stated : bool
         The same of the lateral stiffness, and so of the relaxation length.
+    unstated_sd_assumed : bool
+        True where an assumed one is in the covariance in place of one that is not stated.
     surface_stated : bool
         False where the source names no surface and a flat one is taken.
     notes : tuple of str
@@ -154,6 +157,7 @@ class TyreProperties:
     cornering_stiffness_sd_stated: bool = True
     degrees_of_freedom: NDArray[np.float64] | None = None
     lateral_stiffness_sd_stated: bool = True
+    unstated_sd_assumed: bool = False
     pneumatic_trail: float | None = None
     pneumatic_trail_sd: float | None = None
     direct_relaxation_lengths: Mapping[str, Estimate] = field(default_factory=dict)
@@ -179,18 +183,22 @@ class TyreProperties:
 
     @property
     def cornering_stiffness_sd(self) -> float:
-        """One standard deviation of C_Fy, N/rad."""
-        return float(np.sqrt(self.covariance[0, 0]))
+        """One standard deviation of C_Fy, N/rad; NaN if it is neither stated nor assumed."""
+        return self._sd(0, stated=self.cornering_stiffness_sd_stated)
 
     @property
     def lateral_stiffness_sd(self) -> float:
-        """One standard deviation of K_y, N/m."""
-        return float(np.sqrt(self.covariance[1, 1]))
+        """One standard deviation of K_y, N/m; NaN if it is neither stated nor assumed."""
+        return self._sd(1, stated=self.lateral_stiffness_sd_stated)
 
     @property
     def relaxation_length_sd(self) -> float:
-        """One standard deviation of the relaxation length, m."""
-        return float(np.sqrt(self.covariance[2, 2]))
+        """One standard deviation of the relaxation length, m; NaN as that of K_y is."""
+        return math.nan if math.isnan(self.lateral_stiffness_sd) else float(np.sqrt(self.covariance[2, 2]))
+
+    def _sd(self, place: int, *, stated: bool) -> float:
+        """Standard deviation of a stiffness by its ``place`` in the covariance, which may hold that of a law alone."""
+        return math.sqrt(self.covariance[place, place]) if stated or self.unstated_sd_assumed else math.nan
 
 
 # fields of `TyreProperties` that a tyre may hold beside its stiffnesses, and the properties that follow from them

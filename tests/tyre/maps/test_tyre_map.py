@@ -85,7 +85,7 @@ def test_smooth_tyre_is_predicted_everywhere_without_added_uncertainty() -> None
         expected = kya(np.array([load]), np.array([pressure]), **MF)
         assert here.cornering_stiffness == pytest.approx(expected[0], rel=1e-6)
         assert here.lateral_stiffness == pytest.approx(product_law(load, pressure), rel=1e-9)
-        assert here.cornering_stiffness_sd < 1e-3
+        assert here.covariance[0, 0] < 1e-6
 
 
 @settings(max_examples=15)
@@ -104,7 +104,7 @@ def test_jumps_are_told_and_widen_the_interval_between_conditions_only() -> None
     tyre_map = TyreMap(rough(np.random.default_rng(1)))
     node, middle = tyre_map.at(load=400, pressure=5e5), tyre_map.at(load=350, pressure=5e5)
     assert node.lateral_stiffness_sd == pytest.approx(1500.0, rel=1e-9)
-    assert node.cornering_stiffness_sd == pytest.approx(0.0, abs=1e-6)
+    assert node.covariance[0, 0] == pytest.approx(0.0, abs=1e-12)
     # halfway: two independent measured values averaged, and half the misfit variance (a Brownian bridge's 2 t (1 - t))
     misfit = tyre_map.lateral_stiffness_trend.misfit
     assert middle.lateral_stiffness_sd == pytest.approx(np.sqrt(1500.0**2 / 2 + misfit**2 / 2), rel=1e-9)
@@ -121,7 +121,8 @@ def test_interpolation_error_covers_left_out_conditions() -> None:
     for _ in range(200):
         full = rough(rng)
         names = ("load", "pressure", "cornering_stiffness", "lateral_stiffness")
-        part = synthetic(**{name: getattr(full, name)[kept] for name in names}, lateral_stiffness_sd=np.zeros(8))
+        exact = {"cornering_stiffness_sd": np.zeros(8), "lateral_stiffness_sd": np.zeros(8)}
+        part = synthetic(**{name: getattr(full, name)[kept] for name in names}, **exact)
         here = TyreMap(part).at(load=400, pressure=5e5)
         both = ("cornering_stiffness", "lateral_stiffness")
         scores.append([(getattr(full, x)[4] - getattr(here, x)) / getattr(here, f"{x}_sd") for x in both])
@@ -289,6 +290,9 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
     """4/5 of the variance is a common gain: sd is 3 % where it was measured, and the mean of two has 3 % sqrt(0.9)."""
     plain = TyreMap(synthetic(lateral_stiffness_sd=None))
     assert not plain.at(load=400, pressure=5e5).covariance.any()
+    names = ("cornering_stiffness_sd", "lateral_stiffness_sd", "relaxation_length_sd")
+    assert [np.isnan(getattr(plain.at(load=350, pressure=5e5), name)) for name in names] == [True, True, True]
+    assert plain.table.filter(like="_sd_").isna().to_numpy().all()
     tyre_map = plain.assuming(0.03)
     (one, other, between), covariance = tyre_map.joint([(300.0, 5e5), (400.0, 5e5), (350.0, 5e5)])
     for place, name in enumerate(("cornering_stiffness", "lateral_stiffness")):
@@ -298,6 +302,7 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
         assert relative[0, 1] == pytest.approx(7.2e-4, rel=1e-6)
     assert not one.cornering_stiffness_sd_stated
     assert not one.lateral_stiffness_sd_stated
+    assert one.cornering_stiffness_sd == pytest.approx(0.03 * one.cornering_stiffness)
     for stiffness in ("cornering", "lateral"):
         assert any(f"no uncertainty of the {stiffness} stiffness; assumed is 3 %" in note for note in one.notes)
     stated = TyreMap(synthetic()).assuming(0.03).at(load=300, pressure=5e5)
