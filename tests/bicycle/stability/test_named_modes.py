@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from bicycle import Bicycle, available_bicycles, load_bicycle
+from bicycle import Bicycle, Model, available_bicycles, load_bicycle
 from bicycle.model import build_model
 from bicycle.parameters import UNITS
 from bicycle.stability import critical_speeds, mode_events, modes
@@ -341,3 +341,21 @@ def test_other_units_of_length_mass_and_time_change_nothing_physical(length, mas
     assert found.branches.keys() == other.branches.keys()
     for name, roots in found.branches.items():
         np.testing.assert_allclose(other.branches[name] * time, roots, rtol=5e-8, atol=5e-8)
+
+
+def test_a_bicycle_a_hundred_times_as_long_has_the_same_modes_ten_times_as_slow():
+    """Lengths by 100 and inertias by 100^2 at the same g: speeds go with sqrt(g w), times with sqrt(w / g)."""
+    plain = load_bicycle("benchmark")
+    powers = dict.fromkeys(("w", "c", "rR", "rF", "xB", "zB", "xH", "zH"), 1)
+    powers |= {key: 2 for key in plain.values if key.startswith("I")}
+    giant = plain.replace(allow_unusual=True, **{key: plain[key] * 100.0**power for key, power in powers.items()})
+    speeds = np.linspace(1.0, 10.0, 10)  # at 5 m/s the roots of Meijaard et al. (2007), table 2
+    long = modes(Model(giant).linear_model(), 10.0 * speeds)
+    expected = {"weave": -0.77534188219585 + 4.46486771378823j, "capsize": -0.32286642900409}
+    assert long.names == ("weave", "capsize", "castering")
+    assert {name: 10.0 * long.branch(name)[4, 0] for name in expected} == pytest.approx(expected, rel=1e-9)
+    found = critical_speeds(Model(giant).linear_model(), 600.0)
+    assert [(c.mode, c.speed / 10.0) for c in found] == [
+        ("weave", pytest.approx(4.29238253634111, rel=1e-9)),
+        ("capsize", pytest.approx(6.02426201538837, rel=1e-9)),
+    ]

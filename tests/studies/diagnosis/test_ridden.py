@@ -9,7 +9,7 @@ from small_library import among
 
 from bicycle import Model, load_bicycle
 from bicycle.identification import Run
-from studies.diagnosis import Histories, read_measurement
+from studies.diagnosis import Histories, read_measurement, riding
 from studies.inference import Joint, Part, fit
 from tests.validation.ridden import ANSWERS, NOISE, judged, make, turned
 
@@ -131,3 +131,19 @@ def test_a_box_is_turned_by_yaw_then_pitch_then_roll():
 
     roll, pitch, yaw = 0.1, -0.2, 0.3
     assert turned(roll, pitch, yaw) == pytest.approx(Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix())
+
+
+def test_a_process_of_swaying_has_its_size_and_corner_frequency():
+    """Of a correlation exp(-(t / 0.4 s)^2 / 2) half of the power density is left at sqrt(2 ln 2) / (2 pi 0.4 s)."""
+    rng, noise, size, time = np.random.default_rng(1), 0.5, 5.0, np.arange(0.0, 10.0, 0.02)
+    spread, axes = np.linalg.eigh(np.exp(-(((time[:, None] - time) / 0.4) ** 2) / 2))
+    courses = size * (axes * np.sqrt(np.maximum(spread, 0.0)) @ rng.standard_normal((len(time), 4))).T
+    own = riding.shapes("rider_sway", time, None)
+    columns = np.repeat(np.hstack([own, 0 * own])[None] / noise, 4, axis=0)
+    residual = (courses + noise * rng.standard_normal(courses.shape)) / noise
+    told = riding.sizes_of("rider_sway", [time] * 4, residual, columns, np.geomspace(0.5, 50.0, 25))
+    value, sd, unit = told["lean_torque_rms"]
+    assert (value, unit) == (pytest.approx(np.sqrt(np.mean(courses**2)), rel=0.01), "N m")
+    hertz, sd, unit = told["corner_frequency"]
+    assert unit == "Hz"
+    assert abs(hertz - np.sqrt(2 * np.log(2)) / (2 * np.pi * 0.4)) < 2 * sd < 0.2
