@@ -121,16 +121,17 @@ def _json(path: Path | Traversable) -> Mapping[str, Any]:
     return content
 
 
-def _refuse_model_file(given: Mapping[str, Any], path: Path | Traversable) -> None:
-    if "bicycle" not in given or "values" in given:
+def _refuse_model_file(content: Mapping[str, Any], path: Path | Traversable) -> None:
+    if "bicycle" not in content or "values" in content:
         return
-    what = "its table [bicycle]" if isinstance(given["bicycle"], Mapping) else f"bicycle = {given['bicycle']!r}"
-    added = given.get("effects") or {}
+    is_table = isinstance(content["bicycle"], Mapping)
+    bicycle_key = "its table [bicycle]" if is_table else f"bicycle = {content['bicycle']!r}"
+    added = content.get("effects") or {}
     torque = " (a measurement file without residual_torque)" if "residual_torque" in added else ""
     effects = f" and its [effects.NAME]{torque}" if added else ""
     raise InputError(
-        f"{path}: is a model file, not a bicycle file; write {what}{effects} into the file that names it, in place "
-        "of the name"
+        f"{path}: is a model file, not a bicycle file; write {bicycle_key}{effects} into the file that names it, in "
+        "place of the name"
     )
 
 
@@ -212,16 +213,16 @@ def read_bicycles(path: Path, *, allow_unusual: bool = False) -> list[Bicycle]:
 
 def _column(name: str, sheet: Sheet) -> tuple[str, str]:
     """The key of a column, with ``_sd`` for a standard deviation, and its unit (empty: SI)."""
-    words, known = ("name", *WORDS, *FLAGS), (*KEYS, *LEFT_OUT)
-    allowed = {*words, *known, *(key + SD for key in known)}
+    words, parameter_keys = ("name", *WORDS, *FLAGS), (*KEYS, *LEFT_OUT)
+    allowed = {*words, *parameter_keys, *(key + SD for key in parameter_keys)}
     base, unit = split_unit(name)
     for alias in [alias for alias in NAMES if base == alias or base.startswith(f"{alias}_")]:
         base = NAMES[alias] + base.removeprefix(alias)
     if base not in allowed and not unit:
         start, _, end = base.partition("_")
         with_sd = end == "sd" or end.startswith("sd_")
-        key, rest = (start + SD, end[3:]) if with_sd else (start, end)
-        base, unit = (key, rest) if key in allowed and is_unit(rest) else (base, unit)
+        key, unit_text = (start + SD, end[3:]) if with_sd else (start, end)
+        base, unit = (key, unit_text) if key in allowed and is_unit(unit_text) else (base, unit)
     if base not in allowed:
         raise InputError(f"{sheet.path}: {unknown('column', name, [*words, *KEYS])}; KEY_sd is a standard deviation")
     if unit and base in words:
@@ -299,18 +300,18 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
 
 def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bicycle:
     stem, _, ending = path.name.rpartition(".")
-    found = READERS[f".{ending.lower()}"](path)
-    if found.sd and not any(found.sd.values()):  # their way to say that it is not known
-        found.notes.append(
+    numbers = READERS[f".{ending.lower()}"](path)
+    if numbers.sd and not any(numbers.sd.values()):  # their way to say that it is not known
+        numbers.notes.append(
             f"{path}: every standard deviation is 0, so its values count as exact; take +/-0 out where it is not known"
         )
-    return found.bicycle(stem, "bicycle file", place=str(path), allow_unusual=allow_unusual)
+    return numbers.bicycle(stem, "bicycle file", place=str(path), allow_unusual=allow_unusual)
 
 
 def _one_of_table(text: str, *, allow_unusual: bool) -> Bicycle:
     """Read the bicycle ``FILE#NAME`` of a table of bicycles, or the only one of ``FILE``."""
     path, name = split_row(text)
-    bicycles = {one.name: one for one in read_bicycles(path, allow_unusual=allow_unusual)}
+    bicycles = {bicycle.name: bicycle for bicycle in read_bicycles(path, allow_unusual=allow_unusual)}
     if not name and len(bicycles) > 1:
         more = ", ..." if len(bicycles) > 4 else ""
         raise InputError(

@@ -132,9 +132,9 @@ class GivenNumbers:
             )
         self.sd[key] = number.value
 
-    def add_covariance(self, given: Mapping[str, Any], *, where: str) -> None:
+    def add_covariance(self, content: Mapping[str, Any], *, where: str) -> None:
         """Add the joint covariance (SI) of parameters whose values are there: a table with its matrix or factor."""
-        self.covariance = read_covariance(given, self.values, where=where)
+        self.covariance = read_covariance(content, self.values, where=where)
         for key in self.covariance.names:
             if key in self.sd:
                 raise InputError(f"{where}: {key} has an sd of its own already; keep one of them")
@@ -181,9 +181,9 @@ class GivenNumbers:
             )
         except InputError as error:
             # a centre of mass in cm is a wheel without load, so an error names the unusual number too
-            doubts = [one for one in parameters.doubts_about(self.values, vehicle) if one.explained]
-            causes = [one.text for one in doubts if f"{one.key} = " not in str(error)]
-            units = [one for one in doubts if one.key not in ODD_IN_Z]
+            doubts = [doubt for doubt in parameters.doubts_about(self.values, vehicle) if doubt.explained]
+            causes = [doubt.text for doubt in doubts if f"{doubt.key} = " not in str(error)]
+            units = [doubt for doubt in doubts if doubt.key not in ODD_IN_Z]
             remedy = [parameters.NAME_THE_UNIT] if units and parameters.NAME_THE_UNIT not in str(error) else []
             raise InputError(begin + "; ".join([str(error), *causes[:1], *remedy])) from error
 
@@ -196,8 +196,8 @@ class GivenNumbers:
                 f"holds raw measurements (periods of pendulums {', '.join(periods[:3])}, ...), not the parameters that "
                 f"follow from them ({', '.join(missing[:3])}, ...); give the file that BicycleParameters computes of it"
             )
-        near = {other: nearest(other, missing, cutoff=0.75) for other in self._others}
-        hints = [f"did you mean {key!r} by {other!r}?" for other, key in near.items() if key]
+        suggestions = {name: nearest(name, missing, cutoff=0.75) for name in self._others}
+        hints = [f"did you mean {key!r} by {name!r}?" for name, key in suggestions.items() if key]
         if missing and self._others:
             raise InputError(
                 "; ".join(
@@ -248,8 +248,8 @@ class GivenNumbers:
             "rF": math.tan(lam),
             FORK_OFFSET: -1 / math.cos(lam),
         }
-        alone = {key: self.sd.pop(key) for key in slopes if key in self.sd}
-        single = ParameterCovariance(tuple(alone), np.diag(np.square(list(alone.values()))))
+        separate_sd = {key: self.sd.pop(key) for key in slopes if key in self.sd}
+        single = ParameterCovariance(tuple(separate_sd), np.diag(np.square(list(separate_sd.values()))))
         before = self.covariance.and_also(single)
         staying = [key for key in before.names if key != FORK_OFFSET]
         rows = np.array(
@@ -263,14 +263,14 @@ class GivenNumbers:
     def _load(self) -> None:
         """Join the bodies to the frames: values, and their standard deviations to first order."""
         carried: dict[str, list[RigidBody]] = {"B": [], "H": []}
-        for one in self.bodies:
-            carried["H" if one["on"] == "front" else "B"].append(carried_body(one, z_up=self.z_up))
+        for body in self.bodies:
+            carried["H" if body["on"] == "front" else "B"].append(carried_body(body, z_up=self.z_up))
 
         def loaded(values: Mapping[str, float]) -> dict[str, float]:
-            found = dict(values)
+            joined = dict(values)
             for part, boxes in carried.items():
-                found |= as_rear_frame(join([rear_frame(values, part), *boxes]), part) if boxes else {}
-            return found
+                joined |= as_rear_frame(join([rear_frame(values, part), *boxes]), part) if boxes else {}
+            return joined
 
         def slopes(names: Sequence[str]) -> Array:
             columns = []
@@ -279,10 +279,10 @@ class GivenNumbers:
                 columns.append([(more[key] - less[key]) / 2e-4 for key in names])
             return np.array(columns).T
 
-        own = {key: sd for key, sd in self.sd.items() if key in UNITS}
-        if own:
-            variances = slopes(list(own)) ** 2 @ np.array(list(own.values())) ** 2
-            self.sd |= dict(zip(own, np.sqrt(variances).tolist(), strict=True))
+        sd_of_parameters = {key: sd for key, sd in self.sd.items() if key in UNITS}
+        if sd_of_parameters:
+            variances = slopes(list(sd_of_parameters)) ** 2 @ np.array(list(sd_of_parameters.values())) ** 2
+            self.sd |= dict(zip(sd_of_parameters, np.sqrt(variances).tolist(), strict=True))
         if self.covariance.names:
             j = slopes(self.covariance.names)
             self.covariance = replace(self.covariance, matrix=j @ self.covariance.matrix @ j.T)
@@ -327,22 +327,22 @@ def given_numbers(
     return numbers
 
 
-def read_body(given: Mapping[str, Any]) -> RigidBody:
+def read_body(content: Mapping[str, Any]) -> RigidBody:
     """The rigid body of an entry of ``[[bodies]]`` that is not checked yet."""
-    return carried_body(schema.read(BODY, given, where="body"))
+    return carried_body(schema.read(BODY, content, where="body"))
 
 
-def carried_body(given: Mapping[str, Any], *, z_up: bool = False) -> RigidBody:
+def carried_body(content: Mapping[str, Any], *, z_up: bool = False) -> RigidBody:
     """The rigid body of an entry of :data:`BODIES`: of its own inertia, else a box of its size; without one a point."""
-    (x, height), (length, width, tall) = given["place"], given["size"]
-    mass, name = given["mass"], given["name"] or f"of {given['mass']:g} kg"
-    if "inertia" not in given:
+    (x, height), (length, width, tall) = content["place"], content["size"]
+    mass, name = content["mass"], content["name"] or f"of {content['mass']:g} kg"
+    if "inertia" not in content:
         squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
         inertia = np.diag(mass / 12 * squares)
-    elif any(given["size"]):
+    elif any(content["size"]):
         raise InputError(f"body {name}: size and inertia both say its inertia; keep one")
     else:
-        xx, yy, zz, *product = given["inertia"]
+        xx, yy, zz, *product = content["inertia"]
         xz = product[0] if product else 0.0
         xz = -xz if z_up else xz
         inertia = np.array([[xx, 0.0, xz], [0.0, yy, 0.0], [xz, 0.0, zz]])
@@ -360,8 +360,8 @@ def model_table(bicycle: Bicycle) -> dict[str, Any]:
     together = bicycle.covariance.names
     table: dict[str, Any] = {} if bicycle.kind == "bicycle" else {"kind": bicycle.kind}
     for key, value in bicycle.values.items():
-        alone = key in bicycle.sd and key not in together
-        table[key] = f"{value!r} +/- {bicycle.sd[key]!r}" if alone else value
+        is_separate = key in bicycle.sd and key not in together
+        table[key] = f"{value!r} +/- {bicycle.sd[key]!r}" if is_separate else value
     return table | covariance_table(bicycle.covariance)
 
 

@@ -151,7 +151,7 @@ class Guess:
     def draws(self, rng: np.random.Generator, count: int) -> list[dict[str, float]]:
         """Draw ``count`` plausible parameter sets (SI) from the normal distribution of the features."""
         z = rng.standard_normal((count, len(FEATURES))) @ self._root().T
-        return [values_of(self.mean + one, self.geometry) for one in z]
+        return [values_of(self.mean + change, self.geometry) for change in z]
 
     def bicycle(
         self,

@@ -174,7 +174,10 @@ HOW = "give width and rim in mm as they stand on the tyre, such as 28-622; or 70
 
 def _normalise(text: str) -> str:
     """Lower case, x between the numbers, no signs of inches, fractions of one letter (½) written out."""
-    letters = [f" {unicodedata.normalize('NFKC', one)}" if unicodedata.category(one) == "No" else one for one in text]
+    letters = [
+        f" {unicodedata.normalize('NFKC', letter)}" if unicodedata.category(letter) == "No" else letter
+        for letter in text
+    ]
     plain = "".join(letters).casefold().replace("\N{FRACTION SLASH}", "/")
     for sign in "×*":
         plain = plain.replace(sign, "x")
@@ -207,8 +210,8 @@ def _candidates(sizes: Sequence[Size], *, without_width: bool) -> str:
     rims: dict[int, list[str]] = {}
     for size in sizes:
         widths = "a decimal such as 1.75" if size.widths == DECIMAL else size.widths
-        shown = size.name.upper() if size.widths == MM else f"{size.name} x {widths}"
-        rims.setdefault(size.rim, []).append(shown)
+        size_text = size.name.upper() if size.widths == MM else f"{size.name} x {widths}"
+        rims.setdefault(size.rim, []).append(size_text)
     meanings = "; ".join(f"{rim} mm ({', '.join(names)})" for rim, names in rims.items())
     why = "the width is missing" if without_width and len(rims) == 1 else "this may be several rims"
     return f"{why}: {meanings}; "

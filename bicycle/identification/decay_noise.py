@@ -112,17 +112,17 @@ def noise_floor(w: Window, modes: Array) -> Array:
     return np.asarray(np.maximum(np.sqrt((residuals**2).sum(0) / max(len(w.time) - columns, 1)), 1e-5))
 
 
-def guesses(w: Window, known: Array | None = None, start_hz: float | None = None) -> list[Array]:
-    """The three best starts (m, 2) with one mode more than the ``known``, near ``start_hz`` or the highest peak."""
-    unexplained = w.signals if known is None else residual(w, known)[0]
+def guesses(w: Window, known_modes: Array | None = None, start_hz: float | None = None) -> list[Array]:
+    """The three best starts (m, 2) with one mode more than ``known_modes``, near ``start_hz`` or the highest peak."""
+    unexplained = w.signals if known_modes is None else residual(w, known_modes)[0]
     peak = _peak(w, unexplained) if start_hz is None else float(angular_frequency(start_hz))
     omega = np.array([0.35, 0.5, 0.65, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 1.8]) * peak
     omega = np.clip(omega, 1.01 * SLOWEST, 0.99 * FASTEST)
-    damping = (-0.1, 0.02, 0.1, 0.2, 0.35, 0.6, *(() if known is None else (1.0, 2.5)))
+    damping = (-0.1, 0.02, 0.1, 0.2, 0.35, 0.6, *(() if known_modes is None else (1.0, 2.5)))
     net = np.array([[[-zeta * o, o]] for o in omega for zeta in damping])
     net[..., 0] = np.clip(net[..., 0], 0.9 * LOWEST, 0.9 * HIGHEST)
-    if known is not None:
-        net = np.concatenate([np.repeat(known[None], len(net), 0), net], 1)
+    if known_modes is not None:
+        net = np.concatenate([np.repeat(known_modes[None], len(net), 0), net], 1)
     q, _ = np.linalg.qr(np.concatenate([basis(net, w.time), np.broadcast_to(w.drift, (len(net), *w.drift.shape))], 2))
     misfit = (w.signals**2).sum() - ((np.swapaxes(q, 1, 2) @ w.signals) ** 2).sum((1, 2))
     return [net[k] for k in np.argsort(misfit)[:3]]
@@ -184,9 +184,9 @@ class Solved:
     squares: Array  # (points, colours, channels), sum of squares that is left, the prior's share included
     samples: int  # in the window
 
-    def take(self, kept: NDArray[np.bool_]) -> "Solved":
-        """Keep the points at which ``kept`` (points,) is true."""
-        return Solved(self.logs[kept], self.gram[kept], self.right[kept], self.squares[kept], self.samples)
+    def take(self, points: NDArray[np.bool_]) -> "Solved":
+        """Keep the points at which ``points`` (points,) is true."""
+        return Solved(self.logs[points], self.gram[points], self.right[points], self.squares[points], self.samples)
 
     def log(self) -> Array:
         """Logarithm of the marginal likelihood, (points,)."""

@@ -70,7 +70,7 @@ class Estimate:
     def drifts(self) -> dict[str, float]:
         """Kind of drift -> probability, the most probable first."""
         kinds = [(kind.partition("/")[0], weight) for kind, weight in self.kinds.items()]
-        drifts = {name: sum(weight for own, weight in kinds if own == name) for name, _ in kinds}
+        drifts = {name: sum(weight for drift, weight in kinds if drift == name) for name, _ in kinds}
         return dict(sorted(drifts.items(), key=lambda item: -item[1]))
 
     def curves(self) -> tuple[Array, Array]:
@@ -102,11 +102,11 @@ class Estimate:
         waves, signals = self._best_fit()[0], self.window.signals
         return np.asarray(signals - waves @ np.linalg.lstsq(waves, signals, rcond=None)[0])
 
-    def whiten(self, left: Array) -> Array:
+    def whiten(self, residual: Array) -> Array:
         """Residual of each sample given the one before it, by the most probable noise of each channel."""
         best = self.best
         phi = self.window.colours[best.evidence.solve(best.best[None], best.best_rate).colour()]
-        return np.asarray(left[1:] - phi * left[:-1])
+        return np.asarray(residual[1:] - phi * residual[:-1])
 
     def _best_fit(self) -> tuple[Array, Array]:
         """Waves and drift (n, h) at the most probable eigenvalues, and their amplitudes (c, h)."""
@@ -140,7 +140,7 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
     z, density = proposal(best.size, points)
     x = best + z @ root.T
     volume = math.log(np.diag(root).prod()) - density
-    log, inside, solved = _solve(evidence, x, m)
+    log, within_bounds, solved = _solve(evidence, x, m)
     if solved is None:
         return None
     log += volume
@@ -153,7 +153,7 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
     (most,), best_rate = _split_rate(best[None], m)
     order = np.argsort(most[:, 1])
     prior = 0.0 if span is None else math.log(span[1] - span[0])
-    linear = solved.take(relevant[inside]).linear().reorder(order)
+    linear = solved.take(relevant[within_bounds]).linear().reorder(order)
     modes = _split_rate(x[relevant], m)[0][:, order]
     evidence_log = total - math.log(points) - prior
     return Posterior(evidence, most[order], modes, np.exp(log - total)[relevant], evidence_log, best_rate, linear)
@@ -162,8 +162,8 @@ def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | 
 def estimate(w: noise.Window, drifts: Sequence[str], starts: Sequence[Array]) -> Estimate | None:
     """Weigh the modes of a window over some kinds of drift, from ``starts`` (m, 2); None without a maximum."""
     evidence, best = evidence_about(w, starts[0])
-    tried = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
-    posteriors = tuple(one for one in tried if one is not None)
+    of_drifts = [posterior(replace(evidence, drift=drift), [best, *starts[1:]]) for drift in drifts]
+    posteriors = tuple(of_drift for of_drift in of_drifts if of_drift is not None)
     if not posteriors:
         return None
     logs = np.array([p.log_evidence for p in posteriors])
@@ -208,55 +208,60 @@ def seek_modes(
         return fit
     w = fine(starts)
     drift = [fit.best.evidence.drift]
-    few, more = estimate(w, drift, [fit.best.best]), estimate(w, drift, starts)
-    if few is None or more is None or not clearer(more.best, few.best) or not _beside(few.best.best, more.best.best):
+    fewer, more = estimate(w, drift, [fit.best.best]), estimate(w, drift, starts)
+    if (
+        fewer is None
+        or more is None
+        or not clearer(more.best, fewer.best)
+        or not _keeps_modes(fewer.best.best, more.best.best)
+    ):
         return fit
-    both = estimate(w, drifts, [more.best.best])
-    return fit if both is None or not _beside(few.best.best, both.best.best) else both
+    weighed = estimate(w, drifts, [more.best.best])
+    return fit if weighed is None or not _keeps_modes(fewer.best.best, weighed.best.best) else weighed
 
 
-def _beside(few: Array, more: Array) -> bool:
-    """True if ``more`` modes (m + 1, 2) keep the ``few`` (m, 2), and the further one differs in size by factor 2."""
-    stays, other = few[:, 0] + 1j * few[:, 1], more[:, 0] + 1j * more[:, 1]
-    away = np.abs(other[:, None] - stays) / np.abs(stays)
-    further = int(away.min(1).argmax())
-    apart = np.abs(np.log(np.abs(other[further] / np.delete(other, further)))).min()
-    return bool(np.delete(away, further, 0).min(0).max() < 0.25 and apart > math.log(2.0))
+def _keeps_modes(fewer: Array, more: Array) -> bool:
+    """True if ``more`` modes (m + 1, 2) keep the ``fewer`` (m, 2), and the further one differs in size by factor 2."""
+    stays, all_modes = fewer[:, 0] + 1j * fewer[:, 1], more[:, 0] + 1j * more[:, 1]
+    distance = np.abs(all_modes[:, None] - stays) / np.abs(stays)
+    added = int(distance.min(1).argmax())
+    size_ratio = np.abs(np.log(np.abs(all_modes[added] / np.delete(all_modes, added)))).min()
+    return bool(np.delete(distance, added, 0).min(0).max() < 0.25 and size_ratio > math.log(2.0))
 
 
-def _log_odds(more: Posterior, few: Posterior) -> float:
-    return more.log_evidence - more.occam - few.log_evidence + few.occam
+def _log_odds(more: Posterior, fewer: Posterior) -> float:
+    return more.log_evidence - more.occam - fewer.log_evidence + fewer.occam
 
 
-def clearer(more: Posterior, few: Posterior) -> bool:
-    """True if the odds of ``more`` modes over ``few`` are 20 or higher."""
-    return _log_odds(more, few) > CLEAR
+def clearer(more: Posterior, fewer: Posterior) -> bool:
+    """True if the odds of ``more`` modes over ``fewer`` are 20 or higher."""
+    return _log_odds(more, fewer) > CLEAR
 
 
-def log_odds_of_each(found: Estimate) -> Array:
+def log_odds_of_each(fit: Estimate) -> Array:
     """Logarithm of the odds of each of several modes (m,), infinite if none less would do in the same window."""
-    odds, remaining = np.full(len(found.mean), math.inf), list(range(len(found.mean)))
+    odds, remaining = np.full(len(fit.mean), math.inf), list(range(len(fit.mean)))
     while len(remaining) > 1:
-        modes = found.best.best[remaining]
+        modes = fit.best.best[remaining]
         starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]
-        whole, *tried = (estimate(found.window, [found.best.evidence.drift], [start]) for start in starts)
-        fewer = [one.best for one in tried if one is not None]
+        whole, *reduced = (estimate(fit.window, [fit.best.evidence.drift], [start]) for start in starts)
+        fewer = [estimate_without.best for estimate_without in reduced if estimate_without is not None]
         if whole is None or not fewer:
             break
-        few = max(fewer, key=lambda fit: fit.log_evidence)
-        if clearer(whole.best, few):
+        likeliest = max(fewer, key=lambda fit: fit.log_evidence)
+        if clearer(whole.best, likeliest):
             break
-        away = np.linalg.norm(modes[:, None] - few.best[None], axis=-1).min(1)
-        odds[remaining.pop(int(away.argmax()))] = _log_odds(whole.best, few)
+        distance = np.linalg.norm(modes[:, None] - likeliest.best[None], axis=-1).min(1)
+        odds[remaining.pop(int(distance.argmax()))] = _log_odds(whole.best, likeliest)
     return odds
 
 
-def log_odds_of_any(found: Estimate) -> float:
+def log_odds_of_any(fit: Estimate) -> float:
     """Logarithm of the odds of the modes over a drift and noise alone."""
     none = np.empty((1, 0, 2))
-    without = [replace(found.best.evidence, drift=drift).solve(none).log()[0] for drift in noise.PLAIN]
-    with_modes = [p.log_evidence - p.occam for p in found.posteriors]
-    more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, without))
+    drift_alone = [replace(fit.best.evidence, drift=drift).solve(none).log()[0] for drift in noise.PLAIN]
+    with_modes = [p.log_evidence - p.occam for p in fit.posteriors]
+    more, less = (np.logaddexp.reduce(logs) - math.log(len(logs)) for logs in (with_modes, drift_alone))
     return float(more - less)
 
 
@@ -286,13 +291,13 @@ def proposal(size: int, points: int) -> tuple[Array, Array]:
     return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
 
 
-def _ratios(found: Sequence[Posterior], weights: Array, number: int) -> dict[str, tuple[complex, float]]:
+def _ratios(posteriors: Sequence[Posterior], weights: Array, number: int) -> dict[str, tuple[complex, float]]:
     """Ratios of one mode by the law of total variance over its posterior: value, and sd of both parts."""
-    w, turn = found[0].evidence.window, np.array([1, -1j])
-    root = np.concatenate([p.modes[:, number, 0] + 1j * p.modes[:, number, 1] for p in found])
+    w, turn = posteriors[0].evidence.window, np.array([1, -1j])
+    root = np.concatenate([p.modes[:, number, 0] + 1j * p.modes[:, number, 1] for p in posteriors])
     two = slice(2 * number, 2 * number + 2)
-    phasors = np.concatenate([p.linear.mean[:, :, two] @ turn for p in found])
-    blocks = np.concatenate([p.linear.covariance[:, :, two][..., two] for p in found])
+    phasors = np.concatenate([p.linear.mean[:, :, two] @ turn for p in posteriors])
+    blocks = np.concatenate([p.linear.covariance[:, :, two][..., two] for p in posteriors])
     spread = np.real(np.einsum("pcij,i,j->pc", blocks, turn, turn.conj()))
     ratios = {}
     for name, pair in RATIOS.items():
@@ -359,8 +364,8 @@ def _climb(log: Callable[[Array], Array], x: Array, steps: Array) -> tuple[Array
     damped = np.array([1.0, 0.6, 0.3, 0.1, 0.02])
     covariance, gain, idle = None, np.inf, 0
     for _ in range(25):
-        top, *rest = log(x + stencil * steps)
-        around = np.array(rest)
+        top, *heights_around = log(x + stencil * steps)
+        around = np.array(heights_around)
         if not np.isfinite(top):
             return x, None
         around = np.where(np.isfinite(around), around, top - 50.0)

@@ -73,29 +73,29 @@ def movement(run: Run, whole: Estimate, number: int, last_s: float, *, beside: b
         return None
     starts = [fit.window.start for fit, _ in fits]
     table, energy = [numbers_of(*fit) for fit in fits], whole.energy_from(starts)
-    shifts, farthest, what = largest_shifts(table, energy, 0)
+    shifts, farthest, name = largest_shifts(table, energy, 0)
     settled = next((place for place in range(1, len(fits) - 1) if largest_shifts(table, energy, place)[1] == 0), None)
-    refused = settled is not None and largest_shifts(table, energy, 0, CERTAIN)[1] > TOO_FAR
-    return Movement(shifts, farthest, what, refused, None if settled is None else starts[settled])
+    is_refused = settled is not None and largest_shifts(table, energy, 0, CERTAIN)[1] > TOO_FAR
+    return Movement(shifts, farthest, name, is_refused, None if settled is None else starts[settled])
 
 
-def find_break(run: Run, found: Estimate, number: int) -> Break | None:
+def find_break(run: Run, fit: Estimate, number: int) -> Break | None:
     """Find a second kick, a step of a sensor or a spike: a sample that the noise makes in one of 10,000 windows."""
-    w = found.window
-    large = np.abs(unforeseen(found))
-    large[w.time < REACH * 2 * math.pi / float(found.mean[number, 1])] = 0.0  # there the start of the window is scanned
+    w = fit.window
+    large = np.abs(unforeseen(fit))
+    large[w.time < REACH * 2 * math.pi / float(fit.mean[number, 1])] = 0.0  # there the start of the window is scanned
     place, channel = np.unravel_index(int(large.argmax()), large.shape)
     size = float(large[place, channel])
     if -math.expm1(large.size * math.log1p(-2 * ndtr(-size))) > 1e-4:
         return None
     end, at = (float(w.start + w.time[k]) for k in (place - 1, place))
-    earlier = _refit_part(run, (found, number), w.start, end, beside=False)
-    whole = numbers_of(found, number)
+    earlier = _refit_part(run, (fit, number), w.start, end, beside=False)
+    whole = numbers_of(fit, number)
     shift = dict.fromkeys(whole, 0.0), 0.0, "", False  # too little lies before it to be fitted
     if earlier is not None:
-        table, (energy, after) = [whole, numbers_of(*earlier)], found.energy_from([w.start, at])
-        refused = largest_shifts(table, [energy, energy - after], 0, CERTAIN)[1] > TOO_FAR
-        shift = (*largest_shifts(table, [energy, energy - after], 0), refused)
+        table, (energy, after) = [whole, numbers_of(*earlier)], fit.energy_from([w.start, at])
+        is_refused = largest_shifts(table, [energy, energy - after], 0, CERTAIN)[1] > TOO_FAR
+        shift = (*largest_shifts(table, [energy, energy - after], 0), is_refused)
     return Break(*shift, at, end, w.channels[channel], size)
 
 
@@ -111,19 +111,19 @@ def _refit_part(
         return None
     part = posterior.estimate(w, likely, [modes])
     if beside:
-        alone = posterior.estimate(w, likely, [modes[number : number + 1]])
-        if alone is not None and (part is None or not posterior.clearer(part.best, alone.best)):
-            return alone, 0
+        single = posterior.estimate(w, likely, [modes[number : number + 1]])
+        if single is not None and (part is None or not posterior.clearer(part.best, single.best)):
+            return single, 0
     if part is None:
         return None
     distance = np.hypot(*(modes[:, None, :] - part.mean[None, :, :]).transpose(2, 0, 1))
     return part, int(scipy.optimize.linear_sum_assignment(distance)[1][number])  # near modes may change places
 
 
-def numbers_of(found: Estimate, number: int) -> Numbers:
+def numbers_of(fit: Estimate, number: int) -> Numbers:
     """Parts of the eigenvalue and ratios of a mode, each with its sd."""
-    parts = {name: (found.mean[number, k : k + 1], float(found.sd[number, k])) for k, name in enumerate(PARTS)}
-    ratios = found.ratios[number].items()
+    parts = {name: (fit.mean[number, k : k + 1], float(fit.sd[number, k])) for k, name in enumerate(PARTS)}
+    ratios = fit.ratios[number].items()
     return parts | {name: (np.array([value.real, value.imag]), sd) for name, (value, sd) in ratios}
 
 
@@ -131,7 +131,7 @@ def largest_shifts(
     table: Sequence[Numbers], energy: Sequence[float], place: int, chances: float = 2.5
 ) -> tuple[dict[str, float], float, str]:
     """Compare the numbers of the window at ``place`` with those of its parts that follow, as :class:`Shift` says."""
-    shifts, farthest, what = dict.fromkeys(table[place], 0.0), 0.0, ""
+    shifts, farthest, farthest_name = dict.fromkeys(table[place], 0.0), 0.0, ""
     for later, remaining in zip(table[place + 1 :], energy[place + 1 :], strict=True):
         more = max(energy[place] / max(remaining, 1e-300) - 1, 0.0)  # of the variance; less is rounding
         for name, (value, sd) in table[place].items():
@@ -139,14 +139,14 @@ def largest_shifts(
             if shift > sd and shift > chances * math.sqrt(max(later[name][1] ** 2 - sd**2, more * sd**2)):
                 shifts[name] = max(shifts[name], shift)
                 if shift / sd > farthest:
-                    farthest, what = shift / sd, name
-    return shifts, farthest, what
+                    farthest, farthest_name = shift / sd, name
+    return shifts, farthest, farthest_name
 
 
-def unforeseen(found: Estimate, ordinary: float = 0.95) -> Array:
+def unforeseen(fit: Estimate, ordinary: float = 0.95) -> Array:
     """Residual of each sample given the one before it (n, c), over its sd; white and normal in a sound window."""
-    innovations = found.window.signals - found.curves()[0]
-    innovations = np.vstack([innovations[:1], found.whiten(innovations)])
+    innovations = fit.window.signals - fit.curves()[0]
+    innovations = np.vstack([innovations[:1], fit.whiten(innovations)])
     usual = np.sort(np.abs(innovations), axis=0)[: math.ceil(ordinary * len(innovations))]
     edge = -ndtri((1 - ordinary) / 2)
     density = math.exp(-(edge**2) / 2) / math.sqrt(2 * math.pi)
@@ -155,12 +155,12 @@ def unforeseen(found: Estimate, ordinary: float = 0.95) -> Array:
     return np.asarray(innovations / np.maximum(median, np.sqrt((usual**2).mean(0)) / part))
 
 
-def probability_of_noise(found: Estimate) -> float:
+def probability_of_noise(fit: Estimate) -> float:
     """Probability that noise leaves at least as much correlation between neighbours as the most probable modes do.
 
     Portmanteau test of Ljung & Box (1978, Biometrika 65, 297-303), all channels together.
     """
-    innovations = found.whiten(found.residual())
+    innovations = fit.whiten(fit.residual())
     n, channels = innovations.shape
     lags = np.arange(1, max(min(n // 5, 20), 3) + 1)
     innovations = innovations - innovations.mean(0)
@@ -221,8 +221,8 @@ class Decay:
         if self.estimate is None:
             return "nothing", {}
         if self.doubt[0]:
-            shown = math.floor(1000 * self.r_squared) / 1000  # never rounded up to what it is below
-            return self.doubt[0], {"r_squared": shown, "least": POOREST, **self.doubt[1]}
+            rounded = math.floor(1000 * self.r_squared) / 1000  # never rounded up to what it is below
+            return self.doubt[0], {"r_squared": rounded, "least": POOREST, **self.doubt[1]}
         size, doubt = abs(self.eigenvalue), max(self.sd)
         if doubt > MOST_DOUBT * size:
             why = f"{self.cycles:.1f} cycles tell too little"
@@ -282,9 +282,9 @@ def identify_modes(
         return (Decay(run.name, run.speed),) * count
     numbers = range(count)
     if len(fit.mean) > count:  # one of two: that near the start frequency, else the larger one that oscillates
-        near = np.abs(fit.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
+        distance = np.abs(fit.mean[:, 1] - (0.0 if start_hz is None else float(angular_frequency(start_hz))))
         turns = frequency_hz(1j * fit.mean[:, 1]) * fit.window.length >= FEWEST_CYCLES
-        number = int(np.argmax(np.where(turns, 1 + fit.energies(), 0.0)) if start_hz is None else np.argmin(near))
+        number = int(np.argmax(np.where(turns, 1 + fit.energies(), 0.0)) if start_hz is None else np.argmin(distance))
         numbers = range(number, number + 1)
     decays = tuple(_decay(run, fit, number, asked=len(fit.mean) == count) for number in numbers)
     if thorough:
@@ -295,42 +295,42 @@ def identify_modes(
     return tuple(replace(decay, doubt=doubt if doubt[0] else decay.doubt) for decay in decays)
 
 
-def _decay(run: Run, found: Estimate, number: int, *, asked: bool) -> Decay:
-    sigma, omega = (float(x) for x in found.mean[number])
-    beside = tuple(complex(*mode) for place, mode in enumerate(found.mean) if place != number and not asked)
-    p = probability_of_noise(found)
+def _decay(run: Run, fit: Estimate, number: int, *, asked: bool) -> Decay:
+    sigma, omega = (float(x) for x in fit.mean[number])
+    other_modes = tuple(complex(*mode) for place, mode in enumerate(fit.mean) if place != number and not asked)
+    p = probability_of_noise(fit)
     doubt: tuple[str, dict[str, Any]] = ("", {})
-    if found.explained < POOREST:
-        any_odds = posterior.log_odds_of_any(found)
+    if fit.explained < POOREST:
+        any_odds = posterior.log_odds_of_any(fit)
         if any_odds < posterior.CLEAR:
             words = f"{math.exp(any_odds):.2g}" if any_odds > -200 else "less than 1e-86"
             doubt = ("drowned", {"odds": words, "clear": math.exp(posterior.CLEAR)})
         elif p <= 0.01:
             doubt = ("disturbed", {"p": p})
-    sd, cycles = (float(found.sd[number, 0]), float(found.sd[number, 1])), float(frequency_hz(1j * omega))
+    sd, cycles = (float(fit.sd[number, 0]), float(fit.sd[number, 1])), float(frequency_hz(1j * omega))
     return Decay(
         run.name,
         run.speed,
         complex(sigma, omega),
         sd,
-        found.ratios[number],
-        found.explained,
-        cycles * found.window.length,
-        next(iter(found.drifts)),
-        beside,
-        found,
+        fit.ratios[number],
+        fit.explained,
+        cycles * fit.window.length,
+        next(iter(fit.drifts)),
+        other_modes,
+        fit,
         p,
         doubt,
     )
 
 
-def _doubt_count(found: Estimate, least: float) -> tuple[str, dict[str, Any]]:
+def _doubt_count(fit: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     """Doubt if the window holds fewer modes than were fitted, or one that hardly turns: ``least`` cycles."""
-    odds, count = posterior.log_odds_of_each(found), len(found.mean)
-    there = int(np.isinf(odds).sum())
-    if there < count:
+    odds, count = posterior.log_odds_of_each(fit), len(fit.mean)
+    supported = int(np.isinf(odds).sum())
+    if supported < count:
         more, clear = math.exp(odds.min()), math.exp(posterior.CLEAR)
-        return "fewer", {"there": there, "count": count, "odds": more, "least": clear}
+        return "fewer", {"there": supported, "count": count, "odds": more, "least": clear}
     return ("slow", {"count": count, "cycles": least, "least": FEWEST_CYCLES}) if least < FEWEST_CYCLES else ("", {})
 
 

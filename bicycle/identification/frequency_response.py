@@ -35,20 +35,20 @@ def lines_of(signal: Array, step: float) -> Array:
     x = _off_a_line(np.asarray(signal, float))
     duration = len(x) * step
     total = float(weights(len(x)) @ x**2)
-    lines, rest, share = np.empty(0), x, 1.0
+    lines, remainder, share = np.empty(0), x, 1.0
     for number in range(3):
-        more = _peaks(rest, step, lines)
+        more = _peaks(remainder, step, lines)
         if not 0 < len(more) + len(lines) <= MOST:
             break
         first = np.sort(np.concatenate([lines, more]))
-        rest = fit_lines(first, [x], step)[1][0]
-        if not number and float(weights(len(x)) @ rest**2) > 0.2 * total:
+        remainder = fit_lines(first, [x], step)[1][0]
+        if not number and float(weights(len(x)) @ remainder**2) > 0.2 * total:
             return np.empty(0)
         lines = first
         for _ in range(3):
             lines = _refine_lines(lines, x, step)
-        rest = fit_lines(lines, [x], step)[1][0]
-        share = float(weights(len(x)) @ rest**2) / total
+        remainder = fit_lines(lines, [x], step)[1][0]
+        share = float(weights(len(x)) @ remainder**2) / total
         if share < 1e-4 or not len(more):
             break
     lines = lines[np.diff(lines, prepend=-np.inf) * duration > 1]
@@ -97,8 +97,8 @@ def fit_lines(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Arra
     return np.asarray(coefficients, float), residuals
 
 
-def _peaks(x: Array, step: float, known: Array) -> Array:
-    """Peaks (Hz) of the spectrum that stand apart from each other and from the ``known``."""
+def _peaks(x: Array, step: float, known_lines: Array) -> Array:
+    """Peaks (Hz) of the spectrum that stand apart from each other and from the ``known_lines``, Hz."""
     size, padded = len(x), 8 * len(x)
     power = np.abs(np.fft.rfft(x * weights(size), padded))
     hertz = np.arange(len(power)) / (padded * step)
@@ -113,7 +113,7 @@ def _peaks(x: Array, step: float, known: Array) -> Array:
     for k in top[np.argsort(-power[top])]:
         before, at, after = np.log(power[k - 1 : k + 2])
         f = float(hertz[k] + 0.5 * (before - after) / (before - 2 * at + after) * hertz[1])
-        if np.abs(np.concatenate([known, chosen]) - f).min(initial=np.inf) * size * step >= APART:
+        if np.abs(np.concatenate([known_lines, chosen]) - f).min(initial=np.inf) * size * step >= APART:
             chosen.append(f)
     return np.array(chosen)
 
@@ -146,15 +146,15 @@ class LineResponse:
     moved: NDArray[np.bool_]  # (m,) true if the line of the input stands out of its noise
 
 
-def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineResponse:
+def line_response(hertz: Array, input_signal: Array, output_signal: Array, step: float) -> LineResponse:
     """Response of one record at the lines ``hertz`` (m,), Hz, sampled by ``step`` (s)."""
-    size, m = len(given), len(hertz)
-    coefficients, (rest_u, rest_y) = fit_lines(hertz, [given, seen], step)
+    size, m = len(input_signal), len(hertz)
+    coefficients, (rest_u, rest_y) = fit_lines(hertz, [input_signal, output_signal], step)
     u, y = (coefficients[:m] - 1j * coefficients[m : 2 * m]).T
     between = _gap_frequencies(hertz, size, step)
     v, width = weights(size), 2 * m + 2
     once, twice, cross = np.zeros((width, width)), np.zeros((width, width)), np.zeros((width, len(between)), complex)
-    line_u, line_y, own = np.zeros(len(between), complex), np.zeros(len(between), complex), float(v @ v)
+    line_u, line_y, window_energy = np.zeros(len(between), complex), np.zeros(len(between), complex), float(v @ v)
     down = np.zeros((width, len(between)), complex)
     for rows, a, time in _line_basis(hertz, size, step):
         wave = v[rows, None] * _waves(between, time, step)
@@ -166,17 +166,25 @@ def line_response(hertz: Array, given: Array, seen: Array, step: float) -> LineR
         line_y += wave.conj().T @ rest_y[rows]
     inverse = np.linalg.pinv(once, hermitian=True)
     of_lines = inverse[:, :m] - 1j * inverse[:, m : 2 * m]
-    taken = np.einsum("ij,ik,kj->j", of_lines.conj(), twice, of_lines).real  # sum |h|^2 of each line
+    squares_of_lines = np.einsum("ij,ik,kj->j", of_lines.conj(), twice, of_lines).real  # sum |h|^2 of each line
     q = inverse @ down
-    kept = own - 2 * np.einsum("ij,ij->j", q.conj(), cross).real + np.einsum("ij,ik,kj->j", q.conj(), twice, q).real
-    near = np.argsort(np.abs(between - hertz[:, None]), axis=1)[:, :BESIDE]
-    n = near.shape[1]
+    energy_left = (
+        window_energy
+        - 2 * np.einsum("ij,ij->j", q.conj(), cross).real
+        + np.einsum("ij,ik,kj->j", q.conj(), twice, q).real
+    )
+    nearest_gaps = np.argsort(np.abs(between - hertz[:, None]), axis=1)[:, :BESIDE]
+    n = nearest_gaps.shape[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = y / u
-        power = (np.abs(line_y[near] - gain[:, None] * line_u[near]) ** 2 / kept[near]).mean(1)
-        of_input = (np.abs(line_u[near]) ** 2 / kept[near]).mean(1) * taken
-        variance = power * taken / np.abs(u) ** 2 / 2 * n / (n - 1)  # that of Student's t, of 2 n numbers
-    return LineResponse(hertz, gain, variance, np.abs(u) ** 2 / taken, of_input < 2 * WORST**2 * np.abs(u) ** 2)
+        power = (
+            np.abs(line_y[nearest_gaps] - gain[:, None] * line_u[nearest_gaps]) ** 2 / energy_left[nearest_gaps]
+        ).mean(1)
+        of_input = (np.abs(line_u[nearest_gaps]) ** 2 / energy_left[nearest_gaps]).mean(1) * squares_of_lines
+        variance = power * squares_of_lines / np.abs(u) ** 2 / 2 * n / (n - 1)  # that of Student's t, of 2 n numbers
+    return LineResponse(
+        hertz, gain, variance, np.abs(u) ** 2 / squares_of_lines, of_input < 2 * WORST**2 * np.abs(u) ** 2
+    )
 
 
 def _gap_frequencies(hertz: Array, size: int, step: float) -> Array:
@@ -232,7 +240,9 @@ def spectral_response(
     signals = [[parts[k] for k in long] for parts in (inputs, outputs, references or inputs)]
     lines = [lines_of(x, step) for x in signals[2]]
     if any(map(len, lines)):
-        of, no = ([k for k, x in zip(long, lines, strict=True) if bool(len(x)) == made] for made in (True, False))
+        of, no = (
+            [k for k, x in zip(long, lines, strict=True) if bool(len(x)) == has_lines] for has_lines in (True, False)
+        )
         if no:
             raise InputError(
                 f"the input of recording {of[0] + 1} is made of lines, that of recording {no[0] + 1} is not; give the "
@@ -261,16 +271,16 @@ def _at_lines(
     signals: Sequence[Sequence[Array]], lines: Sequence[Array], step: float, highest_hz: float
 ) -> SpectralResponse:
     """Response at the ``lines`` of each recording; lines that several share are averaged by their strength."""
-    every = [line_response(h, u, y, step) for h, u, y in zip(lines, *signals[:2], strict=True)]
-    hertz, gain, variance, power, moved = (
-        np.concatenate([getattr(r, name) for r in every])
+    responses = [line_response(h, u, y, step) for h, u, y in zip(lines, *signals[:2], strict=True)]
+    hertz, gain, variance, power, is_driven = (
+        np.concatenate([getattr(r, name) for r in responses])
         for name in ("frequency_hz", "gain", "variance", "strength", "moved")
     )
     order = np.argsort(hertz)
-    near = 0.5 / (step * min(len(x) for x in signals[0]))
+    resolution = 0.5 / (step * min(len(x) for x in signals[0]))
     group = np.empty(len(hertz), int)
-    group[order] = np.cumsum(np.diff(hertz[order], prepend=-np.inf) > near) - 1
-    weight = np.where(moved, power, 0)
+    group[order] = np.cumsum(np.diff(hertz[order], prepend=-np.inf) > resolution) - 1
+    weight = np.where(is_driven, power, 0)
     total = np.bincount(group, weight)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.bincount(group, weight * hertz) / total
@@ -280,15 +290,21 @@ def _at_lines(
         coherence = 1 / (1 + 2 * BESIDE * (sd / np.abs(ratio)) ** 2)
     lowest = np.full(len(total), np.inf)
     np.minimum.at(lowest, group, hertz)
-    seen = lowest <= highest_hz * (1 + 1e-6)
-    if not seen.any():
+    in_range = lowest <= highest_hz * (1 + 1e-6)
+    if not in_range.any():
         raise InputError(
             f"the input is made of lines from {lowest.min():.4g} to {hertz.max():.4g} Hz, none of them up to "
             f"{highest_hz:g} Hz; take a higher limit"
         )
-    kept = seen & (sd > 0) & np.isfinite(ratio)
+    usable = in_range & (sd > 0) & np.isfinite(ratio)
     return SpectralResponse(
-        mean[kept], ratio[kept], sd[kept], coherence[kept], float(BESIDE), int((seen & ~kept).sum()), lines=len(total)
+        mean[usable],
+        ratio[usable],
+        sd[usable],
+        coherence[usable],
+        float(BESIDE),
+        int((in_range & ~usable).sum()),
+        lines=len(total),
     )
 
 
@@ -316,8 +332,10 @@ def _average_segments(
         variance = power * _energy(weights, around, counts, window) / 2 * (averages - 1) / (averages - 2)
         good = np.isfinite(gain) & (variance > 0)
         if joint:
-            known = _coherence(r[:, 1], u[:, 1])  # the response of the input to the reference, by which is divided
-            good &= (1 - known) < WORST**2 * 2 * averages * known
+            input_coherence = _coherence(
+                r[:, 1], u[:, 1]
+            )  # the response of the input to the reference, by which is divided
+            good &= (1 - input_coherence) < WORST**2 * 2 * averages * input_coherence
     coherence = _coherence(u[:, 1], y[:, 1])
     return SpectralResponse(
         bins[good] / (size * step), gain[good], np.sqrt(variance[good]), coherence[good], averages, int((~good).sum())
@@ -336,10 +354,10 @@ def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], w
     # h is the sum of the segments' parts: products of each with itself and with the next one, which it overlaps by half
     size, hop, places = len(window), len(window) // 2, np.array([-1, 0, 1])
     turn = np.exp(-2j * np.pi * (places[:, None] - places)[..., None] * np.arange(size) / size)
-    own, shared = turn @ window**2, turn[..., : size - hop] @ (window[hop:] * window[: size - hop])
+    full_overlap, shared = turn @ window**2, turn[..., : size - hop] @ (window[hop:] * window[: size - hop])
     followed = np.delete(np.arange(sum(counts)), np.cumsum(counts) - 1)
     late = weights[..., followed] * np.exp(-2j * np.pi * around.T * hop / size)[..., None]
-    total = np.einsum("bik,ij,bjk->b", weights, own, weights.conj()).real
+    total = np.einsum("bik,ij,bjk->b", weights, full_overlap, weights.conj()).real
     return np.asarray(total + 2 * np.einsum("bik,ij,bjk->b", late, shared, weights[..., followed + 1].conj()).real)
 
 

@@ -57,11 +57,11 @@ class Run:
 
 def refuse_copies(runs: Sequence[Run]) -> None:
     """Refuse a recording that stands twice among ``runs``: it would count as two."""
-    seen: dict[tuple[tuple[str, bytes], ...], Run] = {}
+    run_by_samples: dict[tuple[tuple[str, bytes], ...], Run] = {}
     for run in runs:
         samples = tuple((name, run.channels[name].tobytes()) for name in sorted(run.channels))
-        if (other := seen.setdefault(samples, run)) is not run:
-            raise InputError(f"{run.name}: the same recording as {other.name}; keep one, or it counts twice")
+        if (twin := run_by_samples.setdefault(samples, run)) is not run:
+            raise InputError(f"{run.name}: the same recording as {twin.name}; keep one, or it counts twice")
 
 
 CHANNELS = {  # columns that are measured, and the output of the model they show
@@ -120,12 +120,12 @@ def _own_columns(path: Path, further: Sequence[str] = (), needed: Sequence[str] 
         words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
         more = "a reference is named with --instrument; " if further else ""
         raise InputError(f"{error}; {more}or give a channel map: {words}") if words else error from error
-    found = dict(columns.numbers)
-    time, names = found.pop("time_s"), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
-    for column in SAME.keys() & found.keys():
-        if SAME[column] in found:
+    columns_read = dict(columns.numbers)
+    time, names = columns_read.pop("time_s"), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
+    for column in SAME.keys() & columns_read.keys():
+        if SAME[column] in columns_read:
             raise InputError(f"{path}: {column} and {SAME[column]} are the same quantity; keep one column")
-    values = {names.get(one := SAME.get(column, column), one): x for column, x in found.items()}
+    values = {names.get(alias := SAME.get(column, column), alias): x for column, x in columns_read.items()}
     return Record(str(path), time, values), [f"line {line}" for line in columns.lines]
 
 
@@ -141,11 +141,15 @@ def _refuse_other_motions(path: Path, channel_map: ChannelMap) -> None:
     """Refuse a mapped channel that is neither a motion or torque of a bicycle nor turns a sensor or triggers."""
     helpers = {name for mounting in channel_map.mountings for name in mounting.channels}
     helpers |= {window.trigger.channel for window in channel_map.windows if window.trigger}
-    other = next((name for name in channel_map.channels if name not in helpers and name not in QUANTITIES), "")
-    if other and not nearest(other, QUANTITIES, cutoff=0.85):  # else the reader asks whether that was meant
+    unknown_channel = next(
+        (name for name in channel_map.channels if name not in helpers and name not in QUANTITIES), ""
+    )
+    # a name like one of ours is left to the reader, which asks whether that was meant
+    if unknown_channel and not nearest(unknown_channel, QUANTITIES, cutoff=0.85):
         raise InputError(
-            f"{path}: channel {other!r} is no motion or torque of a bicycle, which are {', '.join(QUANTITIES)}; an "
-            "oscillation keeps its frequency and damping under any of these names that has its unit"
+            f"{path}: channel {unknown_channel!r} is no motion or torque of a bicycle, which are "
+            f"{', '.join(QUANTITIES)}; an oscillation keeps its frequency and damping under any "
+            "of these names that has its unit"
         )
 
 
@@ -221,33 +225,33 @@ def read_forced(
 ) -> tuple[Run, ...]:
     """Read the events of a forced run; its ``inputs`` hold torques, the lateral force and the reference."""
     if channel_map is not None:
-        known = {**QUANTITIES, "lateral_force": "force"}
-        if reference and reference not in known:
+        quantities = {**QUANTITIES, "lateral_force": "force"}
+        if reference and reference not in quantities:
             if reference not in channel_map.channels:
                 raise InputError(
                     f"{path}: no channel {reference!r}; map it with a unit, any: {reference} = "
                     '{column = "...", unit = "N m"}'
                 )
-            known[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
-        return tuple(_run(record, path, speed, reference) for record in read_records(path, channel_map, known))
+            quantities[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
+        return tuple(_run(record, path, speed, reference) for record in read_records(path, channel_map, quantities))
     column = SAME.get(reference, reference)
     more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_FORCE) else [column]
     try:
         record, _ = _own_columns(path, (LATERAL_FORCE, *more), more)
     except InputError as error:
-        told = more and f"{path}, line" not in str(error)
-        there = [column.name for column in contents(path).columns] if told else []
-        if "time_s" in there and reference not in there:
-            every = ", ".join(there)
-            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {every}") from error
+        says_more = more and f"{path}, line" not in str(error)
+        column_names = [column.name for column in contents(path).columns] if says_more else []
+        if "time_s" in column_names and reference not in column_names:
+            names = ", ".join(column_names)
+            raise InputError(f"{path}: --instrument {reference}: there is no such column; it has {names}") from error
         raise
     return (_run(record, path, speed, column),)
 
 
 def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
-    further = {k: x for k, x in record.values.items() if k not in QUANTITIES}
+    further_values = {k: x for k, x in record.values.items() if k not in QUANTITIES}
     run = run_of(replace(record, values={k: x for k, x in record.values.items() if k in QUANTITIES}), path, speed)
-    inputs = {FORCED_INPUTS.get(name, name): x for name, x in further.items()}
+    inputs = {FORCED_INPUTS.get(name, name): x for name, x in further_values.items()}
     column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
     if reference and column not in inputs:
         inputs[column] = {**run.channels, **run.inputs}[column]
@@ -377,8 +381,8 @@ def _set_drive(run: Run, drive: str) -> Run:
     channels |= {STEER_TORQUE: run.inputs[STEER_TORQUE]} if STEER_TORQUE in run.inputs else {}
     if not channels:
         raise InputError(f"{run.name}: input = {drive!r}, and nothing else was recorded that it could explain")
-    others = {name: x for name, x in run.inputs.items() if name != STEER_TORQUE}
-    return replace(run, channels=channels, inputs={STEER: run.channels[STEER], **others})
+    other_inputs = {name: x for name, x in run.inputs.items() if name != STEER_TORQUE}
+    return replace(run, channels=channels, inputs={STEER: run.channels[STEER], **other_inputs})
 
 
 def _keep_channels(run: Run, used: list[Any] | None) -> Run:
@@ -388,8 +392,8 @@ def _keep_channels(run: Run, used: list[Any] | None) -> Run:
     refuse_unknown("channel", [str(name) for name in used], {*CHANNELS, *run.channels}, where="[histories]: channels")
     lacking = [name for name in used if name not in run.channels]
     if lacking or not used:
-        what = f"{', '.join(lacking)} was not recorded; it holds" if lacking else "name one or more of"
-        raise InputError(f"{run.name}: channels = {used!r}: {what} {', '.join(run.channels)}")
+        what_is_there = f"{', '.join(lacking)} was not recorded; it holds" if lacking else "name one or more of"
+        raise InputError(f"{run.name}: channels = {used!r}: {what_is_there} {', '.join(run.channels)}")
     return replace(run, channels={name: run.channels[name] for name in used})
 
 
@@ -399,29 +403,39 @@ def _refuse_repeats(runs: list[Run], entries: Sequence[Mapping[str, Any]]) -> No
     for place, run in enumerate(runs):
         if set(run.channels) != set(runs[0].channels) or set(run.inputs) != set(runs[0].inputs):
             raise InputError(f"{run.name}: has other columns than {runs[0].name}; all runs need the same channels")
-        for other, by in zip(runs[:place], named_by, strict=False):
-            if run.name == other.name:
-                both = f"{by} and by {named_by[place]}"
-                raise InputError(f"{run.name}: the same recording twice, by {both}; keep one, or it counts twice")
+        for earlier, by in zip(runs[:place], named_by, strict=False):
+            if run.name == earlier.name:
+                named_twice = f"{by} and by {named_by[place]}"
+                raise InputError(
+                    f"{run.name}: the same recording twice, by {named_twice}; keep one, or it counts twice"
+                )
     refuse_copies(runs)
 
 
 def _runs(entry: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> list[Run]:
     """Read the events of one file or of a pattern; the entry goes before what is ``common``."""
     where = " ".join(["[[histories.runs]]", str(entry.get("file", entry.get("files", "")))]).strip()
-    given = read(RUN, _in_m_s(entry, where), where=where)
-    settings = {**common, **{key: given[key] for key in (*TABLES, "first_s", "last_s") if key in given}}
-    if "first_s" in given:
+    entry_settings = read(RUN, _in_m_s(entry, where), where=where)
+    settings = {
+        **common,
+        **{key: entry_settings[key] for key in (*TABLES, "first_s", "last_s") if key in entry_settings},
+    }
+    if "first_s" in entry_settings:
         settings.pop(START, None)
     tables = {key: settings[key] for key in TABLES if key in settings}
     channel_map = ChannelMap.from_table(tables, folder, where=where) if tables else None
     runs = list[Run]()
-    for named in _files(given, folder, where):
+    for named in _files(entry_settings, folder, where):
         with looking(folder / named):
-            events = read_events(folder / named, given["speed_m_s"], given["group"], channel_map=channel_map)
+            events = read_events(
+                folder / named, entry_settings["speed_m_s"], entry_settings["group"], channel_map=channel_map
+            )
         names = [named.as_posix() + run.name.removeprefix(named.name) for run in events]
-        own = (replace(run, name=name, held_out=given["held_out"]) for run, name in zip(events, names, strict=True))
-        runs += [_window(run, settings) for run in own]
+        named_runs = (
+            replace(run, name=name, held_out=entry_settings["held_out"])
+            for run, name in zip(events, names, strict=True)
+        )
+        runs += [_window(run, settings) for run in named_runs]
     return runs
 
 
@@ -435,22 +449,22 @@ def _in_m_s(entry: Mapping[str, Any], where: str) -> dict[str, Any]:
     return converted
 
 
-def _files(given: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
+def _files(settings: Mapping[str, Any], folder: Path, where: str) -> list[Path]:
     """List what ``file`` or ``files`` names, relative to the folder."""
-    if ("file" in given) == ("files" in given):
+    if ("file" in settings) == ("files" in settings):
         raise InputError(f'{where}: give one of file = "RUN.csv" and files = "kick_*.csv"')
-    if "file" in given:
-        return [Path(given["file"])]
-    pattern = Path(given["files"])
+    if "file" in settings:
+        return [Path(settings["file"])]
+    pattern = Path(settings["files"])
     root = Path(pattern.anchor) if pattern.is_absolute() else folder
     paths = sorted(path for path in root.glob(pattern.relative_to(pattern.anchor).as_posix()) if path.is_file())
     if not paths:
-        held = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir()) if folder.is_dir() else []
-        held = [name for name in held if pattern.suffix and name.endswith(pattern.suffix)] or held
-        more = f" and {len(held) - 8} more" if len(held) > 8 else ""
+        names = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir()) if folder.is_dir() else []
+        names = [name for name in names if pattern.suffix and name.endswith(pattern.suffix)] or names
+        more = f" and {len(names) - 8} more" if len(names) > 8 else ""
         raise InputError(
             f'{where}: no file in {folder} is called so; give a pattern such as "kick_*.csv" or "ride_*/recording.csv"'
-            f"; it holds {', '.join(held[:8]) or 'nothing'}{more}"
+            f"; it holds {', '.join(names[:8]) or 'nothing'}{more}"
         )
     return paths if pattern.is_absolute() else [path.relative_to(folder) for path in paths]
 
@@ -467,9 +481,11 @@ def _window(run: Run, settings: Mapping[str, Any]) -> Run:
     since = run.time - run.time[0]
     keep = (since >= first - 1e-9) & (since <= last + 1e-9)
     if keep.sum() < FEWEST:
-        asked = f"after {start} = {first:g} s" if "last_s" not in settings else ""
-        asked = asked or f"from {start} = {first:g} s to last_s = {last:g} s"
-        raise InputError(f"{run.name}: {keep.sum()} samples {asked} of {since[-1]:g} s; at least {FEWEST} are needed")
+        interval = f"after {start} = {first:g} s" if "last_s" not in settings else ""
+        interval = interval or f"from {start} = {first:g} s to last_s = {last:g} s"
+        raise InputError(
+            f"{run.name}: {keep.sum()} samples {interval} of {since[-1]:g} s; at least {FEWEST} are needed"
+        )
     return replace(
         run,
         time=run.time[keep],

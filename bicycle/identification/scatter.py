@@ -57,61 +57,63 @@ class _Group:
         return float(residuals @ residuals), round(float(free.sum()))
 
 
-def about_one_speed(speeds: Sequence[float], same: float = SAME_SPEED) -> tuple[tuple[int, ...], ...]:
-    """Group places of ``speeds`` (m/s) within a share ``same`` of the slowest of their group, by speed."""
+def about_one_speed(speeds: Sequence[float], tolerance: float = SAME_SPEED) -> tuple[tuple[int, ...], ...]:
+    """Group places of ``speeds`` (m/s) within a share ``tolerance`` of the slowest of their group, by speed."""
     groups: list[list[int]] = []
     for place in np.argsort(speeds, kind="stable").tolist():
-        if groups and speeds[place] <= speeds[groups[-1][0]] * (1 + same):
+        if groups and speeds[place] <= speeds[groups[-1][0]] * (1 + tolerance):
             groups[-1].append(place)
         else:
             groups.append([place])
     return tuple(tuple(group) for group in groups)
 
 
-def repeats(speeds: Numbers, values: Numbers, stated: Numbers) -> Repeats:
-    """Find the scatter of ``values`` at ``speeds`` (m/s), and what their ``stated`` sd should be."""
-    v, y, stated_sd = (np.asarray(x, float) for x in (speeds, values, stated))
+def repeats(speeds: Numbers, values: Numbers, stated_sds: Numbers) -> Repeats:
+    """Find the scatter of ``values`` at ``speeds`` (m/s), and what their stated sd, ``stated_sds``, should be."""
+    v, y, stated_sd = (np.asarray(x, float) for x in (speeds, values, stated_sds))
     members = about_one_speed(v.tolist())
     aside: list[int] = []
     while (worst := _outlier(_group_runs(members, v, y, aside), len(y), len(aside))) is not None:
         aside.append(worst)
     groups = _group_runs(members, v, y, aside)
     squares = [group.square() for group in groups]
-    total, freedom = (sum(each) for each in zip(*squares, strict=True))
+    total, freedom = (sum(column) for column in zip(*squares, strict=True))
     scatter, sd = np.full(len(y), np.nan), stated_sd.copy()
-    shown = not stated_sd.all() or chdtrc(*_surprise(groups, stated_sd)[::-1]) < REFUTED
+    is_measured = not stated_sd.all() or chdtrc(*_surprise(groups, stated_sd)[::-1]) < REFUTED
     for places, (square, nu) in zip(map(list, members), squares, strict=True):
         if not freedom:
             break
-        others = freedom - nu
-        prior, pooled = min(4.0, others), (total - square) / others if others else 0.0
+        other_freedom = freedom - nu
+        prior, pooled = min(4.0, other_freedom), (total - square) / other_freedom if other_freedom else 0.0
         ratio = square / nu / pooled if nu and pooled else 1.0
-        if nu and pooled and 2 * min(fdtrc(nu, others, ratio), fdtr(nu, others, ratio)) < REFUTED:
+        if nu and pooled and 2 * min(fdtrc(nu, other_freedom, ratio), fdtr(nu, other_freedom, ratio)) < REFUTED:
             prior = 0.0
         variance = (prior * pooled + square) / (prior + nu)
         scatter[places] = math.sqrt(variance)
-        if not nu and not shown:  # of a speed without repeats nothing is known but what the others show
+        if not nu and not is_measured:  # of a speed without repeats nothing is known but what the others show
             continue
         own_variance = float(np.mean(stated_sd[places] ** 2))
         if chdtrc(prior + nu, (prior + nu) * variance / max(own_variance, 1e-300)) < REFUTED:
-            few = float(stdtrit(freedom if prior else nu, 0.975)) / 1.959964  # such an sd is itself uncertain
-            sd[places] = np.sqrt(stated_sd[places] ** 2 + max(few**2 * variance - own_variance, 0.0))
+            widening = float(stdtrit(freedom if prior else nu, 0.975)) / 1.959964  # such an sd is itself uncertain
+            sd[places] = np.sqrt(stated_sd[places] ** 2 + max(widening**2 * variance - own_variance, 0.0))
     for place in aside:
-        group = next(group for one, group in zip(members, groups, strict=True) if place in one)
+        group = next(group for group_places, group in zip(members, groups, strict=True) if place in group_places)
         sd[place] = math.hypot(sd[place], float(abs(y[place] - group.slope * v[place] - np.mean(group.level))))
     return Repeats(members, scatter, freedom, tuple(aside), sd)
 
 
-def surprise(speeds: Numbers, values: Numbers, stated: Numbers, same: float) -> tuple[float, int]:
+def surprise(speeds: Numbers, values: Numbers, stated_sds: Numbers, tolerance: float) -> tuple[float, int]:
     """Residuals of repeats over their stated sd, squared and summed, and the degrees of freedom: chi^2 of right sd."""
-    v, y, own = (np.asarray(x, float) for x in (speeds, values, stated))
-    return _surprise(_group_runs(about_one_speed(v.tolist(), same), v, y, []), own)
+    v, y, sds = (np.asarray(x, float) for x in (speeds, values, stated_sds))
+    return _surprise(_group_runs(about_one_speed(v.tolist(), tolerance), v, y, []), sds)
 
 
-def _surprise(groups: Sequence[_Group], own: Array) -> tuple[float, int]:
-    scaled = [(group.law / own[group.kept][:, None], group.level / own[group.kept]) for group in groups]
+def _surprise(groups: Sequence[_Group], sds: Array) -> tuple[float, int]:
+    scaled = [(group.law / sds[group.kept][:, None], group.level / sds[group.kept]) for group in groups]
     residuals = [level - law @ np.linalg.lstsq(law, level, rcond=None)[0] for law, level in scaled]
-    return float(sum(one @ one for one in residuals)), sum(max(len(law) - law.shape[1], 0) for law, _ in scaled)
+    return float(sum(residual @ residual for residual in residuals)), sum(
+        max(len(law) - law.shape[1], 0) for law, _ in scaled
+    )
 
 
 def _group_runs(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Sequence[int]) -> list[_Group]:
@@ -122,28 +124,28 @@ def _group_runs(members: Sequence[Sequence[int]], v: Array, y: Array, aside: Seq
         slopes = np.gradient(np.array([np.median(y[list(group)]) for group in members]), at)
     groups = []
     for group, slope in zip(members, slopes, strict=True):
-        kept = [place for place in group if place not in aside]
-        columns = [np.ones(len(kept))]
-        if len(kept) > 1 and np.ptp(v[kept]) > OWN_LINE * v[kept].mean():
-            columns.append(v[kept] - v[kept].mean())
-        groups.append(_Group(kept, np.stack(columns, 1), y[kept] - slope * v[kept], float(slope)))
+        remaining = [place for place in group if place not in aside]
+        columns = [np.ones(len(remaining))]
+        if len(remaining) > 1 and np.ptp(v[remaining]) > OWN_LINE * v[remaining].mean():
+            columns.append(v[remaining] - v[remaining].mean())
+        groups.append(_Group(remaining, np.stack(columns, 1), y[remaining] - slope * v[remaining], float(slope)))
     return groups
 
 
 def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
     """The run farthest outside the scatter of all others, if such a one is less likely than 2 %; of three or more."""
     squares = [group.square() for group in groups]
-    total, nu = (sum(each) for each in zip(*squares, strict=True))
+    total, nu = (sum(column) for column in zip(*squares, strict=True))
     worst, largest = None, 0.0
     for group, (square, group_freedom) in zip(groups, squares, strict=True):
         if group_freedom < 2 or nu < 4 or aside >= max(1, count // 8):
             continue
         residuals, free = group.residual()
-        taken = residuals**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
-        others = (total - taken) / (nu - 1)
+        of_run = residuals**2 / np.maximum(free, 1e-9)  # of the sum of squares, by this run
+        variance_of_others = (total - of_run) / (nu - 1)
         if group_freedom >= 3:  # a speed at which all scatter more has no outlier
-            others = np.maximum(others, (square - taken) / (group_freedom - 1))
-        score = np.sqrt(taken / np.maximum(others, 1e-300))  # t of about nu - 1 degrees of freedom
+            variance_of_others = np.maximum(variance_of_others, (square - of_run) / (group_freedom - 1))
+        score = np.sqrt(of_run / np.maximum(variance_of_others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
             largest, worst = float(score.max()), group.kept[int(np.argmax(score))]
     return worst if worst is not None and (count - aside) * 2 * stdtr(nu - 1, -largest) < 0.02 else None

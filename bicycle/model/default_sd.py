@@ -69,21 +69,23 @@ def standard_deviations(
     Without ``typical`` a parameter of an effect is known to a tenth, however wide its typical range.
     """
     values = model.parameters
-    known = set(values) - set(UNUSED)
-    stated: dict[str, float] = {}
+    names = set(values) - set(UNUSED)
+    given_sds: dict[str, float] = {}
     for name, sd in (given or {}).items():
-        keys = entries_of(name, known)
+        keys = entries_of(name, names)
         if not keys:
-            raise InputError(f"standard deviation: {unknown('parameter', name, known)}")
+            raise InputError(f"standard deviation: {unknown('parameter', name, names)}")
         if not is_number(sd) or not 0 <= sd < math.inf:
             raise InputError(f"the standard deviation of {name} is {shown(sd)}; it must be finite and >= 0 (SI units)")
-        stated |= dict.fromkeys(keys, float(sd))
+        given_sds |= dict.fromkeys(keys, float(sd))
     deviations = {}
     for key in values:
-        if key in stated:
-            _refuse_another_unit(model, key, stated[key])
-            deviations[key] = Deviation(stated[key], GIVEN) if stated[key] else Deviation(0.0, EXACT, "given as 0")
-        elif key in known and key not in model.tied:
+        if key in given_sds:
+            _refuse_another_unit(model, key, given_sds[key])
+            deviations[key] = (
+                Deviation(given_sds[key], GIVEN) if given_sds[key] else Deviation(0.0, EXACT, "given as 0")
+            )
+        elif key in names and key not in model.tied:
             source = _stated_deviation(model, key)
             deviations[key] = source or (_default(model, values, key, typical=typical) if assume else UNSTATED)
     return deviations
@@ -141,7 +143,7 @@ def _refuse_another_unit(model: Model, key: str, sd: float) -> None:
     declared = _find_parameter(model, key)
     if key in UNITS:
         unit = UNITS[key]
-        most, other = {
+        most, likely_unit = {
             "m": (0.5, "mm"),
             "rad": (0.3, "degrees"),
             "kg": (100.0, "g"),
@@ -150,7 +152,7 @@ def _refuse_another_unit(model: Model, key: str, sd: float) -> None:
         }[unit]
         if sd > most:
             raise InputError(
-                f"the standard deviation of {key} = {sd:g} is more than {most:g} {unit}; is it in {other}?"
+                f"the standard deviation of {key} = {sd:g} is more than {most:g} {unit}; is it in {likely_unit}?"
             )
     elif declared is not None and sd > max(declared.typical[1] - declared.typical[0], abs(model.parameters[key])):
         (low, high), unit = declared.typical, "" if declared.unit == "1" else f" {declared.unit}"

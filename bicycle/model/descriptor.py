@@ -29,9 +29,9 @@ class DescriptorPolynomial:
         """Close the loop: an input (column of B) that answers an output (row of C), u = gain y; gain (m, 1) in SI."""
         dynamics = dict(self.dynamics)
         for pushed, b in self.input.items():
-            for seen, c in self.output.items():
+            for output_power, c in self.output.items():
                 more = gain[..., None, None] * b[..., :, None, input] * c[..., None, output, :]
-                dynamics[pushed + seen] = dynamics.get(pushed + seen, 0.0) + more
+                dynamics[pushed + output_power] = dynamics.get(pushed + output_power, 0.0) + more
         return replace(self, dynamics=SpeedPolynomial(dynamics, shape=self.dynamics.shape))
 
     def take(self, bicycles: slice) -> "DescriptorPolynomial":

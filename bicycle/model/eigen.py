@@ -111,8 +111,8 @@ def spectra(matrices: Array) -> Complex:
 
 def eigensystem(matrices: Array, *, mass: Array | None = None) -> Eigensystem:
     """Eigenvalues and eigenvectors of A, or of E^-1 F where a mass matrix E is given."""
-    own = matrices if mass is None else np.asarray(np.linalg.solve(mass, matrices))
-    values, _, right, left = eigensystem_with_slopes(own)
+    state_matrices = matrices if mass is None else np.asarray(np.linalg.solve(mass, matrices))
+    values, _, right, left = eigensystem_with_slopes(state_matrices)
     return Eigensystem(values, right, left if mass is None else left @ np.linalg.inv(mass))
 
 
@@ -125,15 +125,17 @@ def eigensystem_with_slopes(matrices: Array, changes: Array | None = None, *, ve
     if kernel is None or not 0 < n <= kernel.most:
         return _by_lapack(matrices, changes)
     square = (m, n, n) if vectors else (0, n, n)
-    found = Decomposition(*(np.empty(shape, complex) for shape in ((m, n), (m, n), square, square)))
-    given = [None if part is None else np.ascontiguousarray(part, float) for part in (matrices, changes)]
-    slopes = (None, None) if changes is None else (given[1], found.slopes)
-    if kernel.solve(n, given[0], found.values, *slopes, *((found.right, found.left) if vectors else ())):
-        k = np.flatnonzero(np.isnan(found.values[:, 0]))
-        rest = _by_lapack(matrices[k], None if changes is None else changes[k])
-        for part, own in list(zip(found, rest, strict=True))[: 4 if vectors else 2]:
-            part[k] = own
-    return found
+    decomposition = Decomposition(*(np.empty(shape, complex) for shape in ((m, n), (m, n), square, square)))
+    contiguous = [None if part is None else np.ascontiguousarray(part, float) for part in (matrices, changes)]
+    slopes = (None, None) if changes is None else (contiguous[1], decomposition.slopes)
+    if kernel.solve(
+        n, contiguous[0], decomposition.values, *slopes, *((decomposition.right, decomposition.left) if vectors else ())
+    ):
+        k = np.flatnonzero(np.isnan(decomposition.values[:, 0]))
+        by_lapack = _by_lapack(matrices[k], None if changes is None else changes[k])
+        for part, recomputed in list(zip(decomposition, by_lapack, strict=True))[: 4 if vectors else 2]:
+            part[k] = recomputed
+    return decomposition
 
 
 def participation(matrices: Array, weights: Array, ratio: Array) -> Participation:
@@ -145,14 +147,16 @@ def participation(matrices: Array, weights: Array, ratio: Array) -> Participatio
     m, n, _ = matrices.shape
     if kernel is None or not 0 < n <= kernel.most:
         return _participation_by_lapack(matrices, weights, ratio)
-    found = Participation(np.empty((m, n), complex), np.empty((m, len(weights), n)), np.empty((m, n)))
+    participation = Participation(np.empty((m, n), complex), np.empty((m, len(weights), n)), np.empty((m, n)))
     none = (None,) * 4
-    given = np.ascontiguousarray(matrices, float)
-    if kernel.solve(n, given, found.values, *none, weights, found.share, ratio, found.steering):
-        k = np.flatnonzero(np.isnan(found.values[:, 0]))
-        for part, own in zip(found, _participation_by_lapack(matrices[k], weights, ratio), strict=True):
-            part[k] = own
-    return found
+    contiguous = np.ascontiguousarray(matrices, float)
+    if kernel.solve(
+        n, contiguous, participation.values, *none, weights, participation.share, ratio, participation.steering
+    ):
+        k = np.flatnonzero(np.isnan(participation.values[:, 0]))
+        for part, recomputed in zip(participation, _participation_by_lapack(matrices[k], weights, ratio), strict=True):
+            part[k] = recomputed
+    return participation
 
 
 def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> Participation:
@@ -165,9 +169,9 @@ def _participation_by_lapack(matrices: Array, weights: Array, ratio: Array) -> P
         u[k, i] = u[k, i + 1] = (u[k, i] + u[k, i + 1]) / 4
     part = np.sqrt(x * u.swapaxes(1, 2))
     part /= np.maximum(part.sum(1, keepdims=True), 1e-300)
-    above, angles, rates = np.matmul(ratio, np.sqrt(x)).swapaxes(0, 1)
-    below = angles + rates / np.maximum(np.abs(values), 1e-300)
-    steering = above / np.maximum(below, 1e-300)
+    steer, angles, rates = np.matmul(ratio, np.sqrt(x)).swapaxes(0, 1)
+    all_angles = angles + rates / np.maximum(np.abs(values), 1e-300)
+    steering = steer / np.maximum(all_angles, 1e-300)
     return Participation(values.astype(complex, copy=False), np.matmul(weights, part), steering)
 
 
@@ -208,12 +212,12 @@ def decompose(polynomial: SpeedPolynomial, speeds: Array, *, vectors: bool = Tru
     parts = []
     for start in range(0, max(len(speeds), 1), BATCH):
         part = slice(start, start + BATCH)
-        v, own = speeds[part], polynomial
+        v, batch = speeds[part], polynomial
         if len(polynomial.shape) > 2 and len(speeds) > BATCH:
-            own = polynomial.take(part)
-        matrices = own(v)
+            batch = polynomial.take(part)
+        matrices = batch(v)
         decomposition = eigensystem_with_slopes(
-            matrices, np.broadcast_to(own.derivative(v), matrices.shape), vectors=vectors
+            matrices, np.broadcast_to(batch.derivative(v), matrices.shape), vectors=vectors
         )
         _real_again(decomposition.values, matrices)
         parts.append(decomposition)
@@ -233,8 +237,8 @@ def doubtful(values: Complex) -> NDArray[np.bool_]:
 
 def uncertainty(values: Complex, left: Complex, matrices: Array, right: Complex) -> Array:
     """Rounding (m, n) of each root, 1/s: eps times the largest root, or eps |u| |A| |x| where that is more."""
-    own = ((np.abs(left) @ np.abs(matrices)).swapaxes(1, 2) * np.abs(right)).sum(1)
-    return np.asarray(DIGITS * np.maximum(own, np.abs(values).max(1, keepdims=True)))
+    weighted_size = ((np.abs(left) @ np.abs(matrices)).swapaxes(1, 2) * np.abs(right)).sum(1)
+    return np.asarray(DIGITS * np.maximum(weighted_size, np.abs(values).max(1, keepdims=True)))
 
 
 def inverse(matrices: Any) -> Array:

@@ -28,7 +28,7 @@ class InputHistory:
     linear: bool = False
 
     def __post_init__(self) -> None:
-        time, value = (np.atleast_1d(np.asarray(given, float)) for given in (self.time, self.value))
+        time, value = (np.atleast_1d(np.asarray(values, float)) for values in (self.time, self.value))
         if time.shape != value.shape or time.ndim != 1 or not time.size:
             raise InputError(f"an input has {time.size} times and {value.size} values; give one value for each time")
         if not (np.isfinite(time).all() and np.isfinite(value).all()):
@@ -76,6 +76,6 @@ def doublet(size: float, *, start: float = 0.0, duration: float) -> InputHistory
     return InputHistory(start + duration * np.array([0.0, 0.5, 1.0]), np.array([size, -size, 0.0]))
 
 
-def _check_duration(what: str, duration: float) -> None:
+def _check_duration(name: str, duration: float) -> None:
     if not duration > 0:
-        raise InputError(f"the duration of a {what} is {duration:g} s; it must be positive")
+        raise InputError(f"the duration of a {name} is {duration:g} s; it must be positive")

@@ -118,10 +118,10 @@ def _wheelbase(matrices: Mapping[str, Array], gravity: float, where: str) -> flo
 
 
 def _matrix(rows: Any, where: str) -> Array:
-    given = f"{where} = {shown(rows)}"
+    matrix_shown = f"{where} = {shown(rows)}"
     if not isinstance(rows, list) or [len(row) if isinstance(row, list) else 0 for row in rows] != [2, 2]:
-        raise InputError(f"{given} must be two rows of two numbers, lean first")
+        raise InputError(f"{matrix_shown} must be two rows of two numbers, lean first")
     for number in (number for row in rows for number in row):
         if not is_number(number) or not np.isfinite(number):
-            raise InputError(f"{given} holds {shown(number)}, which must be a finite number")
+            raise InputError(f"{matrix_shown} holds {shown(number)}, which must be a finite number")
     return np.array(rows, float)

@@ -98,9 +98,9 @@ class Model:
             if self.bicycle.without_slip and not getattr(effect, "holds_contact", True):
                 where = f"bicycle {self.bicycle.name!r} with {effect.identifier}"
                 raise InputError(f"{where}: {self.bicycle.without_slip[0]}; or take no_slip")
-        own = self.bicycle.covariance
-        if not set(own.names) <= set(self.covariance.names):
-            object.__setattr__(self, "covariance", self.covariance.and_also(own))
+        of_bicycle = self.bicycle.covariance
+        if not set(of_bicycle.names) <= set(self.covariance.names):
+            object.__setattr__(self, "covariance", self.covariance.and_also(of_bicycle))
 
     def __hash__(self) -> int:  # a mapping does not hash
         return hash((self.bicycle, self.effects, frozenset(self.sd.items()), self.covariance))
@@ -134,8 +134,10 @@ class Model:
 
     def with_effect(self, effect: Effect) -> "Model":
         """A model with one more ``effect``; a contact law takes the place of the one there was."""
-        kept = [e for e in self.effects if type(e) is not type(effect) and (e.slot is None or e.slot != effect.slot)]
-        return replace(self, effects=(*kept, effect))
+        kept_effects = [
+            e for e in self.effects if type(e) is not type(effect) and (e.slot is None or e.slot != effect.slot)
+        ]
+        return replace(self, effects=(*kept_effects, effect))
 
     def linear_model(self) -> LinearModel:
         """Build the numeric model.
@@ -171,9 +173,9 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
     # values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain
     warnings = [*model.bicycle.warnings]
     for effect in () if model.unusual else model.effects:
-        for key, found in effect.doubts(of_kind(model.bicycle.kind)[1]).items():
-            if found.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
-                warnings.append(found.text)
+        for key, doubt in effect.doubts(of_kind(model.bicycle.kind)[1]).items():
+            if doubt.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
+                warnings.append(doubt.text)
     warnings += model.notes
     if any(effect.moves_load for effect in model.effects):
         evaluate.check_loads(values)
@@ -216,9 +218,9 @@ def check_weight(evaluate: Evaluator, values: Mapping[str, float], model: Model)
 def check_compatible(effects: tuple[Effect, ...]) -> None:
     """Refuse ``effects`` with double-booked slots, repeated ones and unmet needs, naming both sides."""
     slots: dict[str, Effect] = {}
-    provided = {thing for effect in effects for thing in effect.provides}
+    provided = {provision for effect in effects for provision in effect.provides}
     for number, effect in enumerate(effects):
-        if any(type(effect) is type(other) for other in effects[:number]):
+        if any(type(effect) is type(earlier) for earlier in effects[:number]):
             raise InputError(f"effect {effect.identifier!r} is given twice")
         if effect.slot is not None and effect.slot in slots:
             raise InputError(

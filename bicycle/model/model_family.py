@@ -60,8 +60,8 @@ class ModelFamily:
     def kinds(self) -> tuple[type[Effect], ...]:
         """Classes of the effects, by identifier."""
         slots = {kind.slot for kind in self.further if kind.slot is not None}
-        kept = (type(effect) for effect in self.model.effects if effect.slot not in slots)
-        return tuple(sorted((*kept, *self.further), key=lambda kind: kind.identifier))
+        own_kinds = (type(effect) for effect in self.model.effects if effect.slot not in slots)
+        return tuple(sorted((*own_kinds, *self.further), key=lambda kind: kind.identifier))
 
     @cached_property
     def evaluate(self) -> Evaluator:
@@ -80,10 +80,10 @@ class ModelFamily:
 
     @cached_property
     def _known(self) -> frozenset[str]:
-        further = (
+        further_names = (
             f"{kind.identifier}.{entry}" for kind in self.further for p in kind.parameters for entry in p.entries()
         )
-        return frozenset({*self.base, *further})
+        return frozenset({*self.base, *further_names})
 
     @cached_property
     def _tied(self) -> dict[str, str]:
@@ -93,8 +93,8 @@ class ModelFamily:
         """Parameters that ``key`` stands for: itself, or rear and front of a parameter per wheel."""
         entries = entries_of(key, self._known)
         if not entries:
-            known = self._known | {f"{kind.identifier}.{p.name}" for kind in self.kinds for p in kind.parameters}
-            raise InputError(unknown("parameter", key, known))
+            names = self._known | {f"{kind.identifier}.{p.name}" for kind in self.kinds for p in kind.parameters}
+            raise InputError(unknown("parameter", key, names))
         return entries
 
     def values(self, numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -106,9 +106,13 @@ class ModelFamily:
             Key -> number or array, SI; all other parameters are those of the model. An effect's parameter that equals
             a bicycle parameter because none was given still equals it, unless it is among the numbers.
         """
-        given = {entry: number for key, number in numbers.items() for entry in self.entries(key)}
-        tied = {one: given[leader] for one, leader in self._tied.items() if one not in given and leader in given}
-        return {**self.base, **given, **tied}
+        by_entry = {entry: number for key, number in numbers.items() for entry in self.entries(key)}
+        tied = {
+            entry: by_entry[leader]
+            for entry, leader in self._tied.items()
+            if entry not in by_entry and leader in by_entry
+        }
+        return {**self.base, **by_entry, **tied}
 
     def with_values(self, numbers: Mapping[str, float]) -> Model:
         """The model with these numbers, checked like any other.
@@ -149,11 +153,11 @@ class ModelFamily:
         matrices, n = self.evaluate(self.values(numbers)), len(self.scale)
         mass = np.broadcast_to(matrices.mass, (count, n, n))
         parts = tuple(np.broadcast_to(matrix, (count, n, n)) for matrix in matrices.dynamics.values())
-        refused = ~positive_definite(mass)
-        mass = np.where(refused[:, None, None], np.eye(n), mass)
+        impossible = ~positive_definite(mass)
+        mass = np.where(impossible[:, None, None], np.eye(n), mass)
         right = np.concatenate([part * self.scale for part in parts], -1)
         solved = np.stack(np.split(np.linalg.solve(mass, right) / self.scale[:, None], len(parts), axis=-1))
-        return SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n)), refused
+        return SpeedPolynomial(dict(zip(matrices.dynamics, solved, strict=True)), shape=(count, n, n)), impossible
 
     def state_matrices(self, numbers: Mapping[str, Any], speeds: ArrayLike) -> Array:
         """Scaled state matrices of bicycles at speeds, whether or not the equations switch in between.
@@ -177,8 +181,8 @@ class ModelFamily:
         v = np.asarray(speeds, float)
         count = int(np.broadcast_shapes(v.shape[:1], *(np.shape(number) for number in numbers.values()))[0])
         if not self.evaluate.symbolic.switches:
-            polynomial, refused = self.polynomials(numbers, count)
-            self._refuse(numbers, refused)
+            polynomial, impossible = self.polynomials(numbers, count)
+            self._refuse(numbers, impossible)
             return np.array(np.broadcast_to(polynomial(v), (count, v.shape[1], *polynomial.shape[1:])))
         self._refuse(numbers, self.without_mass(numbers, count))
         columns = {key: np.reshape(np.broadcast_to(number, count), (count, 1)) for key, number in numbers.items()}
@@ -186,10 +190,10 @@ class ModelFamily:
         system = self.descriptor(self.values(columns), v)(v)
         return np.asarray(np.linalg.solve(system.mass, system.dynamics))
 
-    def _refuse(self, numbers: Mapping[str, Any], refused: NDArray[np.bool_]) -> None:
-        if refused.any():
-            key, given = next(iter(numbers.items()))
-            first = np.broadcast_to(given, refused.shape)[refused][0]
+    def _refuse(self, numbers: Mapping[str, Any], impossible: NDArray[np.bool_]) -> None:
+        if impossible.any():
+            key, values = next(iter(numbers.items()))
+            first = np.broadcast_to(values, impossible.shape)[impossible][0]
             raise InputError(f"{key} = {first:g}: the mass matrix is not positive definite; take another range")
 
     def without_mass(self, numbers: Mapping[str, Any], count: int) -> NDArray[np.bool_]:

@@ -23,21 +23,21 @@ from tyre.measured.plausible import WAY_OUT, refuse_absurd
 SECTION = "covariance"
 
 
-def stated_covariance(model: Model, given: Mapping[str, Any]) -> ParameterCovariance:
+def stated_covariance(model: Model, content: Mapping[str, Any]) -> ParameterCovariance:
     """The covariance that a model file states."""
-    where, known = f"[{SECTION}]", [key for key in model.parameters if key not in UNUSED]
-    stated = read_covariance(given, known, where=where, origin=MODEL_FILE)
-    for name in stated.names:
+    where, names = f"[{SECTION}]", [key for key in model.parameters if key not in UNUSED]
+    covariance = read_covariance(content, names, where=where, origin=MODEL_FILE)
+    for name in covariance.names:
         if name in model.tied:
             raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; take it out")
         if name in model.bicycle.sd:
             raise InputError(f"{where}: the bicycle states an sd of {name} already; keep one of them")
     if model.sd:
         raise InputError(f"{where}: a measured tyre brings a covariance of its own; give its numbers instead")
-    return stated
+    return covariance
 
 
-def _bicycle_given(value: Any) -> Any:
+def _check_bicycle_key(value: Any) -> Any:
     if not isinstance(value, str | Mapping):
         raise refused(value, "must be a name, a file or a table of parameters")
     return value
@@ -47,7 +47,7 @@ MODEL = schema.table(
     {
         schema.needed(
             "bicycle", "the key 'bicycle' is missing: give a packaged bicycle, a file, or a table of parameters"
-        ): (_bicycle_given),
+        ): (_check_bicycle_key),
         schema.maybe("effects", {}): schema.tables_by_name,
         schema.maybe("description", ""): anything,
         schema.maybe(WAY_OUT, False): flag,
@@ -101,28 +101,28 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     folder : Path
         What file names are relative to.
     """
-    given = schema.read(MODEL, content)
-    allow = given[WAY_OUT]
-    bicycle = _bicycle(given["bicycle"], folder, allow_unusual=allow)
-    tables = given["effects"]
+    model_tables = schema.read(MODEL, content)
+    allow = model_tables[WAY_OUT]
+    bicycle = _bicycle(model_tables["bicycle"], folder, allow_unusual=allow)
+    tables = model_tables["effects"]
     tyres = mounted_tyres(tables, folder, bicycle)
     effects: list[Effect] = []
     covariance = ParameterCovariance()
     assumed: list[str] = []
     for identifier, table in tables.items():
         kind = effect_class(identifier)
-        filled, own, without_sd = with_tyre_values(kind, table, tyres, tables)
-        covariance = covariance.and_also(own)
+        filled, law, without_sd = with_tyre_values(kind, table, tyres, tables)
+        covariance = covariance.and_also(law)
         assumed += without_sd
         effects.append(kind(**filled))
         if not allow:
             refuse_absurd(effects[-1].doubts(of_kind(bicycle.kind)[1]).values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
     model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
-    if SECTION not in given:
+    if SECTION not in model_tables:
         return model
-    stated = stated_covariance(model, given[SECTION])
-    return replace(model, sd=stated.sd, covariance=stated)
+    stated_by_file = stated_covariance(model, model_tables[SECTION])
+    return replace(model, sd=stated_by_file.sd, covariance=stated_by_file)
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:
@@ -133,19 +133,21 @@ def allows_unusual(content: Mapping[str, Any]) -> bool:
 def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
     """Refuse values of a model's parameters far outside the typical range."""
     declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
-    for key, given in values.items():
+    for key, value in values.items():
         parameter = declared.get(str(ParameterKey.parse(key).whole))
-        numbers = [number for number in given if is_number(number) and number]
-        for one in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
-            if parameter and not parameter.bounds[0] <= one <= parameter.bounds[1]:
+        numbers = [number for number in value if is_number(number) and number]
+        for number in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
+            if parameter and not parameter.bounds[0] <= number <= parameter.bounds[1]:
                 continue  # impossible: the effect says so in its own words
             kind = model.bicycle.kind
-            doubts = [parameter.doubt(key, one, of_kind(kind)[1])] if parameter else doubts_about({key: one}, kind)
-            refuse_absurd([found for found in doubts if found], where="model file")
+            doubts = (
+                [parameter.doubt(key, number, of_kind(kind)[1])] if parameter else doubts_about({key: number}, kind)
+            )
+            refuse_absurd([doubt for doubt in doubts if doubt], where="model file")
 
 
-def _bicycle(given: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
-    if isinstance(given, Mapping):
+def _bicycle(value: Any, folder: Path, *, allow_unusual: bool) -> Bicycle:
+    if isinstance(value, Mapping):
         place = "bicycle of the model file"
-        return given_numbers(given, place=place).bicycle(place, "model file", allow_unusual=allow_unusual)
-    return load_bicycle(bicycle_place(given, folder), allow_unusual=allow_unusual)
+        return given_numbers(value, place=place).bicycle(place, "model file", allow_unusual=allow_unusual)
+    return load_bicycle(bicycle_place(value, folder), allow_unusual=allow_unusual)

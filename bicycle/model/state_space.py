@@ -175,8 +175,8 @@ class LinearModel:
         """
         v = self.check_speeds(speeds)
         flat = v.reshape(-1)
-        found = in_batches(lambda part: self.state_matrix(flat[part]), (v.size, self.order), threads)
-        return found.reshape(*v.shape, self.order)
+        matrices = in_batches(lambda part: self.state_matrix(flat[part]), (v.size, self.order), threads)
+        return matrices.reshape(*v.shape, self.order)
 
     def matrices_at(self, speed: float) -> tuple[Array, Array, Array]:
         """State, input and output matrix (A, B, C) in physical units at one speed; D is :meth:`feedthrough`.

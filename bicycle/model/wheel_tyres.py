@@ -56,21 +56,21 @@ def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """
     if "tyre" not in table:
         return dict(table)
-    found = {key: value for key, value in table.items() if key != CAMBER_MOMENT}
+    located_table = {key: value for key, value in table.items() if key != CAMBER_MOMENT}
     choice = f"{CHOICE}{table[CAMBER_MOMENT]}" if CAMBER_MOMENT in table else ""
     tyres = table["tyre"] if isinstance(table["tyre"], Mapping) else dict.fromkeys(WHEELS, table["tyre"])
-    found["tyre"] = {
-        w: f"{tyre_file(one, folder)}{choice}" if choice else tyre_file(one, folder) for w, one in tyres.items()
+    located_table["tyre"] = {
+        w: f"{tyre_file(tyre, folder)}{choice}" if choice else tyre_file(tyre, folder) for w, tyre in tyres.items()
     }
-    if "pressure_bar" not in table and all(isinstance(one, str) for one in found["tyre"].values()):
-        own = {wheel: read_tyre(one).default_pressure for wheel, one in found["tyre"].items()}
-        if None not in own.values():
-            found["pressure_bar"] = {wheel: (p or 0.0) / PASCAL_PER_BAR for wheel, p in own.items()}
+    if "pressure_bar" not in table and all(isinstance(tyre, str) for tyre in located_table["tyre"].values()):
+        pressures = {wheel: read_tyre(tyre).default_pressure for wheel, tyre in located_table["tyre"].items()}
+        if None not in pressures.values():
+            located_table["pressure_bar"] = {wheel: (p or 0.0) / PASCAL_PER_BAR for wheel, p in pressures.items()}
             if not isinstance(table["tyre"], Mapping):
-                found["pressure_bar"] = found["pressure_bar"][WHEELS[0]]
+                located_table["pressure_bar"] = located_table["pressure_bar"][WHEELS[0]]
     if not isinstance(table["tyre"], Mapping):
-        found["tyre"] = found["tyre"][WHEELS[0]]
-    return found
+        located_table["tyre"] = located_table["tyre"][WHEELS[0]]
+    return located_table
 
 
 def tyre_file(tyre: Any, folder: Path) -> Any:
@@ -133,10 +133,10 @@ def joint_wheel_tyres(
                 f"pressure_bar = {shown(pressure)} of the {wheel} wheel must be a number above 0 "
                 f"and up to {MOST_BAR:g} bar"
             )
-        beyond = out_of_reach(sources[wheel], load=load, pressure=pressure * PASCAL_PER_BAR)
-        if beyond and not extrapolate:
+        refusal = out_of_reach(sources[wheel], load=load, pressure=pressure * PASCAL_PER_BAR)
+        if refusal and not extrapolate:
             raise InputError(
-                f"{wheel} wheel: {beyond}; take a bicycle and pressures nearer to the tests, or, if a guess will do, "
+                f"{wheel} wheel: {refusal}; take a bicycle and pressures nearer to the tests, or, if a guess will do, "
                 f"{EXTRAPOLATE} = true in the table of the effect (--{EXTRAPOLATE} on the command line)"
             )
         conditions.append((load, pressure * PASCAL_PER_BAR))
@@ -148,15 +148,15 @@ def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, flo
     table = next((table for table in effects.values() if isinstance(table, Mapping) and "tyre" in table), None)
     if table is None:
         return {}
-    own: dict[str, Any] = {
+    choices: dict[str, Any] = {
         key: value if isinstance(value := table.get(key), Mapping) else dict.fromkeys(WHEELS, value)
         for key in ("tyre", "surface", "pressure_bar")
     }
     curves = {}
-    for wheel, source in wheel_sources(own["tyre"], own["surface"]).items():
+    for wheel, source in wheel_sources(choices["tyre"], choices["surface"]).items():
         if not isinstance(source, FormulaTyre):
             return {}
-        pressure = own["pressure_bar"][wheel] * PASCAL_PER_BAR
+        pressure = choices["pressure_bar"][wheel] * PASCAL_PER_BAR
         try:
             source.side_force(slip_angle=0.0, load=source.loads[0], pressure=pressure)
         except InputError:
@@ -179,13 +179,13 @@ class MountedTyres:
     # of both wheels, with their covariance; None: only which parameters they give is asked
     joint: JointProperties | None = None
 
-    def covariance(self, kind: type[Effect], asked: Sequence[tuple[Parameter, tuple[str, ...]]]) -> JointCovariance:
+    def covariance(self, kind: type[Effect], from_tyre: Sequence[tuple[Parameter, tuple[str, ...]]]) -> JointCovariance:
         """Covariance of the values that the tyres give an effect, as far as it is known or assumed."""
         assert self.joint is not None
         names = {
             f"{p.tyre}.{row}": f"{kind.identifier}.{p.name}.{wheel}"
             for row, wheel in enumerate(WHEELS)
-            for p, wheels in asked
+            for p, wheels in from_tyre
             if wheel in wheels
         }
         covariance = self.joint.joint
@@ -247,13 +247,13 @@ def with_tyre_values(
     kind: type[Effect], table: Mapping[str, Any], tyres: MountedTyres | None, present: Mapping[str, Any]
 ) -> tuple[dict[str, Any], JointCovariance, list[str]]:
     """The table of an effect with numbers where a tyre gives them, their covariance, and names with an assumed sd."""
-    mine, where = tyres is not None and tyres.law == kind.identifier, f"effect {kind.identifier!r}"
+    is_law, where = tyres is not None and tyres.law == kind.identifier, f"effect {kind.identifier!r}"
     filled = {
-        key: value for key, value in table.items() if not mine or key not in (*TYRE_KEYS, EXTRAPOLATE, CAMBER_MOMENT)
+        key: value for key, value in table.items() if not is_law or key not in (*TYRE_KEYS, EXTRAPOLATE, CAMBER_MOMENT)
     }
     assumed: list[str] = []
-    asked = list(_taken_from_tyre(kind, table, tyres))
-    for parameter, wheels in asked:
+    from_tyre = list(_taken_from_tyre(kind, table, tyres))
+    for parameter, wheels in from_tyre:
         if tyres is None:
             raise InputError(
                 f'{where}: {parameter.name} = "{FROM_TYRE}" needs a tyre: give '
@@ -264,16 +264,16 @@ def with_tyre_values(
                 f'{where}: {parameter.name} = "{FROM_TYRE}" is what the moment of the tyre has '
                 f"beside that of {parameter.tyre_beside}; add [effects.{parameter.tyre_beside}] or give a number"
             )
-        given = table.get(parameter.name)
-        values = dict(given) if isinstance(given, Mapping) else {}
+        value = table.get(parameter.name)
+        values = dict(value) if isinstance(value, Mapping) else {}
         filled[parameter.name] = values | tyres.values(kind, parameter, wheels)
         for wheel in wheels:
             p = tyres.properties[wheel]
-            stated = {
+            sd_is_stated = {
                 "cornering_stiffness": p.cornering_stiffness_sd_stated,
                 "relaxation_length": p.lateral_stiffness_sd_stated,
             }
-            if not stated.get(parameter.tyre, True):
+            if not sd_is_stated.get(parameter.tyre, True):
                 assumed.append(f"{kind.identifier}.{parameter.name}.{wheel}")
     for parameter in kind.parameters:
         missing = parameter.tyre and parameter.default is None and parameter.name not in filled
@@ -282,7 +282,7 @@ def with_tyre_values(
                 f'{where}: {parameter.name} is missing; give a number ({parameter.unit}), or "{FROM_TYRE}" for what '
                 "the tyre holds"
             )
-    covariance = tyres.covariance(kind, asked) if tyres is not None and asked else JointCovariance()
+    covariance = tyres.covariance(kind, from_tyre) if tyres is not None and from_tyre else JointCovariance()
     return filled, covariance, assumed
 
 
@@ -325,18 +325,18 @@ def _taken_from_tyre(
 ) -> Iterator[tuple[Parameter, tuple[str, ...]]]:
     """Parameters that a table takes from the tyre, and of which wheels."""
     named = {parameter.name: parameter for parameter in kind.parameters}
-    mine = tyres is not None and tyres.law == kind.identifier
+    is_law = tyres is not None and tyres.law == kind.identifier
     for name, value in table.items():
-        each = value if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
-        wheels = tuple(wheel for wheel in WHEELS if each.get(wheel) == FROM_TYRE)
-        if name in named and wheels and not mine:
+        by_wheel = value if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
+        wheels = tuple(wheel for wheel in WHEELS if by_wheel.get(wheel) == FROM_TYRE)
+        if name in named and wheels and not is_law:
             if not named[name].tyre:
                 raise InputError(
                     f'effect {kind.identifier!r}: {name} = "{FROM_TYRE}", but a tyre does not hold it; give a number '
                     f"({named[name].unit})"
                 )
             yield named[name], wheels
-    for parameter in kind.parameters if mine else ():
+    for parameter in kind.parameters if is_law else ():
         if parameter.tyre and table.get(parameter.name, FROM_TYRE) == FROM_TYRE:
             yield parameter, WHEELS
         elif parameter.tyre and tyres is not None and _holds(tyres, parameter):

@@ -43,10 +43,10 @@ def pad(vector: Array, length: int) -> Array:
     return np.concatenate([vector[:-2], np.zeros(length - len(vector)), vector[-2:]])
 
 
-def cosine(one: Point, other: Point) -> float:
+def cosine(a: Point, b: Point) -> float:
     """Cosine between the tangents of two points."""
-    length = max(len(one.tangent), len(other.tangent))
-    return float(pad(one.tangent, length) @ pad(other.tangent, length))
+    length = max(len(a.tangent), len(b.tangent))
+    return float(pad(a.tangent, length) @ pad(b.tangent, length))
 
 
 def unit_at(length: int, place: int) -> Array:
@@ -83,27 +83,27 @@ class Balance:
         system, speed = self.make(number)
         residual, jacobian, states = system.balance(slips, omega, speed)
         step = 1e-5 * self.unit * (1 if number < np.mean(self.limits) else -1)
-        beside, *_ = self.make(number + step)[0].response(slips, omega, speed)
-        change = (beside - residual).ravel() / step
+        shifted, *_ = self.make(number + step)[0].response(slips, omega, speed)
+        change = (shifted - residual).ravel() / step
         jacobian[:, -1] = [*change.real, *change.imag]
         return residual, jacobian, states, speed
 
-    def correct(self, guess: Array, along: Array, phase: Array) -> Point | None:
+    def correct(self, guess: Array, direction: Array, phase: Array) -> Point | None:
         """Solve with along . (u - guess) = 0 and phase . u = 0; None if Newton's method does not get there.
 
         Harmonics are added until the last ones are small.
         """
         u = guess
-        along, phase = (pad(row, len(u)) for row in (along, phase))
+        direction, phase = (pad(row, len(u)) for row in (direction, phase))
         size = np.array([*np.full(len(u) - 2, UNIT_SLIP), self.omega, self.unit])
         for _ in range(9):
-            slips, omega, asked = self.unpack(u)
-            number = float(np.clip(asked, *self.limits))
-            if not (omega > 0 and abs(asked - number) <= 1e-9 * self.unit):
+            slips, omega, unclipped = self.unpack(u)
+            number = float(np.clip(unclipped, *self.limits))
+            if not (omega > 0 and abs(unclipped - number) <= 1e-9 * self.unit):
                 return None
             residual, jacobian, states, speed = self._equations(slips, omega, number)
-            whole = np.vstack([jacobian * size, phase, along])
-            right = np.array([*residual.real.ravel(), *residual.imag.ravel(), phase @ u, along @ (u - guess)])
+            whole = np.vstack([jacobian * size, phase, direction])
+            right = np.array([*residual.real.ravel(), *residual.imag.ravel(), phase @ u, direction @ (u - guess)])
             try:
                 step, tangent = np.linalg.solve(whole, np.column_stack([right, unit_at(len(u), -1)])).T
             except np.linalg.LinAlgError:
@@ -112,13 +112,13 @@ class Balance:
                 return None
             u = u - step
             if np.abs(step).max() < 1e-9:  # the next step would be far below rounding
-                slips, omega, asked = self.unpack(u)
-                number = float(np.clip(asked, *self.limits))
+                slips, omega, unclipped = self.unpack(u)
+                number = float(np.clip(unclipped, *self.limits))
                 cycle = Cycle(speed if self.make else number, omega, slips, states)
                 if cycle.tail < TAIL or len(slips) >= MOST:
                     return Point(u, tangent / np.linalg.norm(tangent), cycle, number)
                 more = min(len(slips) // 2, MOST - len(slips))
-                return self.correct(pad(u, len(u) + more * 2 * slips.shape[1]), along, phase)
+                return self.correct(pad(u, len(u) + more * 2 * slips.shape[1]), direction, phase)
         return None
 
     def phase(self, slips: Complex) -> Array:
@@ -140,12 +140,12 @@ class Balance:
         guess = self.pack(cycle.slips, cycle.angular_frequency, number)
         return self.correct(guess, unit_at(len(guess), -1), self.phase(cycle.slips))
 
-    def point_between(self, one: Point, other: Point, number: float) -> Point | None:
+    def point_between(self, start: Point, neighbour: Point, number: float) -> Point | None:
         """Point at a ``number`` between those of two neighbours on a branch; None at rest or where Newton fails."""
-        length = max(len(one.unknowns), len(other.unknowns))
-        first, second = (pad(end.unknowns, length) for end in (one, other))
-        share = (number - one.number) / (other.number - one.number)
-        folds = [abs(end.tangent[-1]) < TURNING and bool(end.cycle.slips.any()) for end in (one, other)]
+        length = max(len(start.unknowns), len(neighbour.unknowns))
+        first, second = (pad(end.unknowns, length) for end in (start, neighbour))
+        share = (number - start.number) / (neighbour.number - start.number)
+        folds = [abs(end.tangent[-1]) < TURNING and bool(end.cycle.slips.any()) for end in (start, neighbour)]
         if folds[0]:  # from a fold on it goes like a square root
             share = np.sqrt(share)
         elif folds[1]:
@@ -177,19 +177,19 @@ class Branch:
     def at(self, number: float) -> list[Cycle]:
         """Cycles at a speed in m/s, or at another ``number`` that the branch is over; as many as it has there."""
         cycles: list[Cycle] = []
-        for one, other in pairwise(self.points):
-            if one.number != other.number and (number - one.number) * (number - other.number) <= 0:
-                point = self.balance.point_between(one, other, number)
+        for start, end in pairwise(self.points):
+            if start.number != end.number and (number - start.number) * (number - end.number) <= 0:
+                point = self.balance.point_between(start, end, number)
                 if point is not None and not any(same(point.cycle, cycle) for cycle in cycles):
                     cycles.append(point.cycle)
         return cycles
 
 
-def same(one: Cycle, other: Cycle) -> bool:
+def same(a: Cycle, b: Cycle) -> bool:
     """True if two cycles are one, whatever their phase."""
-    count = min(len(one.slips), len(other.slips))
-    sizes = np.abs(one.slips[:count]) - np.abs(other.slips[:count])
-    return bool(np.abs(sizes).max() < SAME * np.abs(one.slips).max() + REST)
+    count = min(len(a.slips), len(b.slips))
+    sizes = np.abs(a.slips[:count]) - np.abs(b.slips[:count])
+    return bool(np.abs(sizes).max() < SAME * np.abs(a.slips).max() + REST)
 
 
 def follow(
@@ -206,11 +206,11 @@ def follow(
     while len(points) < MOST_POINTS and step > SHORTEST:
         last = points[-1]
 
-        def ahead(length: float, last: Point = last, phase: Array = phase) -> Point | None:
+        def point_ahead(length: float, last: Point = last, phase: Array = phase) -> Point | None:
             return balance.correct(last.unknowns + length * last.tangent, last.tangent, phase)
 
-        def turning(length: float, last: Point = last, ahead: Any = ahead) -> float:
-            return float((ahead(length) or last).tangent[-1])
+        def turning(length: float, last: Point = last, point_ahead: Any = point_ahead) -> float:
+            return float((point_ahead(length) or last).tangent[-1])
 
         goal = balance.unit * (last.unknowns + step * last.tangent)[-1]
         limit = float(np.clip(goal, *balance.limits))
@@ -218,11 +218,11 @@ def follow(
             reason = "range"
             break
         if limit == goal:
-            point = ahead(step)
+            point = point_ahead(step)
         else:  # as far as a limit of the number alone
             share = (limit - last.number) / (balance.unit * last.tangent[-1])
-            along = np.sign(last.tangent[-1]) * unit_at(len(last.unknowns), -1)
-            point = balance.correct(last.unknowns + share * last.tangent, along, phase)
+            direction = np.sign(last.tangent[-1]) * unit_at(len(last.unknowns), -1)
+            point = balance.correct(last.unknowns + share * last.tangent, direction, phase)
             point = point and point._replace(number=limit)
         if point is None or np.abs(point.cycle.slips).max() < REST or cosine(point, last) < STRAIGHT:
             step /= 2
@@ -230,20 +230,23 @@ def follow(
         cycle = point.cycle
         if (cycle.slips[0] * last.cycle.slips[0].conj()).real.sum() < 0:  # through rest, to the mirror image
             if rests:
-                end = min(rests, key=lambda one: abs(one.number - point.number) + abs(one.number - last.number))
+                end = min(
+                    rests,
+                    key=lambda candidate: abs(candidate.number - point.number) + abs(candidate.number - last.number),
+                )
                 reason = "critical speed"
-                rest = balance.point_at_rest(end, cycle.slips[0])
-                points.append(rest._replace(tangent=0 * rest.tangent))
+                resting = balance.point_at_rest(end, cycle.slips[0])
+                points.append(resting._replace(tangent=0 * resting.tangent))
             break
         if point.tangent[-1] * last.tangent[-1] < 0 and len(points) > 1:
-            fold = ahead(scipy.optimize.brentq(turning, 0.0, step, xtol=1e-6))
+            fold = point_ahead(scipy.optimize.brentq(turning, 0.0, step, xtol=1e-6))
             if fold is not None:
                 points.append(fold)
                 folds.append(fold.cycle)
         passes = (begin.number - last.number) * (begin.number - point.number) <= 0
         if len(points) > 4 and begin.cycle.slips.any() and passes:
-            again = balance.point_between(last, point, begin.number)
-            if again is not None and same(again.cycle, begin.cycle):
+            returned = balance.point_between(last, point, begin.number)
+            if returned is not None and same(returned.cycle, begin.cycle):
                 points.append(begin)
                 reason = "closed"
                 break

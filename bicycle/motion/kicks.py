@@ -33,7 +33,7 @@ class Kick(NamedTuple):
     within_geometry: bool  # after the least kick lean stays below 10 degrees, and the bar below 20
 
 
-def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_torque") -> list[Kick]:
+def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "steer_torque") -> list[Kick]:
     """Find the least kick at each speed at which an unstable motion lies beside a stable mode, or one held by friction.
 
     The normal form tells it at once: the amplitude that the kick gives the mode is that of the unstable cycle. Motions
@@ -41,7 +41,7 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
     Kinds: ``steer_torque`` (impulse, N m s), ``lateral_force`` (N s) or ``steer`` (initial angle, rad).
     """
     refuse_unknown("kick", [kind], KICKS)
-    system = found.system
+    system = limit_cycles.system
     at_speed = system.at_one_speed
     if kind == "steer":
         start = np.eye(len(at_speed.states))[at_speed.states.index(kind)]
@@ -49,25 +49,25 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
         start = at_speed.input_matrix[:, at_speed.inputs.index(kind)]
     else:
         raise InputError(f"kick {kind!r}: this model has no such input")
-    beside: list[tuple[float, str, Cycle, float]] = []
+    thresholds: list[tuple[float, str, Cycle, float]] = []
     for speed in np.atleast_1d(np.asarray(speeds, float)).tolist():
-        leaving = [(mode, cycle) for mode, cycle in found.at(speed) if found.stability(cycle) == "no"]
+        leaving = [(mode, cycle) for mode, cycle in limit_cycles.at(speed) if limit_cycles.stability(cycle) == "no"]
         if not leaving:
             continue
-        mode, cycle = min(leaving, key=lambda at_speed: found.amplitude(at_speed[1]))
+        mode, cycle = min(leaving, key=lambda at_speed: limit_cycles.amplitude(at_speed[1]))
         values, vectors = np.linalg.eig(system.linear(speed))
         place = int(np.abs(values - 1j * cycle.angular_frequency).argmin())
-        if values[place].real < 0 or found.dry_friction:
+        if values[place].real < 0 or limit_cycles.dry_friction:
             amplitude = np.linalg.inv(vectors)[place] @ start * (system.row("steer") @ vectors[:, place])
-            beside.append((speed, mode, cycle, found.amplitude(cycle) / (2 * abs(amplitude))))
-    if not beside:
+            thresholds.append((speed, mode, cycle, limit_cycles.amplitude(cycle) / (2 * abs(amplitude))))
+    if not thresholds:
         return []
-    v, modes, cycles, estimates = zip(*beside, strict=True)
+    v, modes, cycles, estimates = zip(*thresholds, strict=True)
     sizes = np.array(estimates)[:, None] * FACTORS
-    coarse, _ = _outcomes(found, v, cycles, start, sizes)
+    coarse, _ = _outcomes(limit_cycles, v, cycles, start, sizes)
     first = (coarse != NOTHING).argmax(1)
     sizes_finer = np.take_along_axis(sizes, first[:, None], 1) * FINER
-    finer, within = _outcomes(found, v, cycles, start, sizes_finer)
+    finer, within = _outcomes(limit_cycles, v, cycles, start, sizes_finer)
     kicks = []
     for k, speed in enumerate(v):
         falls = np.concatenate([sizes_finer[k][finer[k] == FALL], sizes[k][coarse[k] == FALL]])
@@ -81,15 +81,15 @@ def kick_thresholds(found: LimitCycles, speeds: ArrayLike, kind: str = "steer_to
 
 
 def _outcomes(
-    found: LimitCycles, speeds: Sequence[float], cycles: Sequence[Cycle], start: Array, sizes: Array
+    limit_cycles: LimitCycles, speeds: Sequence[float], cycles: Sequence[Cycle], start: Array, sizes: Array
 ) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """Outcome (speeds, sizes) of kicks, and if it stays within linear geometry, by the classical Runge-Kutta method."""
-    system, states = found.system, list(found.system.at_one_speed.states)
+    system, states = limit_cycles.system, list(limit_cycles.system.at_one_speed.states)
     a = system.dynamics(np.array(speeds))
     for matrix, speed in zip(a, speeds, strict=True):  # a rider holds the lean that grows without any kick (capsize)
         values, vectors = np.linalg.eig(system.linear(speed))
-        held = (values.imag == 0) & (values.real > -HELD)
-        matrix -= ((vectors * held * (values + HELD)) @ np.linalg.inv(vectors)).real
+        is_held = (values.imag == 0) & (values.real > -HELD)
+        matrix -= ((vectors * is_held * (values + HELD)) @ np.linalg.inv(vectors)).real
     step = 1.2 / max(np.abs(np.linalg.eigvals(system.linear(v, sticking=True))).max() for v in speeds)
     count = int(HORIZON / step)
     angles = [states.index(name) for name in LIMITS]

@@ -143,10 +143,10 @@ class LimitCycles:
         lean keeps its side where the cycle changes sides: its multiplier is negative.
         """
         multipliers = self.multipliers(cycle)
-        others = np.delete(multipliers, np.abs(multipliers - 1).argmin())
-        fastest = others[np.abs(others).argmax()]
-        out = others[np.abs(others) > 1]
-        steady = bool(((out.real < 0) & (np.abs(out.imag) < 1e-9)).all())
+        other_multipliers = np.delete(multipliers, np.abs(multipliers - 1).argmin())
+        fastest = other_multipliers[np.abs(other_multipliers).argmax()]
+        growing = other_multipliers[np.abs(other_multipliers) > 1]
+        steady = bool(((growing.real < 0) & (np.abs(growing.imag) < 1e-9)).all())
         return float(np.log(np.abs(fastest)) * 2 / cycle.period), steady
 
     def multipliers(self, cycle: Cycle, steps: int | None = None) -> Complex:
@@ -223,9 +223,9 @@ def find_limit_cycles(
     if not (np.isfinite(dry_friction) and dry_friction >= 0):
         raise InputError(f"dry_friction = {dry_friction:g} N m is not allowed; give a finite torque >= 0")
     system = SlipSystem.of(model, rear=rear, front=front)
-    critical = [one for one in critical_speeds(model, max_speed) if one.oscillatory]
-    rests = [Rest(one.speed, one) for one in critical if one.frequency_hz >= SLOWEST]
-    at = [Balance(system, one.critical.angular_frequency, UNIT_SPEED) for one in rests]
+    critical = [crossing for crossing in critical_speeds(model, max_speed) if crossing.oscillatory]
+    rests = [Rest(crossing.speed, crossing) for crossing in critical if crossing.frequency_hz >= SLOWEST]
+    at = [Balance(system, rest.critical.angular_frequency, UNIT_SPEED) for rest in rests]
     branches = branches_from(rests, at, max_speed)
     if dry_friction:
         closed = _with_friction(system, branches, dry_friction, max_speed)
@@ -239,9 +239,14 @@ def find_onsets(
 ) -> tuple[Onset, ...]:
     """Find how the motion begins at each oscillatory one of the ``critical`` speeds, over the band of the curves' E."""
     tyres = [(rear, front), *((with_curvature(rear, by), with_curvature(front, by)) for by in BAND)]
-    systems = [SlipSystem.of(model, rear=one, front=other) for one, other in tyres]
-    bends = {one: [bend_of(each, one) for each in systems] for one in critical if one.oscillatory}
-    return tuple(Onset(one, own[0], (min(own), max(own))) for one, own in bends.items())
+    systems = [SlipSystem.of(model, rear=rear_tyre, front=front_tyre) for rear_tyre, front_tyre in tyres]
+    bends = {
+        crossing: [bend_of(system, crossing) for system in systems] for crossing in critical if crossing.oscillatory
+    }
+    return tuple(
+        Onset(crossing, coefficients[0], (min(coefficients), max(coefficients)))
+        for crossing, coefficients in bends.items()
+    )
 
 
 def branches_from(rests: Sequence[Rest], at: Sequence[Balance], max_speed: float = np.inf) -> list[Branch]:
@@ -274,8 +279,8 @@ def with_curvature(tyre: Tyre | None, by: float) -> Tyre:
     """Tyre with its curvature factor E changed ``by`` a number, to at most 1; whole curves stay as they are."""
     if isinstance(tyre, CurveTyre):
         return tyre
-    given = tyre or MagicTyre()
-    return replace(given, curvature_factor=min(1.0, given.curvature_factor + by))
+    formula = tyre or MagicTyre()
+    return replace(formula, curvature_factor=min(1.0, formula.curvature_factor + by))
 
 
 def critical_mode(system: SlipSystem, critical: CriticalSpeed) -> tuple[Complex, Complex]:
@@ -313,7 +318,11 @@ def _with_friction(system: SlipSystem, branches: list[Branch], torque: float, ma
             start = under_friction(system, cycle, torque, branch)
             if start is None:
                 continue
-            if any(same(start, other) for one in followed for other in one.at(cycle.speed)):
+            if any(
+                same(start, known_cycle)
+                for followed_branch in followed
+                for known_cycle in followed_branch.at(cycle.speed)
+            ):
                 break
             balance = Balance(rubbing, start.angular_frequency, UNIT_SPEED)
             point = balance.start(start, cycle.speed)

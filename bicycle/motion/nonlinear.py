@@ -49,14 +49,14 @@ class OpenContact(Effect):
         """Return the free side force."""
         force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
         model.set_rate(force, sp.S.Zero)
-        seen = (
+        quantities = (
             wheel.slip_velocity,
             wheel.lagged_camber_force,
             wheel.direct_camber_force,
             wheel.series_compliance * force,
             sp.sympify(model.load_transfer) * force,
         )
-        for (name, unit), quantity in zip(PROBES.items(), seen, strict=True):
+        for (name, unit), quantity in zip(PROBES.items(), quantities, strict=True):
             model.set_rate(model.add_state(f"{wheel.name} {name}", unit=unit), quantity)
         return force
 
@@ -126,8 +126,8 @@ class CurveTyre:
         at, step = {"load": load, "pressure": self.pressure}, 1e-6
 
         def mean(curve: Any, slip: Array, camber: Array) -> Array:
-            one, other = (curve(slip_angle=sign * slip, camber=sign * camber, **at) for sign in (1.0, -1.0))
-            return np.asarray((one - other) / 2)
+            as_is, mirrored = (curve(slip_angle=sign * slip, camber=sign * camber, **at) for sign in (1.0, -1.0))
+            return np.asarray((as_is - mirrored) / 2)
 
         def slopes(curve: Any) -> tuple[float, float]:
             zero, small = np.zeros(2), np.array([step, -step])
@@ -204,9 +204,9 @@ class MagicFormulaModel:
         """Side force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
         return self._stack_wheels("force", slip, camber)
 
-    def _stack_wheels(self, what: str, slip: Array, camber: Array | None) -> Array:
+    def _stack_wheels(self, quantity: str, slip: Array, camber: Array | None) -> Array:
         lean = np.zeros_like(slip) if camber is None else camber
-        return np.stack([getattr(tyre, what)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
+        return np.stack([getattr(tyre, quantity)(slip[..., k], lean[..., k]) for k, tyre in enumerate(self.tyres)], -1)
 
     def rate(self, state: Array, inputs: Array) -> Array:
         """dx/dt (n,), SI, at ``state`` (n,) and ``inputs`` (inputs,)."""
@@ -221,10 +221,12 @@ class MagicFormulaModel:
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
         jacobian = self.state_matrix.copy()
         for of, matrix in (("force", self.force_matrix), ("by_trail", self.trail_matrix)):
-            for by_camber, seen in ((False, self.slip_matrix), (True, self.camber_matrix)):
-                if matrix.any() and seen.any():
-                    slope = [one.slope(of, slip[k], camber[k], by_camber=by_camber) for k, one in enumerate(self.tyres)]
-                    jacobian += (matrix * np.array(slope)) @ seen
+            for by_camber, motion_matrix in ((False, self.slip_matrix), (True, self.camber_matrix)):
+                if matrix.any() and motion_matrix.any():
+                    slope = [
+                        tyre.slope(of, slip[k], camber[k], by_camber=by_camber) for k, tyre in enumerate(self.tyres)
+                    ]
+                    jacobian += (matrix * np.array(slope)) @ motion_matrix
         return jacobian
 
     def trim(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -256,12 +258,12 @@ class MagicFormulaModel:
         """Time history by DOP853 from jump to jump of the inputs; arguments as in :func:`respond`."""
         from scipy.integrate import solve_ivp  # a tenth of a second that critical speeds can do without
 
-        given = dict(inputs or {})
-        refuse_unknown("input", given, self.inputs)
+        input_histories = dict(inputs or {})
+        refuse_unknown("input", input_histories, self.inputs)
         t, x = check_time(time), np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])
-        spread = np.zeros((len(self.inputs), len(given)))
-        spread[[self.inputs.index(name) for name in given], range(len(given))] = 1.0
-        grid, begin, end = input_grid(t, given)
+        spread = np.zeros((len(self.inputs), len(input_histories)))
+        spread[[self.inputs.index(name) for name in input_histories], range(len(input_histories))] = 1.0
+        grid, begin, end = input_grid(t, input_histories)
         heading = self.output_matrix[[self.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]]
 
         reached = float(grid[0])
@@ -277,7 +279,7 @@ class MagicFormulaModel:
         longest = 1 / np.abs(np.linalg.eigvals(origin)).max()  # between longer steps the interpolant is rough
         moving = (begin[:-1] != end).any(1)
         bends = moving[:-1] | moving[1:] if len(moving) else moving
-        bends = bends & np.isin(grid[1:-1], np.concatenate([[], *(h.time for h in given.values())]))
+        bends = bends & np.isin(grid[1:-1], np.concatenate([[], *(h.time for h in input_histories.values())]))
         jumps = np.flatnonzero((begin[1:-1] != end[:-1]).any(1) | bends) + 1
         states = x[None, :]
         for first, last in zip([0, *jumps], [*jumps, len(grid) - 1], strict=True):
@@ -285,7 +287,7 @@ class MagicFormulaModel:
                 continue
             slope = (end[last - 1] - begin[first]) / (grid[last] - grid[first])
             with np.errstate(over="ignore", invalid="ignore"):
-                found = solve_ivp(
+                solution = solve_ivp(
                     rate,
                     (grid[first], grid[last]),
                     states[-1],
@@ -296,22 +298,22 @@ class MagicFormulaModel:
                     atol=tolerance / 100,
                     max_step=longest,
                 )
-            if not found.success or not np.isfinite(found.y).all():
-                lost = np.asarray(found.t)[~np.isfinite(found.y).all(0)]  # lists if the first step fails
+            if not solution.success or not np.isfinite(solution.y).all():
+                lost = np.asarray(solution.t)[~np.isfinite(solution.y).all(0)]  # lists if the first step fails
                 stops = float(lost[0]) if lost.size else reached
                 raise InputError(
-                    f"the simulation at {self.speed:g} m/s stops at {stops:.3g} s: {found.message} "
+                    f"the simulation at {self.speed:g} m/s stops at {stops:.3g} s: {solution.message} "
                     "The bicycle has probably fallen; take less time or a smaller input"
                 )
-            states = np.vstack([states, found.y.T[1:]])
+            states = np.vstack([states, solution.y.T[1:]])
         at = np.searchsorted(grid, t)
-        states, shown = states[at], begin[at]
-        slip = states[:, :-2] @ self.slip_matrix.T + shown @ (self.slip_input @ spread).T
+        states, input_values = states[at], begin[at]
+        slip = states[:, :-2] @ self.slip_matrix.T + input_values @ (self.slip_input @ spread).T
         forces = self.side_forces(slip, states[:, :-2] @ self.camber_matrix.T)
         named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
         named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
         named |= dict(zip(PATH, states[:, -2:].T, strict=True))
-        return Response(t, self.speed, named, dict(zip(given, shown.T, strict=True)), self.units)
+        return Response(t, self.speed, named, dict(zip(input_histories, input_values.T, strict=True)), self.units)
 
 
 def magic_formula_model(
@@ -323,8 +325,10 @@ def magic_formula_model(
     falls with the slip: as the file of a `CurveTyre` says, else like that of a brush tyre.
     """
     law = _law(model)
-    if along := [effect.identifier for effect in model.effects if effect.moves_load]:
-        raise InputError(f"how much side grip forces along the wheels take is not known here; leave out {along[0]}")
+    if moving_loads := [effect.identifier for effect in model.effects if effect.moves_load]:
+        raise InputError(
+            f"how much side grip forces along the wheels take is not known here; leave out {moving_loads[0]}"
+        )
 
     def of_wheels(name: str) -> Array:
         return np.array([model.parameters[f"{law.identifier}.{name}.{wheel}"] for wheel in WHEELS])
@@ -340,59 +344,61 @@ def magic_formula_model(
     a, b, c = linear.matrices_at(speed)
     forces = [linear.states.index(f"{wheel}_side_force") for wheel in WHEELS]
     probe = {name: [linear.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
-    kept = [k for k, name in enumerate(linear.states) if k not in forces and k not in np.ravel(list(probe.values()))]
+    kept_states = [
+        k for k, name in enumerate(linear.states) if k not in forces and k not in np.ravel(list(probe.values()))
+    ]
     outputs = tuple(name for name in linear.outputs if not name.endswith("_side_force"))
     loads = np.array(linear.static_loads) + np.array([1.0, -1.0]) * a[probe["load transfer"], forces]
     if (loads <= 0).any():
         lifted = WHEELS[int(loads.argmin())]
         raise InputError(f"at {speed:g} m/s the drag lifts the {lifted} wheel off the road; ride slower")
-    without = tuple(effect for effect in model.effects if not getattr(effect, "falls_with_slip", False))
+    linear_effects = tuple(effect for effect in model.effects if not getattr(effect, "falls_with_slip", False))
     upright = a  # the state matrix without a trail that falls with slip
-    if len(without) < len(model.effects):
-        upright = Model(model.bicycle, without).with_effect(OpenContact()).linear_model().matrices_at(speed)[0]
+    if len(linear_effects) < len(model.effects):
+        upright = Model(model.bicycle, linear_effects).with_effect(OpenContact()).linear_model().matrices_at(speed)[0]
     tyres = tuple(
         (tyre or MagicTyre()).under(float(load), float(c))
         for tyre, load, c in zip((rear, front), loads, stiffness, strict=True)
     )
-    seen = {name: a[np.ix_(rows, kept)] for name, rows in probe.items()}
-    slip_velocity, slip_input = seen["slip velocity"], b[probe["slip velocity"]]
-    lagged, direct = (seen[f"{name} camber force"] / stiffness[:, None] for name in ("lagged", "direct"))
-    apart = np.array([tyre.apart for tyre in tyres])[:, None]  # camber is no slip to these
-    n, m = len(kept), len(linear.inputs)
+    probe_rows = {name: a[np.ix_(rows, kept_states)] for name, rows in probe.items()}
+    slip_velocity, slip_input = probe_rows["slip velocity"], b[probe["slip velocity"]]
+    lagged, direct = (probe_rows[f"{name} camber force"] / stiffness[:, None] for name in ("lagged", "direct"))
+    separate_camber = np.array([tyre.apart for tyre in tyres])[:, None]  # camber is no slip to these
+    n, m = len(kept_states), len(linear.inputs)
     names = [f"{wheel}_transient_slip" for wheel in WHEELS] if lags else []
     if lags:  # a transient slip follows slip and lagged camber over the relaxation length, as a state
         compliance = a[probe["series compliance"], forces]  # m/N, in series with the tyre
         whole = (of_wheels("relaxation_length") + stiffness * compliance)[:, None]
-        rates, rate_input = (speed * lagged * ~apart - slip_velocity) / whole, -slip_input / whole
-        if (apart * lagged).any():  # and so does camber
+        rates, rate_input = (speed * lagged * ~separate_camber - slip_velocity) / whole, -slip_input / whole
+        if (separate_camber * lagged).any():  # and so does camber
             names += [f"{wheel}_transient_camber" for wheel in WHEELS]
-            rates = np.vstack([rates, speed * lagged * apart / whole])
+            rates = np.vstack([rates, speed * lagged * separate_camber / whole])
             rate_input = np.vstack([rate_input, np.zeros((2, m))])
         extra = len(names)
         lag = np.hstack([rates, -np.diag(np.tile(speed / whole[:, 0], extra // 2))])
-        slip = np.hstack([direct * ~apart, np.eye(2, extra)])
-        camber = np.hstack([direct * apart, np.eye(2, extra, k=2)])
+        slip = np.hstack([direct * ~separate_camber, np.eye(2, extra)])
+        camber = np.hstack([direct * separate_camber, np.eye(2, extra, k=2)])
         slip_input = np.zeros((2, m))
     else:
         extra, lag, rate_input = 0, np.zeros((0, n)), np.zeros((0, m))
-        camber = (direct + lagged) * apart
-        slip, slip_input = (direct + lagged) * ~apart - slip_velocity / speed, -slip_input / speed
+        camber = (direct + lagged) * separate_camber
+        slip, slip_input = (direct + lagged) * ~separate_camber - slip_velocity / speed, -slip_input / speed
     rows = [linear.outputs.index(name) for name in outputs]
-    force_matrix = np.vstack([upright[np.ix_(kept, forces)], np.zeros((extra, 2))])
-    with_trail = np.vstack([a[np.ix_(kept, forces)], np.zeros((extra, 2))])
+    force_matrix = np.vstack([upright[np.ix_(kept_states, forces)], np.zeros((extra, 2))])
+    with_trail = np.vstack([a[np.ix_(kept_states, forces)], np.zeros((extra, 2))])
     return MagicFormulaModel(
         speed=float(speed),
-        states=(*(linear.states[k] for k in kept), *names),
+        states=(*(linear.states[k] for k in kept_states), *names),
         inputs=linear.inputs,
         outputs=outputs,
-        state_matrix=np.vstack([np.hstack([a[np.ix_(kept, kept)], np.zeros((n, extra))]), lag]),
+        state_matrix=np.vstack([np.hstack([a[np.ix_(kept_states, kept_states)], np.zeros((n, extra))]), lag]),
         force_matrix=force_matrix,
         trail_matrix=np.where(np.isclose(with_trail, force_matrix, rtol=1e-13, atol=0), 0.0, with_trail - force_matrix),
         slip_matrix=slip,
         camber_matrix=camber,
         slip_input=slip_input,
-        input_matrix=np.vstack([b[kept], rate_input]),
-        output_matrix=np.hstack([c[np.ix_(rows, kept)], np.zeros((len(outputs), extra))]),
+        input_matrix=np.vstack([b[kept_states], rate_input]),
+        output_matrix=np.hstack([c[np.ix_(rows, kept_states)], np.zeros((len(outputs), extra))]),
         loads=loads,
         tyres=(tyres[0], tyres[1]),
         units={**units_of(linear), **dict.fromkeys(names, "rad")},
@@ -408,7 +414,7 @@ def _law(model: Model) -> Effect:
             f"nonlinear tyres need the effect {' or '.join(effect.identifier for effect in laws)}; "
             f"this model rolls with {law.identifier!r}"
         )
-    provided = {thing for effect in model.effects if effect is not law for thing in effect.provides}
+    provided = {slot for effect in model.effects if effect is not law for slot in effect.provides}
     provided |= set(OpenContact.provides)
     for effect in model.effects:
         if set(effect.requires) - provided:

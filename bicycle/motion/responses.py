@@ -90,7 +90,7 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
     blocks = -(-count // block)
     padded = np.zeros((systems, blocks * block, q))
     padded[:, : count - 1] = known
-    beside = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))[:, :, None]
+    inputs = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))[:, :, None]
     across = np.ascontiguousarray(np.moveaxis(across, -1, 1))  # states lead, pushes stay neighbours: wide products
     rest, power = np.zeros((systems, n, blocks * k)), np.broadcast_to(np.eye(n), step.shape)
     y = np.empty((block, systems, seen.shape[1], blocks * k))
@@ -99,7 +99,7 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
         np.matmul(seen, rest, out=y[j])
         np.matmul(seen, power, out=powers[j])
         rest, power = step @ rest, step @ power
-        rest += (beside[j] @ across).reshape(rest.shape)
+        rest += (inputs[j] @ across).reshape(rest.shape)
     ends, begin = rest.reshape(systems, n, blocks, k), np.zeros((systems, n, blocks, k))
     for b in range(blocks - 1):
         begin[:, :, b + 1] = power @ begin[:, :, b] + ends[:, :, b]
@@ -111,15 +111,15 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
 def powers_of(step: Array, count: int) -> Array:
     """Free responses to unit starts, A^k for k = 0 .. ``count`` - 1, by doubling."""
     n = step.shape[-1]
-    found = np.empty((*step.shape[:-1], count, n))
-    found[..., 0, :] = np.eye(n)
-    known, leap = 1, step
-    while known < count:
-        more = min(known, count - known)
-        flat = found[..., :more, :].reshape(*step.shape[:-1], more * n)
-        found[..., known : known + more, :] = (leap @ flat).reshape(*step.shape[:-1], more, n)
-        known, leap = known + more, leap @ leap
-    return found
+    states = np.empty((*step.shape[:-1], count, n))
+    states[..., 0, :] = np.eye(n)
+    done_steps, leap = 1, step
+    while done_steps < count:
+        more = min(done_steps, count - done_steps)
+        flat = states[..., :more, :].reshape(*step.shape[:-1], more * n)
+        states[..., done_steps : done_steps + more, :] = (leap @ flat).reshape(*step.shape[:-1], more, n)
+        done_steps, leap = done_steps + more, leap @ leap
+    return states
 
 
 PATH = {"yaw": "rad", "rear_lateral_displacement": "m"}  # carried along beside the model's outputs, with unit
@@ -175,9 +175,9 @@ class Response:
 
     def until_fall(self) -> Response:
         """A history up to and with the sample :attr:`fall`; all of it if the bicycle does not fall."""
-        kept = slice(None if self.fall is None else self.fall + 1)
-        outputs, inputs = ({name: x[kept] for name, x in of.items()} for of in (self.outputs, self.inputs))
-        return Response(self.time[kept], self.speed, outputs, inputs, self.units)
+        until_fall = slice(None if self.fall is None else self.fall + 1)
+        outputs, inputs = ({name: x[until_fall] for name, x in of.items()} for of in (self.outputs, self.inputs))
+        return Response(self.time[until_fall], self.speed, outputs, inputs, self.units)
 
     def frame(self) -> pd.DataFrame:
         """A row per sample: time_s, outputs, inputs, with the unit in every column name."""
@@ -241,12 +241,12 @@ def respond(
         beyond all numbers.
     """
     model = as_linear(model)
-    given = dict(inputs or {})
-    refuse_unknown("input", given, model.inputs)
+    input_histories = dict(inputs or {})
+    refuse_unknown("input", input_histories, model.inputs)
     t = check_time(time)
     x = initial_state(model.states, initial, units_of(model)) / model.scale
     _, input_matrix, output_matrix = model.matrices_at(speed)
-    columns = [model.inputs.index(name) for name in given]
+    columns = [model.inputs.index(name) for name in input_histories]
     a, b, c = _with_path(
         model,
         speed,
@@ -254,7 +254,7 @@ def respond(
         input_matrix[:, columns] / model.scale[:, None],
         output_matrix * model.scale,
     )
-    grid, begin, end = input_grid(t, given)
+    grid, begin, end = input_grid(t, input_histories)
     with np.errstate(over="ignore", invalid="ignore"):
         states = _propagate(a, b, np.concatenate([x, np.zeros(len(PATH))]), grid, begin, end)[np.searchsorted(grid, t)]
         values = states @ c.T
@@ -262,10 +262,10 @@ def respond(
         raise InputError(
             f"the response at {speed:g} m/s grows beyond all numbers within {t[-1] - t[0]:g} s; take less time"
         )
-    shown = begin[np.searchsorted(grid, t)]
-    values[:, : len(model.outputs)] += shown @ model.feedthrough(speed)[:, columns].T
+    input_values = begin[np.searchsorted(grid, t)]
+    values[:, : len(model.outputs)] += input_values @ model.feedthrough(speed)[:, columns].T
     outputs = dict(zip((*model.outputs, *PATH), values.T, strict=True))
-    return Response(t, float(speed), outputs, dict(zip(given, shown.T, strict=True)), units_of(model))
+    return Response(t, float(speed), outputs, dict(zip(input_histories, input_values.T, strict=True)), units_of(model))
 
 
 def modal_response(model: LinearModel, *, speed: float, eigenvalue: complex, time: ArrayLike) -> Response:

@@ -104,16 +104,16 @@ class SlipSystem:
             if tyre is not None and tyre.offset:
                 raise InputError(f"offset = {tyre.offset:g}: periodic motions are of tyres without ply steer; give 0")
         v = np.array([4.0, 8.0, 16.0, 12.0])
-        models = [magic_formula_model(model, speed=one, rear=rear, front=front) for one in v.tolist()]
-        matrices = np.stack([one.state_matrix for one in models])
+        models = [magic_formula_model(model, speed=speed, rear=rear, front=front) for speed in v.tolist()]
+        matrices = np.stack([linear.state_matrix for linear in models])
         n = matrices.shape[-1]
         parts = np.linalg.solve(np.vander(v[:3], 3, increasing=True), matrices[:3].reshape(3, -1)).reshape(3, n, n)
         dynamics = SpeedPolynomial(dict(enumerate(parts)))
-        same = [np.allclose(dynamics(v[3]), matrices[3], rtol=1e-9, atol=1e-9 * np.abs(matrices[3]).max())]
+        agrees = [np.allclose(dynamics(v[3]), matrices[3], rtol=1e-9, atol=1e-9 * np.abs(matrices[3]).max())]
         for name in ("loads", "force_matrix", "trail_matrix", "slip_matrix", "camber_matrix"):
             first = getattr(models[0], name)
-            same += [np.allclose(getattr(one, name), first, rtol=1e-9, atol=1e-12) for one in models]
-        if not all(same):
+            agrees += [np.allclose(getattr(linear, name), first, rtol=1e-9, atol=1e-12) for linear in models]
+        if not all(agrees):
             raise InputError(
                 "periodic motions are of models whose wheel loads and slips do not change with the speed and whose "
                 "equations do not switch; leave out drag, side_slip and controllers that switch"
@@ -168,9 +168,9 @@ class SlipSystem:
         slopes = np.zeros((*y.shape[:-1], self.entry.shape[1], y.shape[-1]))
         for row, of in enumerate(self._kinds):
             for k, tyre in enumerate(self.at_one_speed.tyres):
-                seen = self._slip_and_camber(y, k)
+                slip_and_camber = self._slip_and_camber(y, k)
                 for column in range(k, self._tyre_signals, 2):
-                    slopes[..., 2 * row + k, column] = tyre.slope(of, *seen, by_camber=column >= 2)
+                    slopes[..., 2 * row + k, column] = tyre.slope(of, *slip_and_camber, by_camber=column >= 2)
         if self.friction is not None:
             unit = RATE_TIME * STICKS
             slopes[..., -1, -1] = -self.friction / unit / np.cosh(np.clip(y[..., -1] / unit, -300, 300)) ** 2
@@ -234,8 +234,8 @@ class SlipSystem:
         by_slips = -gain @ change.reshape(count, self.entry.shape[1], -1)
         identity = np.eye(slips.size).reshape(*slips.shape, -1, 1) * np.array([1, 1j])
         by_slips += identity.reshape(*slips.shape, -1)
-        moved = np.stack([-1j * (2 * k[:, None] + 1) * states, states @ self.dynamics.derivative(speed).T], -1)
-        by_rest = -self.signals @ (inverse @ moved)
+        changes = np.stack([-1j * (2 * k[:, None] + 1) * states, states @ self.dynamics.derivative(speed).T], -1)
+        by_rest = -self.signals @ (inverse @ changes)
         jacobian = np.concatenate([by_slips, by_rest], -1).reshape(slips.size, -1)
         return residual, np.vstack([jacobian.real, jacobian.imag]), states
 

@@ -12,7 +12,7 @@ __getattr__, __dir__ = room(
             "REAL",
             "critical_speeds",
             "critical_speeds_of_many",
-            "identified",
+            "by_identity",
         ),
         "crossing_search": ("bialternate_sum",),
         "mode_figure": (

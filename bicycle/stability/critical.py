@@ -15,7 +15,7 @@ from bicycle.model.model import Model, as_linear
 from bicycle.model.model_family import ModelFamily
 from bicycle.model.state_space import LinearModel
 from bicycle.stability.crossing_search import find_crossings
-from bicycle.stability.naming import Rules, check_trackable, name_points, not_trackable, speed_unit, stack_of_one
+from bicycle.stability.naming import Rules, check_trackable, find_untrackable, name_points, speed_unit, stack_of_one
 from bicycle.stability.tracking import assign_sets
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
@@ -95,7 +95,7 @@ class CriticalSpeed:
         """By how much the number of unstable roots grows here: +-2 for a pair, +-1 for a real root."""
         return (2 if self.oscillatory else 1) * (1 if self.destabilising else -1)
 
-    def named(self, mode: str) -> "CriticalSpeed":
+    def rename(self, mode: str) -> "CriticalSpeed":
         """Return this crossing under the name ``mode``."""
         return replace(self, mode=mode)
 
@@ -103,7 +103,7 @@ class CriticalSpeed:
 ACriticalSpeed = TypeVar("ACriticalSpeed", bound=CriticalSpeed)
 
 
-def identified(crossings: Iterable[ACriticalSpeed]) -> dict[CrossingIdentity, ACriticalSpeed]:
+def by_identity(crossings: Iterable[ACriticalSpeed]) -> dict[CrossingIdentity, ACriticalSpeed]:
     """Critical speeds of one model by their identity, in the order given, which is from slow to fast."""
     count = Counter[tuple[str, bool]]()
     identities = {}
@@ -130,7 +130,7 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     Returns
     -------
     tuple of CriticalSpeed
-        :func:`identified` tells which is which in another model.
+        :func:`by_identity` tells which is which in another model.
 
     Raises
     ------
@@ -162,31 +162,33 @@ def critical_speeds_of_many(
     """
     _check_max_speed(max_speed)
     critical: list[tuple[CriticalSpeed, ...]] = [()] * count
-    refused: dict[int, str] = {}
+    reasons: dict[int, str] = {}
     columns = {key: np.broadcast_to(number, count) for key, number in numbers.items()}
     values = family.values(columns)
 
-    def linear(one: int) -> LinearModel:
-        return family.linear_model({key: float(np.broadcast_to(x, count)[one]) for key, x in values.items()})
+    def linear(number: int) -> LinearModel:
+        return family.linear_model({key: float(np.broadcast_to(x, count)[number]) for key, x in values.items()})
 
     gravity, wheelbase = (np.broadcast_to(np.asarray(values[key], float), count) for key in "gw")
     polynomial, bad = None, np.ones(count, bool)
     if not family.evaluate.symbolic.switches:
         polynomial, bad = family.polynomials(columns, count)
-        bad |= not_trackable(polynomial, gravity, wheelbase, max_speed)
-    for one in np.flatnonzero(bad).tolist():  # equations that switch, and to say what is wrong
+        bad |= find_untrackable(polynomial, gravity, wheelbase, max_speed)
+    for number in np.flatnonzero(bad).tolist():  # equations that switch, and to say what is wrong
         try:
-            critical[one] = critical_speeds(linear(one), max_speed)
+            critical[number] = critical_speeds(linear(number), max_speed)
         except InputError as error:
-            refused[one] = str(error)
+            reasons[number] = str(error)
     good = np.flatnonzero(~bad)
     if good.size and polynomial is not None:
         unit = np.sqrt(gravity * wheelbase)[good]
         limits = np.broadcast_to([0.0, max_speed], (len(good), 2))
         rules, stack = Rules.of(linear(int(good[0]))), polynomial.take(good)
-        for one, crossings in zip(good.tolist(), crossings_of(rules, stack, unit, gravity[good], limits), strict=True):
-            critical[one] = tuple(crossings)
-    return critical, refused
+        for number, crossings in zip(
+            good.tolist(), crossings_of(rules, stack, unit, gravity[good], limits), strict=True
+        ):
+            critical[number] = tuple(crossings)
+    return critical, reasons
 
 
 def _check_max_speed(max_speed: float) -> None:
@@ -220,13 +222,13 @@ def crossings_of(
 def _jumps(model: LinearModel, rules: Rules, max_speed: float) -> list[CriticalSpeed]:
     """Roots that jump across the axis where the equations switch, under the name that they have below."""
     jumps = []
-    unit, own = np.array([speed_unit(model)]), np.array([0])
-    for number, (below, _) in enumerate(pairwise(model.ranges)):
-        if below.upper > max_speed:
+    unit, owner = np.array([speed_unit(model)]), np.array([0])
+    for number, (lower, _) in enumerate(pairwise(model.ranges)):
+        if lower.upper > max_speed:
             continue
-        v = np.array([below.upper])
+        v = np.array([lower.upper])
         stacks = (stack_of_one(model, k) for k in (number, number + 1))
-        sides = [name_points(rules, stack, unit, model.parameters["g"], own, v) for stack in stacks]
+        sides = [name_points(rules, stack, unit, model.parameters["g"], owner, v) for stack in stacks]
         before, after = sides[0].values, sides[1].values
         after = np.take_along_axis(after, assign_sets(before, after), 1)
         was, is_ = (x.real[0] > 1e-12 * np.abs(x).max() for x in (before, after))
@@ -242,21 +244,21 @@ def follow_crossing(
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Speeds (m,) at which one root of each bicycle crosses the imaginary axis, by Newton from where it is expected."""
     v, root = speeds.copy(), 1j * angular_frequency
-    size, here, slope = np.zeros(len(v)), np.zeros(len(v), complex), np.zeros(len(v), complex)
+    size, current, slope = np.zeros(len(v)), np.zeros(len(v), complex), np.zeros(len(v), complex)
     moving = np.arange(len(v))
     for _ in range(25):
         values, slopes, _, _ = decompose(polynomials.take(moving), v[moving])
         at = np.abs(values - root[moving, None]).argmin(1)[:, None]
-        here[moving], slope[moving] = (np.take_along_axis(part, at, 1)[:, 0] for part in (values, slopes))
+        current[moving], slope[moving] = (np.take_along_axis(part, at, 1)[:, 0] for part in (values, slopes))
         size[moving] = np.abs(values).max(1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = -here[moving].real / slope[moving].real
+            step = -current[moving].real / slope[moving].real
         longest = 0.1 * v[moving]
         step = np.where(np.isfinite(step), np.clip(step, -longest, longest), 0.0)
-        v[moving], root[moving] = v[moving] + step, here[moving] + slope[moving] * step
+        v[moving], root[moving] = v[moving] + step, current[moving] + slope[moving] * step
         moving = moving[np.abs(step) > 1e-13 * v[moving]]
         if not moving.size:
             break
-    kind = np.where(angular_frequency > 0, here.imag > 1e-9 * size, np.abs(here.imag) <= 1e-9 * size)
-    there = kind & (np.abs(here.real) <= 1e-9 * size) & ((slope.real > 0) == destabilising)
-    return v, np.abs(here.imag), there
+    kind = np.where(angular_frequency > 0, current.imag > 1e-9 * size, np.abs(current.imag) <= 1e-9 * size)
+    converged = kind & (np.abs(current.real) <= 1e-9 * size) & ((slope.real > 0) == destabilising)
+    return v, np.abs(current.imag), converged

@@ -63,10 +63,10 @@ class Zeros(NamedTuple):
         parts: tuple[Any, ...] = self
         return Zeros(*(part[index] for part in parts))
 
-    def and_(self, other: "Zeros") -> "Zeros":
-        """Join these and the ``other`` ones, those of each bicycle by speed."""
-        both = Zeros(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
-        return both.take(np.lexsort((both.omega, both.speed, both.owner)))
+    def and_(self, more: "Zeros") -> "Zeros":
+        """Join these and ``more`` ones, those of each bicycle by speed."""
+        joined = Zeros(*(np.concatenate(parts) for parts in zip(self, more, strict=True)))
+        return joined.take(np.lexsort((joined.omega, joined.speed, joined.owner)))
 
 
 def find_crossings(polynomial: SpeedPolynomial, unit: Array, limits: Array) -> Zeros:
@@ -106,12 +106,12 @@ class Search:
         """Bicycles and speeds near which a real root may be zero or a pair imaginary."""
         stacked = bialternate_sum(np.stack([*self.polynomial.values()]))
         sums = SpeedPolynomial(dict(zip(self.polynomial, stacked, strict=True)), shape=stacked.shape[1:])
-        both = [singular_speeds(part, LIMITS.shift * self.unit) for part in (self.polynomial, sums)]
-        speeds = np.concatenate(both, 1)
+        candidates = [singular_speeds(part, LIMITS.shift * self.unit) for part in (self.polynomial, sums)]
+        speeds = np.concatenate(candidates, 1)
         with np.errstate(invalid="ignore"):
-            near = np.abs(speeds.imag) <= LIMITS.nearly_real * np.abs(speeds)
+            nearly_real = np.abs(speeds.imag) <= LIMITS.nearly_real * np.abs(speeds)
             low, high = (1 - 1e-3) * self.limits[:, :1], (1 + 1e-3) * self.limits[:, 1:]
-            owner, place = np.nonzero(near & (speeds.real > low) & (speeds.real < high))
+            owner, place = np.nonzero(nearly_real & (speeds.real > low) & (speeds.real < high))
         return owner, speeds.real[owner, place]
 
     def newton(self, owner: Whole, speeds: Array, *, counted: bool = False) -> Zeros:
@@ -119,10 +119,10 @@ class Search:
         at = decompose(self.polynomial.take(owner), speeds)
         size = np.abs(at.values).max(1, keepdims=True, initial=0.0)
         step = np.abs(at.values.real) / np.maximum(np.abs(at.slopes.real), 1e-300)
-        near = (step <= LIMITS.near * speeds[:, None]) | (np.abs(at.values.real) < 1e-6 * size)
-        k, i = np.nonzero((at.values.imag >= 0) & near)
-        there = Decomposition(*(part[k] for part in at))
-        zeros = self._sharpen(owner[k], speeds[k], at.values[k, i], there, LIMITS.slack if counted else 1.0)
+        may_cross = (step <= LIMITS.near * speeds[:, None]) | (np.abs(at.values.real) < 1e-6 * size)
+        k, i = np.nonzero((at.values.imag >= 0) & may_cross)
+        candidates = Decomposition(*(part[k] for part in at))
+        zeros = self._sharpen(owner[k], speeds[k], at.values[k, i], candidates, LIMITS.slack if counted else 1.0)
         low, high = self.limits[zeros.owner].T
         zeros = zeros.take((low < zeros.speed) & (zeros.speed <= high))
         return _merge_duplicates(self._crossing(zeros, (2.0, 20.0, 200.0) if counted else (2.0,)))
@@ -132,21 +132,21 @@ class Search:
         v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
         last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
         polynomial = self.polynomial.take(owner)
-        root, slope, moved = roots, roots, np.zeros(len(speeds))
+        root, slope, change = roots, roots, np.zeros(len(speeds))
         values, left, right = at.values, at.left, at.right
         for attempt in range(30):
             values, slopes, right, left = at
-            own = np.abs(values - expected[:, None]).argmin(1)
-            root, slope = values[row, own], slopes[row, own]
-            moved = np.where(slope.real != 0, -root.real / np.where(slope.real == 0, 1, slope.real), 0.0)
-            step = np.abs(moved) / v
+            place = np.abs(values - expected[:, None]).argmin(1)
+            root, slope = values[row, place], slopes[row, place]
+            change = np.where(slope.real != 0, -root.real / np.where(slope.real == 0, 1, slope.real), 0.0)
+            step = np.abs(change) / v
             still |= (step <= LIMITS.rounding) & (step > last / 2)  # as near as rounding lets it come
             if still.all():
                 break
-            moved = np.where(still, 0.0, np.clip(moved, -0.1 * v, 0.1 * v))
+            change = np.where(still, 0.0, np.clip(change, -0.1 * v, 0.1 * v))
             if attempt == 29:
                 break
-            v, expected = v + moved, root + slope * moved
+            v, expected = v + change, root + slope * change
             if (still | (step <= LIMITS.last_step)).all():
                 root = np.where(root.imag == 0, expected.real, expected)
                 break
@@ -154,7 +154,7 @@ class Search:
             at = decompose(polynomial, v)
         if not len(v):
             return Zeros(owner, v, v, slope, v)
-        error = slack * uncertainty(values, left, polynomial(v), right)[row, own]
+        error = slack * uncertainty(values, left, polynomial(v), right)[row, place]
         rise = v * np.abs(slope.real)
         good = np.abs(root.real) <= np.maximum(error, LIMITS.rounding * rise)
         good &= np.abs(v - speeds) <= LIMITS.farthest * speeds
@@ -167,18 +167,18 @@ class Search:
         """Take crossings whose real part changes its sign beyond doubt; a touch that rounding moves is none."""
         sure = zeros.doubt <= LIMITS.well_known * zeros.speed
         for look in looks:
-            rest = np.flatnonzero(~sure)
-            if not rest.size:
+            unsure = np.flatnonzero(~sure)
+            if not unsure.size:
                 break
-            one = zeros.take(rest)
-            far = np.minimum(look * one.doubt, np.maximum(1e-3 * one.speed, 2 * one.doubt))
-            away = np.concatenate([-far, far])
+            crossings = zeros.take(unsure)
+            far = np.minimum(look * crossings.doubt, np.maximum(1e-3 * crossings.speed, 2 * crossings.doubt))
+            offset = np.concatenate([-far, far])
             twice = np.tile(np.arange(len(far)), 2)
-            values = spectra(self.polynomial.take(one.owner[twice])(one.speed[twice] + away))
-            roots = 1j * one.omega[twice] + one.slope[twice] * away
-            own = values[np.arange(len(away)), np.abs(values - roots[:, None]).argmin(1)]
-            before, after = one.slope.real * own.real.reshape(2, -1)
-            sure[rest[(before < 0) & (after > 0)]] = True
+            values = spectra(self.polynomial.take(crossings.owner[twice])(crossings.speed[twice] + offset))
+            roots = 1j * crossings.omega[twice] + crossings.slope[twice] * offset
+            followed = values[np.arange(len(offset)), np.abs(values - roots[:, None]).argmin(1)]
+            before, after = crossings.slope.real * followed.real.reshape(2, -1)
+            sure[unsure[(before < 0) & (after > 0)]] = True
         return zeros.take(sure)
 
     def count_at_nodes(self) -> None:
@@ -189,10 +189,10 @@ class Search:
         low, high = self.limits[:, :1], self.limits[:, 1:]
         owner, place = np.nonzero((nodes > low) & (nodes < high))
         first = np.minimum(np.where(nodes > low, nodes, np.inf).min(1), self.limits[:, 1])
-        below = np.maximum(low + (first[:, None] - low) * np.linspace(0, 1, 12)[:-1], low * (1 + 1e-9))
-        every = np.arange(len(self.unit))
-        speed = np.concatenate([nodes[owner, place], below.ravel(), high[:, 0]])
-        owner = np.concatenate([owner, np.repeat(every, 11), every])
+        low_nodes = np.maximum(low + (first[:, None] - low) * np.linspace(0, 1, 12)[:-1], low * (1 + 1e-9))
+        bicycles = np.arange(len(self.unit))
+        speed = np.concatenate([nodes[owner, place], low_nodes.ravel(), high[:, 0]])
+        owner = np.concatenate([owner, np.repeat(bicycles, 11), bicycles])
         order = np.lexsort((speed, owner))
         self.owner, self.speed = owner[order], speed[order]
         self.at = decompose(self.polynomial.take(self.owner), self.speed, vectors=False)
@@ -223,9 +223,9 @@ class Search:
         turn = before + t * (rise + t * (square + t * cube))
         reached = turn * np.sign(before) < LIMITS.turns * np.minimum(np.abs(before), np.abs(after))
         bend = np.maximum(np.abs(2 * square + 6 * cube * t), 1e-300)
-        apart = np.minimum(np.sqrt(2 * np.abs(turn) / bend), 0.5)  # of the two zeros from the turn
+        half_distance = np.minimum(np.sqrt(2 * np.abs(turn) / bend), 0.5)  # of the two zeros from the turn
         start, width, owner = self.speed[step[k]], h[step[k]], self.owner[step[k]]
-        speeds = [(start + width * at)[reached] for at in (t - apart, t + apart)]
+        speeds = [(start + width * at)[reached] for at in (t - half_distance, t + half_distance)]
         low, high = self.limits[np.tile(owner[reached], 2)].T
         return np.tile(owner[reached], 2), np.clip(np.concatenate(speeds), low * (1 + 1e-9), high)
 
@@ -242,8 +242,8 @@ class Search:
         owner, speed, count = owner[order], speed[order], count[order]
         change = np.where(zeros.omega > 0, 2, 1) * np.sign(zeros.slope.real).astype(int)
         key, known_key = owner + 1j * speed, zeros.owner + 1j * zeros.speed  # complex numbers sort by both
-        known = np.append(0, np.cumsum(change))[np.searchsorted(known_key, key)]
-        step = np.flatnonzero((np.diff(count - known) != 0) & (owner[1:] == owner[:-1]))
+        expected = np.append(0, np.cumsum(change))[np.searchsorted(known_key, key)]
+        step = np.flatnonzero((np.diff(count - expected) != 0) & (owner[1:] == owner[:-1]))
         return self._bisect_counts(owner[step], speed[step], speed[step + 1])
 
     def _count(self, owner: Whole, speed: Array) -> Whole:
@@ -276,13 +276,13 @@ class Search:
         return more if self.missing(more)[0].size < missing[0].size else zeros
 
 
-def _same(one: Zeros, k: int, other: Zeros, j: int) -> bool:
+def _same(a: Zeros, k: int, b: Zeros, j: int) -> bool:
     """True if two are one crossing, found twice."""
     return bool(
-        one.owner[k] == other.owner[j]
-        and abs(one.speed[k] - other.speed[j]) <= LIMITS.same_speed * other.speed[j]
-        and (one.slope[k].real > 0) == (other.slope[j].real > 0)
-        and abs(one.omega[k] - other.omega[j]) <= LIMITS.same_frequency * max(one.omega[k], other.omega[j])
+        a.owner[k] == b.owner[j]
+        and abs(a.speed[k] - b.speed[j]) <= LIMITS.same_speed * b.speed[j]
+        and (a.slope[k].real > 0) == (b.slope[j].real > 0)
+        and abs(a.omega[k] - b.omega[j]) <= LIMITS.same_frequency * max(a.omega[k], b.omega[j])
     )
 
 
@@ -291,11 +291,11 @@ def _merge_duplicates(zeros: Zeros) -> Zeros:
     zeros = zeros.take(np.lexsort((zeros.omega, zeros.speed, zeros.owner)))
     group = np.arange(len(zeros.speed))
     for back in range(1, min(9, len(group))):  # how many places two finds of one crossing may be apart
-        one, other = zeros.take(np.arange(back, len(group))), zeros.take(np.arange(len(group) - back))
-        near = np.maximum(LIMITS.same_speed * one.speed, one.doubt + other.doubt)
-        steepest = np.maximum(np.abs(one.slope), np.abs(other.slope))
-        alike = (one.owner == other.owner) & (one.speed - other.speed <= near)
-        alike &= np.abs(one.omega - other.omega) <= LIMITS.same_frequency * (one.omega + 1) + near * steepest
+        later, earlier = zeros.take(np.arange(back, len(group))), zeros.take(np.arange(len(group) - back))
+        tolerance = np.maximum(LIMITS.same_speed * later.speed, later.doubt + earlier.doubt)
+        steepest = np.maximum(np.abs(later.slope), np.abs(earlier.slope))
+        alike = (later.owner == earlier.owner) & (later.speed - earlier.speed <= tolerance)
+        alike &= np.abs(later.omega - earlier.omega) <= LIMITS.same_frequency * (later.omega + 1) + tolerance * steepest
         for k in np.flatnonzero(alike).tolist():
             group[group == group[k + back]] = group[k]
     _, first = np.unique(group, return_index=True)
@@ -328,9 +328,9 @@ def singular_speeds(polynomial: SpeedPolynomial, shift: Array) -> Complex:
     try:
         companion[:, :n] = np.linalg.solve(blocks[0], right)
     except np.linalg.LinAlgError:
-        for one in range(m):  # the count of unstable roots finds what is lost
-            if np.linalg.matrix_rank(blocks[0, one]) == n:
-                companion[one, :n] = np.linalg.solve(blocks[0, one], right[one])
+        for row in range(m):  # the count of unstable roots finds what is lost
+            if np.linalg.matrix_rank(blocks[0, row]) == n:
+                companion[row, :n] = np.linalg.solve(blocks[0, row], right[row])
     good: Mask = np.asarray(np.isfinite(companion).all((1, 2)))
     inverse = spectra(companion if good.all() else np.where(good[:, None, None], companion, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -344,8 +344,8 @@ def bialternate_sum(matrices: Array) -> Array:
     total = np.zeros((*matrices.shape[:-2], comb(n, 2), comb(n, 2)))
     total[..., rows, columns] = signs * matrices[..., i, j]
     p, q = np.tril_indices(n, -1)
-    every, diagonal = np.arange(len(p)), np.diagonal(matrices, axis1=-2, axis2=-1)
-    total[..., every, every] = diagonal[..., p] + diagonal[..., q]
+    places, diagonal = np.arange(len(p)), np.diagonal(matrices, axis1=-2, axis2=-1)
+    total[..., places, places] = diagonal[..., p] + diagonal[..., q]
     return total
 
 

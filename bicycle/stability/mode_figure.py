@@ -66,12 +66,12 @@ def mode_look(name: str) -> Look:
 
 def mode_marker(name: str) -> dict[str, Any]:
     """Marker keywords of a mode: filled; under a joint name in the colours of the other modes it may be."""
-    own, *others = (mode_look(part).colour for part in name.split("+"))
+    colour, *further_colours = (mode_look(part).colour for part in name.split("+"))
     return {
         "marker": mode_look(name).marker,
-        "markerfacecolor": others[0] if others else own,
-        "markeredgecolor": others[-1] if len(others) > 1 else own,
-        "markeredgewidth": 1.4 if others else 0.8,
+        "markerfacecolor": further_colours[0] if further_colours else colour,
+        "markeredgecolor": further_colours[-1] if len(further_colours) > 1 else colour,
+        "markeredgewidth": 1.4 if further_colours else 0.8,
     }
 
 
@@ -101,14 +101,14 @@ def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
     low, high = real.get_ylim()
     real.axhspan(0, high, color=UNSTABLE, zorder=0, linewidth=0)
     frequency.set(ylabel="Frequency, Hz (pale: unstable)")
-    beyond = extrapolated(found.model.warnings)
-    hatched = "; hatched: tyre values extrapolated" if beyond else ""
+    is_extrapolated = extrapolated(found.model.warnings)
+    hatched = "; hatched: tyre values extrapolated" if is_extrapolated else ""
     real.set(ylabel="Real part, 1/s (shaded: unstable)", xlabel=f"Speed, m/s{hatched}")
     if speeds[-1] > speeds[0]:
         real.set_xlim(speeds[0], speeds[-1])
         frequency.set_xlim(speeds[0], speeds[-1])
     for part in (frequency, real):
-        part.patch.set(**(EXTRAPOLATED if beyond else {}))
+        part.patch.set(**(EXTRAPOLATED if is_extrapolated else {}))
         part.grid(True, color="0.88", linewidth=0.6)
         part.set_axisbelow(True)
     handles, labels = real.get_legend_handles_labels()
@@ -119,24 +119,24 @@ def draw_modes(found: Any, axes: Any = None) -> tuple[Any, Any]:
 
 
 def _draw(frequency: Any, real: Any, name: str, speeds: Any, values: Any) -> None:
-    every = max(1, len(speeds) // 12)
+    marker_step = max(1, len(speeds) // 12)
     style = {"color": mode_look(name).colour, "linewidth": 1.5, "markersize": 4.5, **mode_marker(name)}
     label: str | None = mode_words(name)
     for branch in values.T:
         if np.isnan(branch.real).all():
             continue
-        real.plot(speeds, branch.real, markevery=every, label=label, **style)
+        real.plot(speeds, branch.real, markevery=marker_step, label=label, **style)
         label = None
         hertz = frequency_hz(oscillating(branch))
         frequency.plot(speeds, np.where(branch.real > 0, hertz, np.nan), color=UNSTABLE, linewidth=7, zorder=1)
-        frequency.plot(speeds, hertz, markevery=every, **style)
+        frequency.plot(speeds, hertz, markevery=marker_step, **style)
 
 
 def _limits(frequency: Any, real: Any, values: Any) -> None:
     """Show every unstable root and the slower stable ones; frequencies of what is shown."""
-    there = values[~np.isnan(values)]
-    low = max(float(there.real.min()), -DAMPED)
-    high = max(float(there.real.max()), -0.15 * low, 1.0)
+    finite = values[~np.isnan(values)]
+    low = max(float(finite.real.min()), -DAMPED)
+    high = max(float(finite.real.max()), -0.15 * low, 1.0)
     real.set_ylim(ROOM * min(low, -1.0), ROOM * high)
-    slow = there.imag[there.real >= low]
+    slow = finite.imag[finite.real >= low]
     frequency.set_ylim(0, ROOM * max(float(frequency_hz(1j * slow.max())), 0.5))

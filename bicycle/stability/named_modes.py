@@ -48,14 +48,14 @@ class ModeEvent:
     pair: tuple[str, ...] = ()  # name of the pair that is born or split, both names if it is in doubt
 
     def __str__(self) -> str:
-        said = {
+        sentence = {
             "merge": "two real roots of {modes} meet at {root:.4g} 1/s and become the pair {pair}",
             "split": "the pair {pair} splits at {root:.4g} 1/s into two real roots of {modes}",
             "exchange": "{modes} exchange character",
             "switch": "the equations switch and the roots of {modes} jump",
         }[self.kind]
-        found = said.format(modes=" and ".join(self.modes), root=self.eigenvalue, pair="+".join(self.pair))
-        return f"{self.speed:.3f} m/s: {found}"
+        message = sentence.format(modes=" and ".join(self.modes), root=self.eigenvalue, pair="+".join(self.pair))
+        return f"{self.speed:.3f} m/s: {message}"
 
 
 @dataclass(frozen=True)
@@ -176,15 +176,15 @@ class Modes:
         xarray = optional_module("xarray", extra="xarray")
         width = max(values.shape[1] for values in self.branches.values())
         values = np.full((len(self.names), len(self.speeds), width), np.nan, complex)
-        for row, own in zip(values, self.branches.values(), strict=True):
-            row[:, : own.shape[1]] = own
+        for row, branch in zip(values, self.branches.values(), strict=True):
+            row[:, : branch.shape[1]] = branch
         hertz, ratio = (np.array([of(name) for name in self.names]) for of in (self.frequency, self.damping_ratio))
-        along = ("mode", "speed")
+        dimensions = ("mode", "speed")
         return xarray.Dataset(
             {
-                "eigenvalue": ((*along, "root"), values, {"units": "1/s"}),
-                "frequency": (along, hertz, {"units": "Hz", "long_name": "damped frequency"}),
-                "damping_ratio": (along, ratio, {"units": "1"}),
+                "eigenvalue": ((*dimensions, "root"), values, {"units": "1/s"}),
+                "frequency": (dimensions, hertz, {"units": "Hz", "long_name": "damped frequency"}),
+                "damping_ratio": (dimensions, ratio, {"units": "1"}),
             },
             {"mode": [*self.names], "speed": ("speed", self.speeds, {"units": "m/s", "long_name": "forward speed"})},
             {"anchor_speed_m_s": self.anchor, "effects": ", ".join(self.model.effects)},
@@ -205,9 +205,9 @@ class Modes:
             for name, values in self.branches.items()
             for z in values[k][~np.isnan(values[k])].tolist()
         ]
-        found = pd.DataFrame(rows, columns=[*UNITS])
-        found.attrs = {"units": dict(UNITS), "anchor_speed_m_s": self.anchor, "effects": list(self.model.effects)}
-        return found
+        table = pd.DataFrame(rows, columns=[*UNITS])
+        table.attrs = {"units": dict(UNITS), "anchor_speed_m_s": self.anchor, "effects": list(self.model.effects)}
+        return table
 
     def to_dict(self) -> dict[str, list[list[list[float]] | None]]:
         """JSON form: name -> for each speed a list of [re, im] in 1/s, or None where the mode is not there."""
@@ -246,22 +246,22 @@ def modes(model: Model | LinearModel, speeds: ArrayLike) -> Modes:
     return Modes(v, np.sort_complex(named.values), _branches(rules, named), anchor, model)
 
 
-def _branches(rules: naming.Rules, found: naming.Named) -> dict[str, Complex]:
+def _branches(rules: naming.Rules, named: naming.Named) -> dict[str, Complex]:
     """Values under each name, those that the model always has first; a pair is shown by its upper half."""
-    shown = found.values.imag >= 0
-    code = found.first * (len(rules.names) + 1) + found.second + 1
-    branches: dict[str, Complex] = {name: np.full((len(shown), 2), np.nan, complex) for name in rules.usual}
-    for label in np.unique(code[shown]).tolist():
+    upper = named.values.imag >= 0
+    code = named.first * (len(rules.names) + 1) + named.second + 1
+    branches: dict[str, Complex] = {name: np.full((len(upper), 2), np.nan, complex) for name in rules.usual}
+    for label in np.unique(code[upper]).tolist():
         first, second = divmod(label, len(rules.names) + 1)
-        places = shown & (code == label)
+        places = upper & (code == label)
         most = int(places.sum(1).max())
-        values = np.full((len(shown), max(most, 2)), np.nan, complex)
+        values = np.full((len(upper), max(most, 2)), np.nan, complex)
         if most == 1:
-            values[places.any(1), 0] = found.values[places]
+            values[places.any(1), 0] = named.values[places]
         else:
-            held = np.where(places, found.values, np.nan)
-            order = np.lexsort((-held.real, -held.imag), axis=1)[:, :most]
-            values[:, :most] = np.take_along_axis(held, order, 1)
+            roots = np.where(places, named.values, np.nan)
+            order = np.lexsort((-roots.real, -roots.imag), axis=1)[:, :most]
+            values[:, :most] = np.take_along_axis(roots, order, 1)
         branches[rules.name(first, second - 1)] = values
     return dict(sorted(branches.items(), key=lambda item: _rank(item[0], rules)))
 
@@ -280,19 +280,19 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
     joints = tuple(s for s in model.states if f"{s}_rate" in model.states and s not in ("lean", "steer"))
     phasors = np.full((len(speeds), 4 + len(joints)), np.nan, complex)
     rows = [model.outputs.index(name) for name in ("lean", "steer", "yaw_rate", "rear_lateral_velocity", *joints)]
-    there = np.flatnonzero(~np.isnan(eigenvalues))
-    for number, places in model.by_range(speeds[there]):
-        k = there[places]
+    with_root = np.flatnonzero(~np.isnan(eigenvalues))
+    for number, places in model.by_range(speeds[with_root]):
+        k = with_root[places]
         v, root = speeds[k], eigenvalues[k, None]
         values, vectors, _ = eigensystem(model.state_matrix(v))
         nearest = np.abs(values - root).argmin(1)
         states = model.scale * np.take_along_axis(vectors, nearest[:, None, None], 2)[..., 0]
         outputs = (model.ranges[number].matrices.output_matrix(v)[:, rows] @ states[..., None])[..., 0]
-        lean, steer, yaw_rate, lateral, *further = outputs.T[..., None]
+        lean, steer, yaw_rate, lateral, *joint_angles = outputs.T[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):  # a root at exactly zero: a steady turn without end
             shape = np.hstack(
                 [lean * root**2, steer * root**2, yaw_rate * root, lateral * root + v[:, None] * yaw_rate]
-                + [angle * root**2 for angle in further]
+                + [angle * root**2 for angle in joint_angles]
             )
             angles = np.abs(np.delete(shape, 3, axis=1)).max(1, keepdims=True)
             phase = np.where(shape[:, :1] == 0, 1, shape[:, :1] / np.abs(shape[:, :1]))
@@ -315,9 +315,11 @@ def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent,
             return Nodes(v, *decompose(polynomial, v))
 
         nodes = np.unique(np.clip(event_grid(lower, upper, unit, singular=-1 in polynomial), at.lower, at.upper))
-        own, branches = follow(compute(nodes), compute, unit * STEP * 2.0**-22)
-        owner, gravity = np.zeros(len(own.v), np.intp), model.parameters["g"]
-        named = naming.name_points(rules, naming.stack_of_one(model, number), np.array([unit]), gravity, owner, own.v)
+        nodes_followed, branches = follow(compute(nodes), compute, unit * STEP * 2.0**-22)
+        owner, gravity = np.zeros(len(nodes_followed.v), np.intp), model.parameters["g"]
+        named = naming.name_points(
+            rules, naming.stack_of_one(model, number), np.array([unit]), gravity, owner, nodes_followed.v
+        )
         first, second = (np.take_along_axis(x, branches.order, 1) for x in named[1:3])
         events += _meetings(rules, branches, first, second)
         events += _exchanges(model, rules, branches, first)
@@ -328,8 +330,8 @@ def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent,
         jumped = np.flatnonzero(np.abs(after - before) > 1e-6 * np.abs(before).max())
         if jumped.size:
             events.append(ModeEvent(float(speed), "switch", tuple(sorted({label[i] for i in jumped}))))
-    inside = (event for event in events if low <= event.speed <= high)
-    return tuple(sorted(inside, key=lambda event: (event.speed, event.kind, event.modes)))
+    within = (event for event in events if low <= event.speed <= high)
+    return tuple(sorted(within, key=lambda event: (event.speed, event.kind, event.modes)))
 
 
 def event_grid(low: float, high: float, unit: float, *, singular: bool) -> Array:
@@ -366,8 +368,8 @@ def _exchanges(model: LinearModel, rules: naming.Rules, branches: Branches, firs
         named = naming.name_along(model, rules, middle)
         share = (middle - branches.v[k]) / (branches.v[k + 1] - branches.v[k])
         nearest = np.abs(named.values - ((1 - share) * before + share * after)[:, None]).argmin(1)
-        same = named.first[np.arange(len(k)), nearest] == first[k, i]
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+        same_name = named.first[np.arange(len(k)), nearest] == first[k, i]
+        low, high = np.where(same_name, middle, low), np.where(same_name, high, middle)
     exchanges: dict[Any, ModeEvent] = {}
     for speed, step, branch in zip(high.tolist(), k.tolist(), i.tolist(), strict=True):
         names = tuple(sorted(rules.names[first[at, branch]] for at in (step, step + 1)))

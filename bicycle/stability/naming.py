@@ -78,8 +78,8 @@ def packaged_modes() -> Mapping[str, Mode]:
 
 
 def _by_name(effects: Iterable[type[Effect]]) -> Mapping[str, Mode]:
-    every = {mode.name: mode for mode in (*BASE_MODES, *(mode for effect in effects for mode in effect.modes))}
-    return dict(sorted(every.items(), key=lambda item: (item[1].place, item[0])))
+    mode_by_name = {mode.name: mode for mode in (*BASE_MODES, *(mode for effect in effects for mode in effect.modes))}
+    return dict(sorted(mode_by_name.items(), key=lambda item: (item[1].place, item[0])))
 
 
 def every_mode(model: LinearModel) -> tuple[Mode, ...]:
@@ -177,34 +177,34 @@ def name_points(
 ) -> Named:
     """Roots and names at k points: bicycle ``owner`` (k,) at ``speeds`` (k,), m/s, with sqrt(g w) = ``unit`` (m,)."""
 
-    def named(owner: Whole, speeds: Array) -> Named:
+    def name_batches(owner: Whole, speeds: Array) -> Named:
         parts = []
         for start in range(0, max(len(speeds), 1), BATCH):
-            own, v = owner[start : start + BATCH], speeds[start : start + BATCH]
-            at = participation_at(polynomial.take(own), v, rules.weights, rules.ratio)
-            parts.append(name_roots(rules, (gravity / unit)[own], at))
+            batch, v = owner[start : start + BATCH], speeds[start : start + BATCH]
+            at = participation_at(polynomial.take(batch), v, rules.weights, rules.ratio)
+            parts.append(name_roots(rules, (gravity / unit)[batch], at))
         return parts[0] if len(parts) == 1 else Named(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     births = LIMITS.node * np.arange(1, LIMITS.nodes)
     slow = owner[speeds < births[3] * unit[owner]]
     slow = np.unique(slow) if slow.size else slow  # weave is mostly born within the first four: they are named along
     many = np.repeat(slow, 4)
-    named_points = named(
+    named_points = name_batches(
         np.concatenate([owner, many]), np.concatenate([speeds, unit[many] * np.tile(births[:4], len(slow))])
     )
-    found, along = named_points.take(slice(len(owner))), named_points.take(slice(len(owner), None))
-    open_ = np.flatnonzero(~found.clear)
+    at_points, at_nodes = named_points.take(slice(len(owner))), named_points.take(slice(len(owner), None))
+    open_ = np.flatnonzero(~at_points.clear)
     early = speeds[open_] < births[3] * unit[owner[open_]]
     if early.any():
         place = np.searchsorted(slow, owner[open_[early]])
-        left = _name_by_birth(found, open_[early], place, speeds, unit[slow, None] * births[:4], along)
-        open_ = np.concatenate([left, open_[~early]])
+        undecided = _name_by_birth(at_points, open_[early], place, speeds, unit[slow, None] * births[:4], at_nodes)
+        open_ = np.concatenate([undecided, open_[~early]])
     if open_.size:
-        own, place = np.unique(owner[open_], return_inverse=True)
-        nodes = unit[own, None] * births[4:]
-        along = named(np.repeat(own, nodes.shape[1]), nodes.ravel())
-        _name_by_birth(found, open_, place, speeds, nodes, along)
-    return found
+        bicycles, place = np.unique(owner[open_], return_inverse=True)
+        nodes = unit[bicycles, None] * births[4:]
+        at_nodes = name_batches(np.repeat(bicycles, nodes.shape[1]), nodes.ravel())
+        _name_by_birth(at_points, open_, place, speeds, nodes, at_nodes)
+    return at_points
 
 
 def name_stack(rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: float | Array, speeds: Array) -> Named:
@@ -220,13 +220,17 @@ def name_along(model: LinearModel, rules: Rules, speeds: Array) -> Named:
     """Roots of one model and their names at ``speeds`` (k,), m/s; where equations switch, those that hold there."""
     unit, count = np.array([speed_unit(model)]), len(speeds)
     shape = (count, model.order)
-    found = Named(np.empty(shape, complex), np.empty(shape, np.intp), np.empty(shape, np.intp), np.empty(count, bool))
+    named_roots = Named(
+        np.empty(shape, complex), np.empty(shape, np.intp), np.empty(shape, np.intp), np.empty(count, bool)
+    )
     for number, places in model.by_range(speeds):
-        own = np.zeros(len(places), np.intp)
-        part = name_points(rules, stack_of_one(model, number), unit, model.parameters["g"], own, speeds[places])
-        for whole, here in zip(found, part, strict=True):
-            whole[places] = here
-    return found
+        first_bicycle = np.zeros(len(places), np.intp)
+        part = name_points(
+            rules, stack_of_one(model, number), unit, model.parameters["g"], first_bicycle, speeds[places]
+        )
+        for whole, part_of_range in zip(named_roots, part, strict=True):
+            whole[places] = part_of_range
+    return named_roots
 
 
 def stack_of_one(model: LinearModel, number: int) -> SpeedPolynomial:
@@ -246,23 +250,23 @@ def name_roots(rules: Rules, rate: Array, at: Participation) -> Named:
     count = int(pairs.sum(1).max(initial=0))
     if count:
         upper = np.argsort(~pairs, axis=1, kind="stable")[:, :count]
-        both = _capsize_and_castering(rules, rate, values, size, is_core)
+        joined = _capsize_and_castering(rules, rate, values, size, is_core)
         slowness = 1 / (1 + size / (LIMITS.slow * rate[:, None]))
         weave = share[:, WEAVE] + LIMITS.slowness * slowness + LIMITS.first * is_core
-        weave[(share[:, CORE] < LIMITS.weave) | _behind_the_core(values, size, is_core, both)] = FULL
+        weave[(share[:, CORE] < LIMITS.weave) | _behind_the_core(values, size, is_core, joined)] = FULL
         played = [weave, *(share[:, k] for k in rules.declared)]
         places = [WEAVE, *rules.declared, NONE]
         if rules.slips:
             played.append(share[:, WOBBLE] + LIMITS.steering * steering)
             places.insert(-1, WOBBLE)
-        own = np.arange(len(values))[:, None]
-        there = (pairs & ~both)[own, upper]
-        score = np.where(there, np.stack(played)[:, own, upper], FULL)
+        rows = np.arange(len(values))[:, None]
+        is_pair = (pairs & ~joined)[rows, upper]
+        score = np.where(is_pair, np.stack(played)[:, rows, upper], FULL)
         for names, chosen in zip((first, second), assign_pairs(score), strict=True):
-            names[own, upper] = np.where(there, np.array(places)[chosen], NONE)
-        first[both], second[both] = CAPSIZE, CASTERING
+            names[rows, upper] = np.where(is_pair, np.array(places)[chosen], NONE)
+        first[joined], second[joined] = CAPSIZE, CASTERING
     clear = _name_real(rules, values, share, is_core, first)
-    _name_others(rules, size, values.imag >= 0, first)
+    _number_nameless(rules, size, values.imag >= 0, first)
     lower = values.imag < 0  # it stands next to the upper half
     for names in (first, second):
         names[:, 1:][lower[:, 1:]] = names[:, :-1][lower[:, 1:]]
@@ -278,15 +282,15 @@ def _capsize_and_castering(rules: Rules, rate: Array, values: Complex, size: Arr
     k = np.flatnonzero(joint_pairs.any(1))
     if k.size:
         core = np.where(slow[k], values.real[k], -np.inf)
-        ahead = (core[:, None, :] > values.real[k, :, None] + 1e-9 * size[k, :, None]).sum(2)
-        joint_pairs[k] &= ahead == 2
+        count_right = (core[:, None, :] > values.real[k, :, None] + 1e-9 * size[k, :, None]).sum(2)
+        joint_pairs[k] &= count_right == 2
     return joint_pairs
 
 
-def _behind_the_core(values: Complex, size: Array, is_core: Mask, both: Mask) -> Mask:
+def _behind_the_core(values: Complex, size: Array, is_core: Mask, joined: Mask) -> Mask:
     """Roots faster than four roots of the core that are real or capsize and castering: weave is two of those then."""
     behind = np.zeros(values.shape, bool)
-    whole = is_core & ((values.imag == 0) | both | np.roll(both, 1, axis=1))
+    whole = is_core & ((values.imag == 0) | joined | np.roll(joined, 1, axis=1))
     k = np.flatnonzero(whole.sum(1) > 3)
     if k.size:
         slower = np.where(whole[k], size[k], np.inf)[:, None, :] < size[k][:, :, None]
@@ -301,14 +305,14 @@ def assign_pairs(score: Array) -> tuple[Whole, Whole]:
     """
     j, m, p = score.shape
     if kernel is not None and p <= 16 and j <= 6:
-        best, other = np.empty((m, p), np.int64), np.empty((m, p), np.int64)
-        kernel.assign(p, j, LIMITS.doubt, np.ascontiguousarray(score), best, other)
-        return best, other
+        best, second = np.empty((m, p), np.int64), np.empty((m, p), np.int64)
+        kernel.assign(p, j, LIMITS.doubt, np.ascontiguousarray(score), best, second)
+        return best, second
     score = score.transpose(2, 0, 1)
     cube = (2,) * j  # a set of names is a corner
 
-    def half(sets: Array, name: int, taken: int) -> Array:
-        return np.asarray(sets[(slice(None),) * name + (taken,)])
+    def half(sets: Array, name: int, corner: int) -> Array:
+        return np.asarray(sets[(slice(None),) * name + (corner,)])
 
     before = np.full((p + 1, *cube, m), -np.inf)  # best sum of the earlier pairs that take exactly these names
     before[(0,) * (j + 1)] = 0.0
@@ -320,29 +324,29 @@ def assign_pairs(score: Array) -> tuple[Whole, Whole]:
         for old, new, pair in steps:
             sets[new] = sets[old]
             for name in range(j):
-                there = half(sets[new], name, 1)
-                np.maximum(there, half(sets[old], name, 0) + score[pair, name], out=there)
+                with_name = half(sets[new], name, 1)
+                np.maximum(with_name, half(sets[old], name, 0) + score[pair, name], out=with_name)
     total = np.empty((p, j + 1, m))
     for k in range(p):
-        left = after[k + 1][(slice(None, None, -1),) * j]  # indexed by the names that are taken
-        total[k, j] = (before[k] + left).reshape(-1, m).max(0)
+        available = after[k + 1][(slice(None, None, -1),) * j]  # indexed by the names that are taken
+        total[k, j] = (before[k] + available).reshape(-1, m).max(0)
         for name in range(j):
-            both = half(before[k], name, 0) + half(left, name, 1)
-            total[k, name] = both.reshape(-1, m).max(0) + score[k, name]
+            together = half(before[k], name, 0) + half(available, name, 1)
+            total[k, name] = together.reshape(-1, m).max(0) + score[k, name]
     best = total.argmax(1)
     top = total.max(1)
     np.put_along_axis(total, best[:, None], -np.inf, 1)
-    other = total[:, :j].argmax(1)
+    second = total[:, :j].argmax(1)
     close = total[:, :j].max(1) > top - LIMITS.doubt
-    return best.T, np.where(close & (best < j), other, j).T
+    return best.T, np.where(close & (best < j), second, j).T
 
 
 def _name_real(rules: Rules, values: Complex, share: Array, is_core: Mask, first: Whole) -> Mask:
     """Name real roots in place: the core by its order from the right, the others by share; which points are clear."""
-    weave, both = (first == WEAVE).any(1), (first == CAPSIZE).any(1)
+    weave, joined = (first == WEAVE).any(1), (first == CAPSIZE).any(1)
     real = values.imag == 0
     core = real & is_core
-    order = 2 * weave + both
+    order = 2 * weave + joined
     for k, most in ((np.flatnonzero(weave), 1), (np.flatnonzero(~weave), 4)):  # beside weave there is one to name
         if not k.size:
             continue
@@ -351,17 +355,17 @@ def _name_real(rules: Rules, values: Complex, share: Array, is_core: Mask, first
         names, rows = CORE_NAMES[order[k], : place.shape[1]], k[:, None]
         first[rows, place] = np.where(core[rows, place], names, first[rows, place])
     _name_by_share(rules, share, real & (first == NONE) & (share[:, -1] < LIMITS.core), first)
-    return np.asarray(weave | both | (core.sum(1) != 4))
+    return np.asarray(weave | joined | (core.sum(1) != 4))
 
 
-def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None:
-    """Give the real roots that are ``left`` the modes that still have room, the plainest first, in place."""
-    rows = np.flatnonzero(left.any(1))
+def _name_by_share(rules: Rules, share: Array, nameless: Mask, first: Whole) -> None:
+    """Give the real roots that are ``nameless`` the modes that still have room, the plainest first, in place."""
+    rows = np.flatnonzero(nameless.any(1))
     if not rows.size:
         return
     modes = np.array([CASTERING, *rules.declared, *([WOBBLE] if rules.slips else [])])
     most = np.where(modes == CASTERING, 1, 2)
-    named, own = first[rows], np.arange(len(rows))
+    named, points = first[rows], np.arange(len(rows))
     room = most - (named[:, :, None] == modes).sum(1) * most  # a pair takes all of it
     room[:, 0] = np.where((named == CAPSIZE).sum(1) > 1, 0, room[:, 0])
     score = share[rows][:, modes]
@@ -369,12 +373,12 @@ def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None
     score[:, 1 : 1 + len(rules.declared)] += np.where(room[:, 1 : 1 + len(rules.declared)] == 2, 1.0, 0.0)[:, :, None]
     if rules.slips:
         score[:, -1] = 0.4
-    score = np.where(left[rows][:, None, :], score, FULL)
-    for _ in range(int(left.sum(1).max())):
+    score = np.where(nameless[rows][:, None, :], score, FULL)
+    for _ in range(int(nameless.sum(1).max())):
         score[room <= 0] = FULL
         mode, root = np.divmod(score.reshape(len(rows), -1).argmax(1), share.shape[2])
-        good = score[own, mode, root] > FULL
-        k, mode, root = own[good], mode[good], root[good]
+        good = score[points, mode, root] > FULL
+        k, mode, root = points[good], mode[good], root[good]
         named[k, root] = modes[mode]
         room[k, mode] -= 1
         score[k, :, root] = FULL
@@ -382,34 +386,34 @@ def _name_by_share(rules: Rules, share: Array, left: Mask, first: Whole) -> None
     first[rows] = named
 
 
-def _name_others(rules: Rules, size: Array, shown: Mask, first: Whole) -> None:
+def _number_nameless(rules: Rules, size: Array, upper: Mask, first: Whole) -> None:
     """Number what has no name from slow to fast, in place."""
-    nameless = shown & (first == NONE)
+    nameless = upper & (first == NONE)
     k = np.flatnonzero(nameless.any(1))
     if k.size:
         rank = np.where(nameless[k], size[k], np.inf).argsort(1, kind="stable").argsort(1, kind="stable")
         first[k] = np.where(nameless[k], len(rules.weights) - 1 + rank, first[k])
 
 
-def _name_by_birth(found: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, along: Named) -> Whole:
+def _name_by_birth(named: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, at_nodes: Named) -> Whole:
     """Tell which two of four real core roots become the weave: those that are a pair at the next of fixed speeds.
 
     ``open_`` are the points to tell, ``place`` their bicycles among those of the ``nodes`` (bicycles, k), m/s, at which
-    the roots are named ``along``. Points that are still open are returned.
+    the roots are named, ``at_nodes``. Points that are still open are returned.
     """
-    weave = (along.values.imag > 0) & (along.first == WEAVE)
-    pair = np.where(weave, along.values.real, 0.0).sum(1)
-    real = ((along.first == CAPSIZE) | (along.first == CASTERING)) & (along.values.imag == 0)
-    ahead = (real & (along.values.real > pair[:, None])).sum(1).reshape(nodes.shape)
+    weave = (at_nodes.values.imag > 0) & (at_nodes.first == WEAVE)
+    pair = np.where(weave, at_nodes.values.real, 0.0).sum(1)
+    real = ((at_nodes.first == CAPSIZE) | (at_nodes.first == CASTERING)) & (at_nodes.values.imag == 0)
+    count_right = (real & (at_nodes.values.real > pair[:, None])).sum(1).reshape(nodes.shape)
     decided = ((weave.sum(1) == 1) & (real.sum(1) == 2)).reshape(nodes.shape)
     born = decided[place] & (nodes[place] > speeds[open_, None])
-    done = born.any(1)
-    rows, first = open_[done], ahead[place, born.argmax(1)][done]
-    names = found.first[rows]
+    is_born = born.any(1)
+    rows, first = open_[is_born], count_right[place, born.argmax(1)][is_born]
+    names = named.first[rows]
     core = (names == WEAVE) | (names == CAPSIZE) | (names == CASTERING)
-    from_the_right = np.where(core, -found.values[rows].real, np.inf).argsort(1)[:, :4]
-    found.first[rows[:, None], from_the_right] = BORN_NAMES[first]
-    return open_[~done]
+    from_the_right = np.where(core, -named.values[rows].real, np.inf).argsort(1)[:, :4]
+    named.first[rows[:, None], from_the_right] = BORN_NAMES[first]
+    return open_[~is_born]
 
 
 def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> None:
@@ -440,7 +444,7 @@ def check_trackable(model: LinearModel, speeds: Array, name: str = "speed") -> N
         )
 
 
-def not_trackable(polynomial: SpeedPolynomial, gravity: Array, wheelbase: Array, highest: float) -> Mask:
+def find_untrackable(polynomial: SpeedPolynomial, gravity: Array, wheelbase: Array, highest: float) -> Mask:
     """Bicycles (m,) that :func:`check_trackable` may refuse up to the ``highest`` speed (m/s)."""
     unit = np.sqrt(gravity * wheelbase)
     low = LIMITS.slowest * unit if -1 in polynomial else 0.0

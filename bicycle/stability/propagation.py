@@ -40,20 +40,20 @@ def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
 
 def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
     """Derivatives of frequency (Hz) and damping ratio of oscillations, shape of ``eigenvalue`` and (p,)."""
-    v, wanted = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
-    if np.ndim(speed) and wanted.shape[:1] != v.shape:
-        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {wanted.shape}; give a row for each speed")
-    rows = wanted.reshape(len(v), -1)
-    every = sensitivities(model, v)
-    slopes = np.stack([slope_of(name, every.parameters, every.of) for name in names], -1)  # (m, n, p)
-    distance = np.abs(every.eigenvalues[:, None, :] - rows[:, :, None])
+    v, target = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
+    if np.ndim(speed) and target.shape[:1] != v.shape:
+        raise InputError(f"{len(v)} speeds, but eigenvalues of shape {target.shape}; give a row for each speed")
+    rows = target.reshape(len(v), -1)
+    derivatives = sensitivities(model, v)
+    slopes = np.stack([slope_of(name, derivatives.parameters, derivatives.of) for name in names], -1)  # (m, n, p)
+    distance = np.abs(derivatives.eigenvalues[:, None, :] - rows[:, :, None])
     at = np.where(np.isnan(distance), np.inf, distance).argmin(-1)
-    root: Any = np.take_along_axis(every.eigenvalues, at, 1)
+    root: Any = np.take_along_axis(derivatives.eigenvalues, at, 1)
     root = np.where(np.isnan(rows) | (root.imag == 0), np.nan, root)
     change = np.take_along_axis(slopes, at[..., None], 1)
     frequency = frequency_hz(np.where(np.isnan(root)[..., None], np.nan * 1j, change))
     damping = damping_ratio_gradient(root[..., None], change)
-    shape = (*wanted.shape, len(names))
+    shape = (*target.shape, len(names))
     return frequency.reshape(shape), damping.reshape(shape)
 
 
@@ -74,11 +74,11 @@ def critical_speed_gradients(model: Model, critical: Sequence[CriticalSpeed], na
     return np.stack([slope_of(name, slopes, slopes.__getitem__) for name in names], -1)
 
 
-def slope_of(name: str, known: Collection[str], slope: Callable[[str], Any]) -> Any:
+def slope_of(name: str, known_names: Collection[str], slope: Callable[[str], Any]) -> Any:
     """Derivative with respect to a parameter, or the sum over both wheels where the name stands for both."""
-    entries = entries_of(name, known)
+    entries = entries_of(name, known_names)
     if not entries:
-        raise InputError(unknown("parameter", name, known))
+        raise InputError(unknown("parameter", name, known_names))
     return slope(entries[0]) if len(entries) == 1 else sum(slope(key) for key in entries)
 
 
@@ -91,8 +91,8 @@ def model_covariance(
     names = tuple(key for key, d in deviations.items() if d.sd > 0 and ("." in key or key in entering))
     covariance = np.diag([deviations[key].sd ** 2 for key in names])
     tied = np.array([key in model.covariance.names and deviations[key].origin != GIVEN for key in names], dtype=bool)
-    both = np.outer(tied, tied)
-    covariance[both] = model.covariance.among(names)[both]
+    shared = np.outer(tied, tied)
+    covariance[shared] = model.covariance.among(names)[shared]
     return names, covariance
 
 
@@ -147,18 +147,18 @@ def critical_intervals(
     names, covariance = model_covariance(model, given, assume=assume)
     if not names:
         return ()
-    own = [c.speed for c in critical_speeds(model, float(v[-1])) if c.speed > v[0]]
-    v = np.union1d(v, own)  # so each lies within an interval, however narrow that is
-    every = sensitivities(model, v)
-    slopes = np.stack([slope_of(name, every.parameters, every.of).real for name in names], -1)
+    crossing_speeds = [c.speed for c in critical_speeds(model, float(v[-1])) if c.speed > v[0]]
+    v = np.union1d(v, crossing_speeds)  # so each lies within an interval, however narrow that is
+    derivatives = sensitivities(model, v)
+    slopes = np.stack([slope_of(name, derivatives.parameters, derivatives.of).real for name in names], -1)
     spread = standard_deviation(slopes, covariance)
     intervals = []
     for mode, branch in modes(model, v).branches.items():
         for root in branch.T:
-            sd = np.take_along_axis(spread, _nearest(every.eigenvalues, root)[:, None], 1)[:, 0]
+            sd = np.take_along_axis(spread, _find_nearest(derivatives.eigenvalues, root)[:, None], 1)[:, 0]
             real = (root.imag == 0) & ~np.isnan(root.real)  # a mode may be absent at some speeds
-            for kind, there in ((OSCILLATORY, root.imag > 0), (REAL, real)):
-                for part in _runs(there):
+            for kind, of_kind in ((OSCILLATORY, root.imag > 0), (REAL, real)):
+                for part in _runs(of_kind):
                     crosses = kind == OSCILLATORY or np.ptp(np.sign(root.real[part])) > 0
                     if crosses:
                         band = root.real[part] - width * sd[part], root.real[part] + width * sd[part]
@@ -170,9 +170,9 @@ def zero_within(at: Array, lower: Array, upper: Array) -> list[tuple[float, floa
     """Intervals in which zero lies between two lines (m,), straight between rising places; infinite at either end."""
     places = np.unique(np.concatenate([at, _zeros(at, lower), _zeros(at, upper)]))
     middle = (places[:-1] + places[1:]) / 2
-    inside = (np.interp(middle, at, lower) <= 0) & (np.interp(middle, at, upper) >= 0)
+    in_band = (np.interp(middle, at, lower) <= 0) & (np.interp(middle, at, upper) >= 0)
     ends = np.concatenate([[-np.inf], places[1:-1], [np.inf]])
-    return [(float(ends[part.start]), float(ends[part.stop])) for part in _runs(inside)]
+    return [(float(ends[part.start]), float(ends[part.stop])) for part in _runs(in_band)]
 
 
 def _zeros(at: Array, line: Array) -> Array:
@@ -180,13 +180,13 @@ def _zeros(at: Array, line: Array) -> Array:
     return np.asarray(at[k] + (at[k + 1] - at[k]) * line[k] / (line[k] - line[k + 1]))
 
 
-def _nearest(eigenvalues: Complex, root: Complex) -> NDArray[np.intp]:
+def _find_nearest(eigenvalues: Complex, root: Complex) -> NDArray[np.intp]:
     """Which of the ``eigenvalues`` (m, n) each ``root`` (m,) is; the first where there is none."""
     return np.asarray(np.abs(eigenvalues - np.where(np.isnan(root), np.inf, root)[:, None]).argmin(1))
 
 
-def _runs(there: NDArray[np.bool_]) -> Iterator[slice]:
-    """Stretches of places that are ``there`` (m,)."""
-    change = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
+def _runs(mask: NDArray[np.bool_]) -> Iterator[slice]:
+    """Stretches of places at which a ``mask`` (m,) is true."""
+    change = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     for first, last in zip(change[::2].tolist(), change[1::2].tolist(), strict=True):
         yield slice(first, last)

@@ -53,7 +53,7 @@ def matrix_slopes(model: Model, linear: LinearModel) -> Slopes:
             continue
         together = [key, *(name for name, leader in tied.items() if leader == key)]
         slopes[key] = tuple(
-            _sum_matrices([evaluate.derivative(one, values, at) for one in together]) for at in indicators
+            _sum_matrices([evaluate.derivative(parameter, values, at) for parameter in together]) for at in indicators
         )
     return slopes
 
@@ -149,12 +149,12 @@ def pair_sensitivities(model: Model, speed: float, pair: tuple[complex, complex]
     values = np.linalg.eigvals(matrix)
     first = int(np.abs(values - pair[0]).argmin())
     second = int(np.where(np.arange(len(values)) == first, np.inf, np.abs(values - pair[1])).argmin())
-    two, others = values[[first, second]], np.delete(values, [first, second])
-    if abs(two.sum().imag) > ON_AXIS * np.abs(values).max() or not others.size:
+    two, further_values = values[[first, second]], np.delete(values, [first, second])
+    if abs(two.sum().imag) > ON_AXIS * np.abs(values).max() or not further_values.size:
         raise InputError(
             f"{two[0]:.4g} and {two[1]:.4g} 1/s are no pair; give two real roots or a root and its conjugate"
         )
-    t, q, _ = schur(matrix, output="complex", sort=lambda z: np.abs(z - two).min() < np.abs(z - others).min())
+    t, q, _ = schur(matrix, output="complex", sort=lambda z: np.abs(z - two).min() < np.abs(z - further_values).min())
     tie = linalg.solve_sylvester(t[:2, :2], -t[2:, 2:], t[:2, 2:])
     basis, dual = q[:, :2], np.hstack([np.eye(2), tie]) @ q.conj().T
     block = t[:2, :2]
@@ -208,11 +208,11 @@ def eigenvalue_derivative_terms(left: Complex, right: Complex, terms: Sequence[t
     for start in range(0, len(left), BATCH):
         k = slice(start, start + BATCH)
         u, x = (np.ascontiguousarray(vectors[k].T) for vectors in (left, right))
-        done = 0
+        count_done = 0
         for (weight, _), (i, j) in zip(terms, places, strict=True):
             product = (weight[k] * u)[i]
             product *= x[j]
-            rows = slice(done, done := done + len(i))
+            rows = slice(count_done, count_done := count_done + len(i))
             products[0, rows, : u.shape[1]], products[1, rows, : u.shape[1]] = product.real, product.imag
         result[k].real, result[k].imag = (part[:, : u.shape[1]].T @ table for part in products)
     return result

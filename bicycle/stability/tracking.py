@@ -41,8 +41,8 @@ class Nodes:
         order = np.argsort(np.concatenate([self.v, new.v]), kind="stable")
         places = np.empty_like(order)
         places[order] = np.arange(len(order))
-        both = zip(vars(self).values(), vars(new).values(), strict=True)
-        return type(self)(*(np.concatenate(parts)[order] for parts in both)), places[: len(self.v)]
+        pairs = zip(vars(self).values(), vars(new).values(), strict=True)
+        return type(self)(*(np.concatenate(parts)[order] for parts in pairs)), places[: len(self.v)]
 
 
 @dataclass(frozen=True)
@@ -108,26 +108,28 @@ def assign(cost: Array) -> NDArray[np.intp]:
 def assign_sets(a: Complex, b: Complex) -> NDArray[np.intp]:
     """Match of roots ``a`` and ``b`` (k, n) by distance; the larger of two real roots is the upper half of a pair."""
     rank_a, rank_b = a.real + a.imag, b.real + b.imag
-    apart = np.abs(a[:, :, None] - b[:, None, :]) ** 2
-    return assign(apart + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2)
+    distance = np.abs(a[:, :, None] - b[:, None, :]) ** 2
+    return assign(distance + 1e-3 * (rank_a[:, :, None] - rank_b[:, None, :]) ** 2)
 
 
 def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> tuple[Nodes, Branches]:
     """Follow all roots through ``nodes``, steps halved until every match is clear or they are the ``smallest``."""
     links = np.zeros((len(nodes.v) - 1, nodes.values.shape[1]), np.intp)
-    done = np.zeros(len(nodes.v) - 1, bool)
-    smooth = done.copy()
-    while not done.all():
-        open_ = np.flatnonzero(~done)
+    is_linked = np.zeros(len(nodes.v) - 1, bool)
+    smooth = is_linked.copy()
+    while not is_linked.all():
+        open_ = np.flatnonzero(~is_linked)
         links[open_], good = link(nodes.take(open_), nodes.take(open_ + 1))
-        smooth[open_] = done[open_] = good
+        smooth[open_] = is_linked[open_] = good
         last = open_[~good & ((np.diff(nodes.v)[open_] <= smallest) | (len(nodes.v) > MAX_NODES))]
         links[last] = assign_sets(nodes.values[last], nodes.values[last + 1])
-        done[last] = True
-        split = np.flatnonzero(~done)
+        is_linked[last] = True
+        split = np.flatnonzero(~is_linked)
         if split.size:
             nodes, places = nodes.join(compute((nodes.v[split] + nodes.v[split + 1]) / 2))
-            links, done, smooth = (_move_steps(part, places, len(nodes.v) - 1) for part in (links, done, smooth))
+            links, is_linked, smooth = (
+                _move_steps(part, places, len(nodes.v) - 1) for part in (links, is_linked, smooth)
+            )
     order = np.empty(nodes.values.shape, np.intp)
     order[0] = np.lexsort((nodes.values[0].imag, nodes.values[0].real))
     for step, following in enumerate(links):
@@ -137,14 +139,14 @@ def follow(nodes: Nodes, compute: Callable[[Array], Nodes], smallest: float) -> 
 
 def _move_steps(part: NDArray[Any], places: NDArray[np.intp], count: int) -> NDArray[Any]:
     """Move the values of each step to the new place of its first node; new steps have zeros."""
-    moved = np.zeros((count, *part.shape[1:]), part.dtype)
-    moved[places[:-1]] = part
-    return moved
+    shifted = np.zeros((count, *part.shape[1:]), part.dtype)
+    shifted[places[:-1]] = part
+    return shifted
 
 
 def meetings(branches: Branches) -> list[Meeting]:
     """Find where real roots become a pair, or the reverse, on the last tiny steps of ``branches``."""
-    found = []
+    crossings = []
     for step in np.flatnonzero(~branches.smooth).tolist():
         v, values = branches.v[step : step + 2], branches.values[step : step + 2]
         real = values.imag == 0
@@ -155,8 +157,8 @@ def meetings(branches: Branches) -> list[Meeting]:
                 t = d[0] / (d[0] - d[1])
                 middle = ((values[:, i] + values[:, j]) / 2).real
                 at, root = v[0] + t * (v[1] - v[0]), middle[0] + t * (middle[1] - middle[0])
-                found.append(Meeting(float(at), kind, (i, j), float(root), step))
-    return found
+                crossings.append(Meeting(float(at), kind, (i, j), float(root), step))
+    return crossings
 
 
 def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[Array, Complex]:
@@ -166,9 +168,9 @@ def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[
     def compute(at: Array) -> Nodes:
         """Roots, slopes and vectors; slopes only say where roots are heading, by one-sided differences at the ends."""
         h = 1e-6 * (high - low)
-        ahead, behind = np.minimum(at + h, high), np.maximum(at - h, low)
-        matrix, up, down = np.split(matrices(np.concatenate([at, ahead, behind])), 3)
-        return Nodes(at, *eigensystem_with_slopes(matrix, (up - down) / (ahead - behind)[:, None, None]))
+        upper, lower = np.minimum(at + h, high), np.maximum(at - h, low)
+        matrix, up, down = np.split(matrices(np.concatenate([at, upper, lower])), 3)
+        return Nodes(at, *eigensystem_with_slopes(matrix, (up - down) / (upper - lower)[:, None, None]))
 
     _, branches = follow(compute(values), compute, 2.0**-26 * (high - low))
     return branches.v, branches.values
@@ -182,14 +184,16 @@ def branch_crossings(matrices: Callable[[Array], Array], values: Array, eigenval
         if (ends.imag < 0).any():
             continue
 
-        def near(value: float, a: float = values[k], b: float = values[k + 1], ends: Complex = ends) -> complex:
+        def root_at(value: float, a: float = values[k], b: float = values[k + 1], ends: Complex = ends) -> complex:
             t = (value - a) / (b - a)
             candidates = np.linalg.eigvals(matrices(np.array([value]))[0])
             return complex(candidates[np.abs(candidates - (1 - t) * ends[0] - t * ends[1]).argmin()])
 
-        sides = [near(value).real > 0 for value in values[[k, k + 1]]]
+        sides = [root_at(value).real > 0 for value in values[[k, k + 1]]]
         if sides[0] == sides[1]:  # rounding moved a root that lies on the axis
             continue
-        value = scipy.optimize.brentq(lambda x, near=near: near(x).real, *values[k : k + 2], xtol=1e-14, rtol=1e-13)
-        crossings.append(BranchCrossing(int(i), value, near(value), bool(ends[1].real > ends[0].real)))
+        value = scipy.optimize.brentq(
+            lambda x, root_at=root_at: root_at(x).real, *values[k : k + 2], xtol=1e-14, rtol=1e-13
+        )
+        crossings.append(BranchCrossing(int(i), value, root_at(value), bool(ends[1].real > ends[0].real)))
     return sorted(crossings, key=lambda crossing: (crossing.value, abs(crossing.root.imag)))

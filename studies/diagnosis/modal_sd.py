@@ -114,7 +114,7 @@ def _group_repeats(points: tuple["ModalPoint", ...], values: Array, stated_sd: A
 
 def _refute_stated_sd(groups: Sequence[_ModeRows]) -> bool:
     """True if repeats of all modes scatter more than chance (1 %) allows with the stated sd."""
-    surprises = [surprise(group.speeds, group.values, group.stated_sd, same=0.01) for group in groups]
+    surprises = [surprise(group.speeds, group.values, group.stated_sd, tolerance=0.01) for group in groups]
     chi2 = sum(squares for squares, _ in surprises)
     freedom = max(sum(degrees for _, degrees in surprises), 1)
     return bool(chdtrc(freedom, chi2) < 0.01)

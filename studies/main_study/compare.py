@@ -17,7 +17,7 @@ from bicycle.model.model_family import ModelFamily
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.limit_cycles import find_limit_cycles
 from bicycle.motion.nonlinear import MagicTyre
-from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, critical_speeds, identified
+from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, by_identity, critical_speeds
 from bicycle.stability.named_modes import modes
 from bicycle.stability.sensitivity import critical_speed_sensitivities
 from studies.main_study import result as world
@@ -103,7 +103,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
     """Name critical speeds (m/s) by mode, direction and occurrence; an edge of unstable wobble counts as wobble's."""
-    named = identified(crossing.named(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
+    named = by_identity(crossing.rename(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
     return {identity: float(crossing.speed) for identity, crossing in named.items()}
 
 

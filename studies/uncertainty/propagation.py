@@ -13,7 +13,7 @@ from bicycle.model.eigen import eigenvalues, oscillating
 from bicycle.model.model_family import ModelFamily
 from bicycle.parameters.bicycle import UNITS
 from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey
-from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, critical_speeds, follow_crossing, identified
+from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, by_identity, critical_speeds, follow_crossing
 from bicycle.stability.named_modes import modes
 from bicycle.stability.naming import NONE, Rules
 from bicycle.stability.sensitivity import critical_speed_sensitivities, sensitivities
@@ -131,7 +131,7 @@ class Uncertainty(UncertainModel):
 
     def crossings(self, max_speed: float = 60.0) -> dict[CrossingIdentity, CriticalSpeed]:
         """Critical speeds of the nominal model up to ``max_speed`` (m/s), each by what tells it from the others."""
-        return identified(critical_speeds(self.nominal.linear_model(), max_speed=max_speed))
+        return by_identity(critical_speeds(self.nominal.linear_model(), max_speed=max_speed))
 
     def crossing_speeds(
         self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
@@ -193,8 +193,8 @@ class Uncertainty(UncertainModel):
                     )
 
     def _critical(self, z: Array, max_speed: float, only: Collection[str] | None) -> Iterator[Quantity]:
-        by_identity = self.crossings(max_speed).items()
-        crossings = {which: crossing for which, crossing in by_identity if only is None or crossing.mode in only}
+        all_crossings = self.crossings(max_speed).items()
+        crossings = {which: crossing for which, crossing in all_crossings if only is None or crossing.mode in only}
         slopes = critical_speed_sensitivities(self.nominal, list(crossings.values()))
         for k, (which, crossing) in enumerate(crossings.items()):
             gradient = self.gradient({key: value[k] for key, value in slopes.items()})

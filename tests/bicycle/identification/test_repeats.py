@@ -37,7 +37,7 @@ def test_repeats_that_agree_within_their_own_sd_say_nothing_of_a_speed_without()
 
 
 def test_what_repeats_leave_is_weighed_by_their_sd():
-    total, freedom = surprise([5.0, 5.0, 5.0], [1.0, 1.3, 1.0], [0.1, 0.4, 0.2], same=0.05)
+    total, freedom = surprise([5.0, 5.0, 5.0], [1.0, 1.3, 1.0], [0.1, 0.4, 0.2], tolerance=0.05)
     mean = (1.0 / 0.01 + 1.3 / 0.16 + 1.0 / 0.04) / (1 / 0.01 + 1 / 0.16 + 1 / 0.04)
     assert total == pytest.approx(((1 - mean) / 0.1) ** 2 + ((1.3 - mean) / 0.4) ** 2 + ((1 - mean) / 0.2) ** 2)
     assert freedom == 2

@@ -13,10 +13,10 @@ from bicycle.stability import (
     CrossingIdentity,
     Rules,
     bialternate_sum,
+    by_identity,
     critical,
     critical_speeds,
     critical_speeds_of_many,
-    identified,
     modes,
 )
 from tests.shared.refusals import refuses
@@ -262,7 +262,7 @@ def test_crossings_of_many_bicycles_are_those_of_each_alone():
     speeds, _, there = critical.follow_crossing(polynomial, np.full(4, weave.speed), omega, destabilising=False)
     assert there.all()
     for speed, trail in zip(speeds, trails, strict=True):
-        alone = identified(critical_speeds(family.with_values({"c": trail})))
+        alone = by_identity(critical_speeds(family.with_values({"c": trail})))
         assert speed == pytest.approx(alone[CrossingIdentity("weave", destabilising=False)].speed, rel=1e-9)
 
 
@@ -272,7 +272,7 @@ def test_crossings_of_one_mode_and_direction_are_counted_from_slow_to_fast():
 
     every = [crossing(3, "wobble", up=True), crossing(5, "weave", up=False), crossing(8, "wobble", up=False),
              crossing(12, "wobble", up=True), crossing(14, "weave+wobble", up=True)]  # fmt: skip
-    which = identified(every)
+    which = by_identity(every)
     assert list(which.values()) == every
     assert [str(one) for one in which] == [
         "wobble unstable above", "weave stable above", "wobble stable above", "wobble unstable above (2)",
@@ -286,7 +286,7 @@ def test_roots_gained_and_frequency_follow_from_the_root():
     real = CriticalSpeed.of_root(speed=4.0, root=0j, destabilising=False)
     assert (pair.kind, pair.frequency_hz, pair.unstable_roots) == ("oscillatory", pytest.approx(2.0), 2)
     assert (real.kind, real.frequency_hz, real.unstable_roots) == ("real", 0.0, -1)
-    assert pair.named("wobble").mode == "wobble"
+    assert pair.rename("wobble").mode == "wobble"
 
 
 def test_a_stack_has_the_crossings_of_each_bicycle_alone():
