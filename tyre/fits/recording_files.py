@@ -146,9 +146,13 @@ def _round_printed(value: float) -> float:
 
 def recording_of(sidecar: Path) -> Path:
     """Find the file that a sidecar describes: the one it names, else that of its stem (several are refused)."""
-    named = read_sidecar(sidecar).recording if sidecar.is_file() else ""
-    if named:
-        return sidecar.parent / named
+    return _described_file(sidecar, read_sidecar(sidecar).recording if sidecar.is_file() else "")
+
+
+def _described_file(sidecar: Path, recording: str) -> Path:
+    """Find the file beside a sidecar: the ``recording`` that it names, or if empty that of its stem."""
+    if recording:
+        return sidecar.parent / recording
     candidates = [
         path
         for path in sorted(sidecar.parent.iterdir() if sidecar.parent.is_dir() else ())
@@ -195,9 +199,7 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
 
 def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | PullTest]:
     """Read every event by name ("" of the only one); ``channel_map`` serves where the sidecar has no map of its own."""
-    from tyre.fits.segments import (
-        split,  # here: it brings most of scipy, which a file that is refused need not wait for
-    )
+    from tyre.fits.segments import split  # here: it brings most of scipy; a file that is refused need not wait for it
 
     file, sidecar = file_and_sidecar(Path(path))
     suffix = file.suffix.casefold()
@@ -206,11 +208,7 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     own_map = sidecar.channel_map if sidecar is not None else None
     if own_map is not None or channel_map is not None:
         sidecar = sidecar or read_sidecar(file.with_suffix(".toml"))
-        chosen = own_map or ChannelMap()
-        if not chosen.channels and channel_map is not None:  # the map of the sidecar is taken first
-            parts = {name: getattr(chosen, name) for name in ("mountings", "resampling", "windows")}
-            parts |= {"reading": chosen.reading} if chosen.reading != ChannelMap().reading else {}
-            chosen = replace(channel_map, **{name: part for name, part in parts.items() if part})
+        chosen = _choose_map(own_map or ChannelMap(), channel_map)
         pull = "plate_displacement" in chosen.channels  # dial gauges are often read by hand
         records = read_records(file, chosen, QUANTITIES, timed=not pull and sidecar.kind != "steady")
         names = [record.event for record in records] if len(records) > 1 else [""]
@@ -223,11 +221,25 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     return split({"": _assemble(columns, sidecar or read_sidecar(file.with_suffix(".toml")), notes, file)})
 
 
+def _choose_map(own: ChannelMap, common: ChannelMap | None) -> ChannelMap:
+    """Take a sidecar's ``own`` map if it names channels, else the ``common`` one with the other parts of its own."""
+    if own.channels or common is None:
+        return own
+    parts = {name: getattr(own, name) for name in ("mountings", "resampling", "windows")}
+    if own.reading != ChannelMap().reading:
+        parts["reading"] = own.reading
+    return replace(common, **{name: part for name, part in parts.items() if part})
+
+
 def file_and_sidecar(path: Path) -> tuple[Path, Sidecar | None]:
     """Find the recording and read the sidecar (None if there is none) of a ``path`` that is one of the two."""
-    file = recording_of(path) if path.suffix.casefold() == ".toml" else path
-    sidecar = path if path is not file and path.is_file() else file.with_suffix(".toml")
-    return file, read_sidecar(sidecar) if sidecar.is_file() else None
+    is_sidecar = path.suffix.casefold() == ".toml"
+    if is_sidecar and path.is_file():
+        sidecar = read_sidecar(path)
+        return _described_file(path, sidecar.recording), sidecar
+    file = _described_file(path, "") if is_sidecar else path
+    beside = file.with_suffix(".toml")
+    return file, read_sidecar(beside) if beside.is_file() else None
 
 
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
