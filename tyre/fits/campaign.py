@@ -90,6 +90,7 @@ def _fit_event(event: str, recording: RigRun | PullTest, path: Path, settings: F
 
 
 def _summary_of(fit: dict[str, Any], name: str, cache: Path | None) -> RecordingSummary:
+    """Make the summary of a ``fit`` in plain values for a recording called ``name`` whose fits ``cache`` holds."""
     table = fit["summary"]
     replaced = {
         "condition": Condition(**table["condition"]),
@@ -113,6 +114,7 @@ def _read_kept(cache: Path) -> list[dict[str, Any]] | None:
 
 
 def _key(path: Path, settings: FitSettings, channel_map: ChannelMap | None) -> str:
+    """Digest of all that a fit depends on: recording, sidecar, settings, map and the code of the package."""
     file, sidecar = file_and_sidecar(path)
     try:
         digest = hashlib.sha256(file.read_bytes())
@@ -168,6 +170,7 @@ def _summary(
 
 
 def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    """Fit a slip sweep: its summary, and points (block means) for figures."""
     fit = fit_slip_sweep(run, calibration=settings.calibration, lag_correction=settings.lag_correction)
     parameters, blocks, used = fit.parameters, fit.blocks, fit.blocks.settled
     sd, largest = fit.parameters_sd, float(np.max(np.abs(blocks.force)))
@@ -213,6 +216,7 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
 
 
 def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    """Fit a pull test: its summary, and points (readings) for figures."""
     fit = fit_pull_test(test, calibration=settings.calibration)
     details = {
         "friction_N": fit.friction,
@@ -231,6 +235,7 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
 
 
 def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:
+    """Fit a slip step: its summary, and no points."""
     fit = fit_slip_step(run)
     details = {
         "force_change_N": fit.force_change,
@@ -381,7 +386,7 @@ def fit_campaign(
 
 
 def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tuple[CurvatureExponent, ...]:
-    """Exponent n of (1 + R / R_drum)^n from conditions measured on both surfaces."""
+    """Exponent n of (1 + R / R_drum)^n of each tyre measured on both surfaces, R the ``wheel_radius`` (m)."""
     exponents = []
     for tyre in sorted({condition.tyre for condition in conditions}):
         of_tyre = [c for c in keep_upright(conditions) if c.tyre == tyre and c.cornering_stiffness is not None]
@@ -408,18 +413,18 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
 
 
 def _task(task: tuple[Path, str, dict[str, Any]]) -> list[tuple[str, RecordingSummary | str]]:
+    """Summarise one file: path, name and the other arguments of :func:`summarise`, for a worker."""
     path, name, shared = task
     return summarise(path, name=name, **shared)
 
 
 def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, RecordingSummary | str]]]:
+    """Summarise files in ``jobs`` processes (None: one a processor), a result a file as each is ready."""
     count = jobs if jobs is not None else os.cpu_count() or 1
     if count < 1:
         raise InputError(f"jobs = {count} must be at least 1")
-    remaining, in_this_process = (
-        iter(tasks),
-        count == 1 or len(tasks) < 8,
-    )  # fewer files cost less than a pool of workers
+    remaining = iter(tasks)
+    in_this_process = count == 1 or len(tasks) < 8  # fewer files cost less than a pool of workers
     for outcomes in map(_task, remaining):
         yield outcomes
         if not in_this_process and any(isinstance(outcome, RecordingSummary) for _, outcome in outcomes):
@@ -440,6 +445,7 @@ def _run(tasks: Sequence[Any], jobs: int | None) -> Iterator[list[tuple[str, Rec
 
 
 def _condition_json(condition: ConditionResult) -> dict[str, Any]:
+    """A condition as plain values, units at the ends of the keys; what was not measured is None."""
     estimates = {
         "cornering_stiffness_N_per_rad": condition.cornering_stiffness,
         "lateral_stiffness_N_per_m": condition.lateral_stiffness,
@@ -535,6 +541,7 @@ def _correlation(condition: ConditionResult) -> float:
 
 
 def _column(estimates: Sequence[Estimate | None]) -> MeasuredColumn:
+    """Make a column of estimates, NaN where there is none."""
     rows = [(np.nan, np.nan, np.inf) if e is None else (e.value, e.sd, e.dof) for e in estimates]
     return MeasuredColumn(*(np.array(column) for column in zip(*rows, strict=True)))
 

@@ -75,7 +75,7 @@ class Repeatability:
 
 
 def pooled_repeatability(groups: Sequence[Sequence[RecordingSummary]], *, floor: float) -> Repeatability:
-    """Pool the relative scatter of repeats over conditions, and weigh it against the stated floor."""
+    """Pool the relative scatter of repeats over conditions (``groups``), and weigh it against the stated ``floor``."""
     repeated = [np.array([item.value for item in group]) for group in groups if len(group) > 1]
     dof = float(sum(len(values) - 1 for values in repeated))
     if dof == 0.0:
@@ -206,7 +206,7 @@ def near_conditions(keys: Iterable[Key]) -> dict[Key, str]:
 
 
 def _distance(first: RecordingSummary, second: RecordingSummary) -> float:
-    """Largest relative difference of the fitted value, its residual and the other fitted numbers."""
+    """Largest relative difference, 0 to 1, of value, its sd, R^2 and the sd of the residuals of two fits."""
     pairs = [(first.value, second.value), (first.fit_sd, second.fit_sd), (first.r_squared, second.r_squared)]
     if "residual_sd_N" in first.details:
         pairs.append((first.details["residual_sd_N"], second.details["residual_sd_N"]))
@@ -273,7 +273,10 @@ def combine(
     calibration: Calibration,
     further_warnings: Sequence[str] = (),
 ) -> ConditionResult:
-    """Combine the recordings of one condition."""
+    """Combine the recordings of one condition into its stiffnesses, relaxation lengths by every route, and warnings.
+
+    ``borrowed`` are the pulls of the flat track for a drum without its own.
+    """
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
         for kind in ("slip_sweep", "pull_test", "slip_step")
@@ -303,9 +306,9 @@ def combine(
     direct = {way: length for way, length in ways.items() if length is not None}
     routes = agreement(({"C/K": length} if length is not None else {}) | direct)
     scatter = {
-        items[0].kind: float(np.std([item.value for item in items], ddof=1) / np.mean([item.value for item in items]))
-        for items in (sweeps, pulls, steps)
-        if len(items) > 1
+        repeats[0].kind: _relative_scatter([item.value for item in repeats])
+        for repeats in (sweeps, pulls, steps)
+        if len(repeats) > 1
     }
     return ConditionResult(
         **key._asdict(),
@@ -328,10 +331,18 @@ def combine(
     )
 
 
+def _relative_scatter(values: Sequence[float]) -> float:
+    """Standard deviation of two or more ``values`` over their mean, no unit."""
+    return float(np.std(values, ddof=1) / np.mean(values))
+
+
 def _mean(
     items: Sequence[RecordingSummary], repeatability: Repeatability, name: str, warnings: list[str]
 ) -> Estimate | None:
-    """Mean over repeats with its scatter alone, no calibration."""
+    """Mean of the repeats' values, in their unit, with its sd from fits and scatter, without calibration; None of none.
+
+    What a reader must know of the scatter is added to ``warnings``.
+    """
     if not items:
         return None
     values = np.array([item.value for item in items])
@@ -360,6 +371,7 @@ def _mean(
 
 
 def _with_calibration(estimate: Estimate | None, force: float, sensor: float) -> Estimate | None:
+    """Widen the sd of a stiffness by the relative sd of the gains of the load cell and of the other ``sensor``."""
     if estimate is None:
         return None
     certificate = float(np.hypot(force, sensor)) * estimate.value

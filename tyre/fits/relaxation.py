@@ -19,7 +19,10 @@ from tyre.recordings.recording import Channel, RigRun
 
 
 def first_order_lag(signal: Array, *, step: float, start: float | None = None) -> Array:
-    """Solve y' + y = signal for an input that is linear between samples."""
+    """Solve y' + y = signal at equal steps for an input that is linear between samples, y (n,) in its unit.
+
+    ``step`` is that between samples over the lag; ``start`` is y at the first sample (None: that of the signal).
+    """
     decay = np.exp(-step)
     ramp = (1.0 - decay) / step
     begin = ramp * signal[0] if start is None else start - (1.0 - ramp) * signal[0]
@@ -300,11 +303,9 @@ def mean_of_steps(steps: Sequence[Any], sweeps: Sequence[Any], *, repeatability:
     stiffnesses = np.array([sweep.value for sweep in measured])  # of a brush above the slope of the fitted curve
     for item in steps:
         details = item.details
-        ends, factor, open_sd = (
-            np.array([details["slip_before_rad"], details["slip_after_rad"]]),
-            1.0,
-            details["curve_sd_m"],
-        )
+        ends = np.array([details["slip_before_rad"], details["slip_after_rad"]])
+        factor = 1.0
+        open_sd = details["curve_sd_m"]
         if curves:
             forces = np.array([steady_curve(ends, stiffness=k, peak=d, shape=c, curvature=e) for k, d, c, e in curves])
             rise = np.diff(forces)[:, 0] / (np.diff(ends) * stiffnesses)

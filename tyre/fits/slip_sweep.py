@@ -190,7 +190,7 @@ def _steady_force(slip: Channel, stiffness: float, parameters: dict[str, float])
 def _curve(
     blocks: sweep_curve.Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]
 ) -> Channel:
-    """Side force without offset and drift."""
+    """Fitted side force (n,), N, at times (n,), s, with its lag and hysteresis, without offset and drift."""
     return sweep_curve.lagged_magic_formula(
         time=time,
         history=blocks.history,
@@ -354,6 +354,7 @@ def _goodness(
 
 
 def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squared: float, notes: list[str]) -> None:
+    """Add to ``notes`` what is unusual: load (N) off nominal, missing samples, a poor fit, little slip, camber."""
     if abs(load / run.condition.load - 1.0) > 0.02:
         notes.append(f"mean measured load {load:.1f} N is {100 * (load / run.condition.load - 1):+.1f} % off nominal")
     if blocks.missing:
@@ -571,7 +572,7 @@ def _brush_fit(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
 
 
 def _fit_column(columns: Array, column: Array, target: Array) -> tuple[float, Array]:
-    """Size of a further column in the part left over, and the remainder (m,)."""
+    """Fit ``columns`` (m, p) and one ``column`` (m,) more to a ``target`` (m,): size of the latter, and residual."""
     augmented = np.column_stack([columns, column])
     scale = np.linalg.norm(augmented, axis=0)
     sizes = np.linalg.lstsq(augmented / np.maximum(scale, 1e-300), target, rcond=1e-10)[0] / np.maximum(scale, 1e-300)

@@ -146,7 +146,7 @@ def slip_reversals(run: RigRun) -> NDArray[np.int64]:
 
 
 def block_means(run: RigRun) -> Blocks:
-    """Average a sweep over blocks of 0.1 deg of slip, branch by branch."""
+    """Average a sweep over blocks of 0.1 deg of slip, branch by branch; one without half of its force is left out."""
     where = str(run.source or run.condition.tyre)
     edges = slip_reversals(run)
     slip = _fill_gaps(run.slip_angle, run.time, f"{where}: slip_angle")
@@ -256,6 +256,7 @@ def _clock(run: RigRun) -> tuple[Channel, float | None]:
 
 
 def _fill_gaps(channel: Channel, time: Channel, where: str) -> Channel:
+    """Interpolate missing samples of a ``channel`` (n,) over ``time`` (n,); more than a fifth missing is refused."""
     valid = np.isfinite(channel)
     if valid.all():
         return channel
@@ -265,6 +266,7 @@ def _fill_gaps(channel: Channel, time: Channel, where: str) -> Channel:
 
 
 def _slope(x: Channel, y: Channel) -> float:
+    """Slope dy/dx of the straight line through points (n,); 0 if all have one x."""
     x = x - x.mean()
     spread = float(x @ x)
     return float(x @ (y - y.mean())) / spread if spread > 0.0 else 0.0
@@ -311,7 +313,7 @@ class SweepModel:
         return full
 
     def residuals(self, scaled: Channel) -> tuple[Channel, NDArray[np.float64]]:
-        """Computed minus measured side force and its derivatives."""
+        """Computed minus measured side force (m,), N, of the settled blocks, and derivatives (m, 10) by ``scaled``."""
         blocks, used = self.blocks, self.blocks.settled
         named = dict(zip(NAMES, scaled, strict=True))
         middle = 0.5 * (blocks.time[0] + blocks.time[-1])

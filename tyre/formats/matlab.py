@@ -87,11 +87,7 @@ def _texts(value: Any) -> list[str]:
         return [value.strip()]
     if getattr(value, "dtype", None) is None or value.dtype.kind not in "OU":
         return []
-    return [
-        text
-        for entry in value.reshape(-1)
-        for text in (_texts(entry) if not isinstance(entry, str) else [entry.strip()])
-    ]
+    return [text for entry in value.reshape(-1) for text in _texts(entry)]
 
 
 def _signals(name: str, value: Any) -> Iterator[Signal]:

@@ -112,9 +112,8 @@ def slugs(names: Iterable[str]) -> dict[str, str]:
         if name in slug_by_name:
             continue
         stem = slug(name)
-        slug_by_name[name] = next(
-            candidate for n in count(1) if (candidate := stem if n == 1 else f"{stem}_{n}").casefold() not in used_slugs
-        )
+        candidates = chain([stem], (f"{stem}_{number}" for number in count(2)))
+        slug_by_name[name] = next(candidate for candidate in candidates if candidate.casefold() not in used_slugs)
         used_slugs.add(slug_by_name[name].casefold())
     return slug_by_name
 
@@ -154,11 +153,11 @@ def own_ends(files: Iterable[Path]) -> dict[Path, str]:
     distinct = list(dict.fromkeys(files))
     ends = {}
     for file in distinct:
-        lengths = range(1, len(file.parts) + 1)
-        unique_lengths = (
-            n for n in lengths if not any(other.parts[-n:] == file.parts[-n:] for other in distinct if other != file)
-        )
-        ends[file] = Path(*file.parts[-next(unique_lengths, len(file.parts)) :]).as_posix()
+        others = [other.parts for other in distinct if other != file]
+        length = 1
+        while length < len(file.parts) and any(parts[-length:] == file.parts[-length:] for parts in others):
+            length += 1
+        ends[file] = Path(*file.parts[-length:]).as_posix()
     return ends
 
 

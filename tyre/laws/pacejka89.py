@@ -446,9 +446,10 @@ def _normalise_keys(content: Mapping[str, Any]) -> dict[str, Any]:
 def _flat(value: Any) -> Any:
     """Coefficients that MATLAB's writers of YAML nest in rows or columns, with exponents that YAML takes for text."""
     if isinstance(value, list):
-        return [
-            coefficient for part in value for coefficient in (_flat(part) if isinstance(part, list) else [_flat(part)])
-        ]
+        coefficients = []
+        for part in value:
+            coefficients += _flat(part) if isinstance(part, list) else [_flat(part)]
+        return coefficients
     return float(value) if isinstance(value, str) and EXPONENT.fullmatch(value.strip()) else value
 
 
