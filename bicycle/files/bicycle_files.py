@@ -278,7 +278,8 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     InputError
         No such bicycle or file, unreadable text, or a parameter set that is not a bicycle.
     """
-    path, text = Path(name_or_path), str(name_or_path)
+    path = Path(name_or_path)
+    text = str(name_or_path)
     if is_bicycle_table(text):
         return _one_of_table(text, allow_unusual=allow_unusual)
     if path.suffix.lower() in READERS:

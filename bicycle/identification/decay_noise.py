@@ -68,7 +68,8 @@ def window(run: Run, first_s: float, last_s: float, *, block: int = 1) -> Window
     count = int(keep.sum()) // block
     time = np.asarray(run.time[keep][: count * block].reshape(count, block).mean(1), float)
     means = np.stack([x[: count * block].reshape(count, block).mean(1) for x in signals.values()], 1)
-    coarse, fine = np.std(means, axis=0), np.array([np.std(x) for x in signals.values()])
+    coarse = np.std(means, axis=0)
+    fine = np.array([np.std(x) for x in signals.values()])
     scale: Array = np.where(coarse > 0, coarse, fine).astype(np.float64)
     drift: Array = np.asarray(legvander(np.linspace(-1.0, 1.0, count), 2) * np.sqrt([1.0, 3.0, 5.0]), np.float64)
     longest = math.exp(-4.0 / count)  # noise that remembers more than a quarter of the window is drift
@@ -92,7 +93,8 @@ def basis(modes: Array, time: Array, rates: Array | None = None) -> Array:
 
 def _waves(root: NDArray[np.complex128], time: Array) -> NDArray[np.complex128]:
     """Exponentials of ``root`` (..., 1) times ``time`` (n,); for even steps products of few, which are quicker."""
-    n, many = len(time), math.isqrt(len(time)) + 1
+    n = len(time)
+    many = math.isqrt(len(time)) + 1
     even = time[-1] / (n - 1) * np.arange(many * many)
     if np.abs(even[:n] - time).max() > 1e-13 * time[-1]:
         return np.asarray(np.exp(root * time))

@@ -118,7 +118,8 @@ class Estimate:
 
 def posterior(evidence: noise.Evidence, starts: Sequence[Array]) -> Posterior | None:
     """Find the maximum near ``starts`` (m, 2) and sum the posterior about it; None without one within the bounds."""
-    m, span = len(starts[0]), _rates(evidence)
+    m = len(starts[0])
+    span = _rates(evidence)
     trials = np.array([start.ravel() for start in starts])
     if span is not None:
         middle = np.linspace(*span, 9)[1:-1]
@@ -240,7 +241,8 @@ def clearer(more: Posterior, fewer: Posterior) -> bool:
 
 def log_odds_of_each(fit: Estimate) -> Array:
     """Logarithm of the odds of each of several modes (m,), infinite if none less would do in the same window."""
-    odds, remaining = np.full(len(fit.mean), math.inf), list(range(len(fit.mean)))
+    odds = np.full(len(fit.mean), math.inf)
+    remaining = list(range(len(fit.mean)))
     while len(remaining) > 1:
         modes = fit.best.best[remaining]
         starts = [modes, *(np.delete(modes, k, 0) for k in range(len(modes)))]

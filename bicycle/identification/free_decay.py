@@ -72,7 +72,8 @@ def movement(run: Run, whole: Estimate, number: int, last_s: float, *, beside: b
     if len(fits) == 1:
         return None
     starts = [fit.window.start for fit, _ in fits]
-    table, energy = [numbers_of(*fit) for fit in fits], whole.energy_from(starts)
+    table = [numbers_of(*fit) for fit in fits]
+    energy = whole.energy_from(starts)
     shifts, farthest, name = largest_shifts(table, energy, 0)
     settled = next((place for place in range(1, len(fits) - 1) if largest_shifts(table, energy, place)[1] == 0), None)
     is_refused = settled is not None and largest_shifts(table, energy, 0, CERTAIN)[1] > TOO_FAR
@@ -93,7 +94,8 @@ def find_break(run: Run, fit: Estimate, number: int) -> Break | None:
     whole = numbers_of(fit, number)
     shift = dict.fromkeys(whole, 0.0), 0.0, "", False  # too little lies before it to be fitted
     if earlier is not None:
-        table, (energy, after) = [whole, numbers_of(*earlier)], fit.energy_from([w.start, at])
+        table = [whole, numbers_of(*earlier)]
+        energy, after = fit.energy_from([w.start, at])
         is_refused = largest_shifts(table, [energy, energy - after], 0, CERTAIN)[1] > TOO_FAR
         shift = (*largest_shifts(table, [energy, energy - after], 0), is_refused)
     return Break(*shift, at, end, w.channels[channel], size)
@@ -223,7 +225,8 @@ class Decay:
         if self.doubt[0]:
             rounded = math.floor(1000 * self.r_squared) / 1000  # never rounded up to what it is below
             return self.doubt[0], {"r_squared": rounded, "least": POOREST, **self.doubt[1]}
-        size, doubt = abs(self.eigenvalue), max(self.sd)
+        size = abs(self.eigenvalue)
+        doubt = max(self.sd)
         if doubt > MOST_DOUBT * size:
             why = f"{self.cycles:.1f} cycles tell too little"
             if self.movement is not None and self.movement.what:
@@ -307,7 +310,8 @@ def _decay(run: Run, fit: Estimate, number: int, *, asked: bool) -> Decay:
             doubt = ("drowned", {"odds": words, "clear": math.exp(posterior.CLEAR)})
         elif p <= 0.01:
             doubt = ("disturbed", {"p": p})
-    sd, cycles = (float(fit.sd[number, 0]), float(fit.sd[number, 1])), float(frequency_hz(1j * omega))
+    sd = (float(fit.sd[number, 0]), float(fit.sd[number, 1]))
+    cycles = float(frequency_hz(1j * omega))
     return Decay(
         run.name,
         run.speed,
@@ -326,7 +330,8 @@ def _decay(run: Run, fit: Estimate, number: int, *, asked: bool) -> Decay:
 
 def _doubt_count(fit: Estimate, least: float) -> tuple[str, dict[str, Any]]:
     """Doubt if the window holds fewer modes than were fitted, or one that hardly turns: ``least`` cycles."""
-    odds, count = posterior.log_odds_of_each(fit), len(fit.mean)
+    odds = posterior.log_odds_of_each(fit)
+    count = len(fit.mean)
     supported = int(np.isinf(odds).sum())
     if supported < count:
         more, clear = math.exp(odds.min()), math.exp(posterior.CLEAR)

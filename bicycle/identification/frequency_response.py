@@ -85,7 +85,9 @@ def fit_lines(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Arra
     """Fit lines, one and a ramp by weighted least squares: coefficients (2 m + 2, signals), residuals (signals, k)."""
     x = np.array(signals, float)
     size, width = x.shape[1], 2 * len(hertz) + 2
-    gram, side, v = np.zeros((width, width)), np.zeros((width, len(x))), np.sqrt(weights(size))
+    gram = np.zeros((width, width))
+    side = np.zeros((width, len(x)))
+    v = np.sqrt(weights(size))
     for rows, a, _ in _line_basis(hertz, size, step):
         a *= v[rows, None]
         gram += a.T @ a
@@ -99,7 +101,8 @@ def fit_lines(hertz: Array, signals: Sequence[Array], step: float) -> tuple[Arra
 
 def _peaks(x: Array, step: float, known_lines: Array) -> Array:
     """Peaks (Hz) of the spectrum that stand apart from each other and from the ``known_lines``, Hz."""
-    size, padded = len(x), 8 * len(x)
+    size = len(x)
+    padded = 8 * len(x)
     power = np.abs(np.fft.rfft(x * weights(size), padded))
     hertz = np.arange(len(power)) / (padded * step)
     inner = np.arange(1, len(power) - 1)
@@ -124,7 +127,9 @@ def _refine_lines(hertz: Array, x: Array, step: float) -> Array:
     coefficients, residuals = fit_lines(hertz, [x], step)
     of_cos, of_sin = coefficients[:m, 0], coefficients[m : 2 * m, 0]
     width = 3 * m + 2
-    gram, side, v = np.zeros((width, width)), np.zeros(width), np.sqrt(weights(size))
+    gram = np.zeros((width, width))
+    side = np.zeros(width)
+    v = np.sqrt(weights(size))
     for rows, a, time in _line_basis(hertz, size, step):
         turn = 2 * np.pi * time[:, None] / (size * step)
         a = np.column_stack([a, turn * (of_sin * a[:, :m] - of_cos * a[:, m : 2 * m])]) * v[rows, None]
@@ -154,7 +159,9 @@ def line_response(hertz: Array, input_signal: Array, output_signal: Array, step:
     between = _gap_frequencies(hertz, size, step)
     v, width = weights(size), 2 * m + 2
     once, twice, cross = np.zeros((width, width)), np.zeros((width, width)), np.zeros((width, len(between)), complex)
-    line_u, line_y, window_energy = np.zeros(len(between), complex), np.zeros(len(between), complex), float(v @ v)
+    line_u = np.zeros(len(between), complex)
+    line_y = np.zeros(len(between), complex)
+    window_energy = float(v @ v)
     down = np.zeros((width, len(between)), complex)
     for rows, a, time in _line_basis(hertz, size, step):
         wave = v[rows, None] * _waves(between, time, step)
@@ -352,7 +359,9 @@ def _averages(counts: Sequence[int], size: int) -> float:
 def _energy(weights: Complex, around: NDArray[np.intp], counts: Sequence[int], window: Array) -> Array:
     """Sum of |h|^2 over the samples of all recordings (bins,), for weights (bins, 3, segments) of the transforms."""
     # h is the sum of the segments' parts: products of each with itself and with the next one, which it overlaps by half
-    size, hop, places = len(window), len(window) // 2, np.array([-1, 0, 1])
+    size = len(window)
+    hop = len(window) // 2
+    places = np.array([-1, 0, 1])
     turn = np.exp(-2j * np.pi * (places[:, None] - places)[..., None] * np.arange(size) / size)
     full_overlap, shared = turn @ window**2, turn[..., : size - hop] @ (window[hop:] * window[: size - hop])
     followed = np.delete(np.arange(sum(counts)), np.cumsum(counts) - 1)
@@ -368,6 +377,8 @@ def _segments(signals: Sequence[Array], size: int, hop: int) -> list[Complex]:
 
 
 def _coherence(a: Complex, b: Complex) -> Array:
-    cross, of_a, of_b = np.abs((a.conj() * b).sum(0)) ** 2, (np.abs(a) ** 2).sum(0), (np.abs(b) ** 2).sum(0)
+    cross = np.abs((a.conj() * b).sum(0)) ** 2
+    of_a = (np.abs(a) ** 2).sum(0)
+    of_b = (np.abs(b) ** 2).sum(0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.nan_to_num(cross / (of_a * of_b)))

@@ -121,7 +121,8 @@ def _own_columns(path: Path, further: Sequence[str] = (), needed: Sequence[str] 
         more = "a reference is named with --instrument; " if further else ""
         raise InputError(f"{error}; {more}or give a channel map: {words}") if words else error from error
     columns_read = dict(columns.numbers)
-    time, names = columns_read.pop("time_s"), {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
+    time = columns_read.pop("time_s")
+    names = {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
     for column in SAME.keys() & columns_read.keys():
         if SAME[column] in columns_read:
             raise InputError(f"{path}: {column} and {SAME[column]} are the same quantity; keep one column")

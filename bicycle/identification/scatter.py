@@ -78,13 +78,15 @@ def repeats(speeds: Numbers, values: Numbers, stated_sds: Numbers) -> Repeats:
     groups = _group_runs(members, v, y, aside)
     squares = [group.square() for group in groups]
     total, freedom = (sum(column) for column in zip(*squares, strict=True))
-    scatter, sd = np.full(len(y), np.nan), stated_sd.copy()
+    scatter = np.full(len(y), np.nan)
+    sd = stated_sd.copy()
     is_measured = not stated_sd.all() or chdtrc(*_surprise(groups, stated_sd)[::-1]) < REFUTED
     for places, (square, nu) in zip(map(list, members), squares, strict=True):
         if not freedom:
             break
         other_freedom = freedom - nu
-        prior, pooled = min(4.0, other_freedom), (total - square) / other_freedom if other_freedom else 0.0
+        prior = min(4.0, other_freedom)
+        pooled = (total - square) / other_freedom if other_freedom else 0.0
         ratio = square / nu / pooled if nu and pooled else 1.0
         if nu and pooled and 2 * min(fdtrc(nu, other_freedom, ratio), fdtr(nu, other_freedom, ratio)) < REFUTED:
             prior = 0.0
@@ -147,5 +149,6 @@ def _outlier(groups: Sequence[_Group], count: int, aside: int) -> int | None:
             variance_of_others = np.maximum(variance_of_others, (square - of_run) / (group_freedom - 1))
         score = np.sqrt(of_run / np.maximum(variance_of_others, 1e-300))  # t of about nu - 1 degrees of freedom
         if score.max() > largest:
-            largest, worst = float(score.max()), group.kept[int(np.argmax(score))]
+            largest = float(score.max())
+            worst = group.kept[int(np.argmax(score))]
     return worst if worst is not None and (count - aside) * 2 * stdtr(nu - 1, -largest) < 0.02 else None

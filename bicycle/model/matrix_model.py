@@ -76,7 +76,8 @@ def linear_model_of(matrices: Mapping[str, Array], gravity: float, *, where: str
     dynamics[2][joint_rates, angles] = -matrices["K2"]
     whole_mass = np.eye(4)
     whole_mass[joint_rates, joint_rates] = mass
-    entry, shown_states = np.zeros((4, 2)), np.eye(4)
+    entry = np.zeros((4, 2))
+    shown_states = np.eye(4)
     entry[joint_rates] = np.eye(2)
     unknown_loads = np.full(2, np.nan)
     at_all_speeds = Matrices(

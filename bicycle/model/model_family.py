@@ -150,7 +150,8 @@ class ModelFamily:
 
         The ``numbers``, shape () or (count,), are as in :meth:`values`; the equations must not switch at a speed.
         """
-        matrices, n = self.evaluate(self.values(numbers)), len(self.scale)
+        matrices = self.evaluate(self.values(numbers))
+        n = len(self.scale)
         mass = np.broadcast_to(matrices.mass, (count, n, n))
         parts = tuple(np.broadcast_to(matrix, (count, n, n)) for matrix in matrices.dynamics.values())
         impossible = ~positive_definite(mass)

@@ -74,7 +74,8 @@ def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "s
         least, follows, place = None, NOTHING, 0
         if coarse[k, first[k]] != NOTHING:
             place = int((finer[k] != NOTHING).argmax())
-            least, follows = float(sizes_finer[k, place]), str(finer[k, place])
+            least = float(sizes_finer[k, place])
+            follows = str(finer[k, place])
         falls_from = float(falls.min()) if falls.size and least is not None else None
         kicks.append(Kick(speed, modes[k], float(estimates[k]), least, follows, falls_from, bool(within[k, place])))
     return kicks

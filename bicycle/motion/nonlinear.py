@@ -130,7 +130,8 @@ class CurveTyre:
             return np.asarray((as_is - mirrored) / 2)
 
         def slopes(curve: Any) -> tuple[float, float]:
-            zero, small = np.zeros(2), np.array([step, -step])
+            zero = np.zeros(2)
+            small = np.array([step, -step])
             by_slip, by_camber = mean(curve, small, zero), mean(curve, zero, small)
             return float(by_slip[0]) / step, float(by_camber[0]) / step
 
@@ -260,7 +261,8 @@ class MagicFormulaModel:
 
         input_histories = dict(inputs or {})
         refuse_unknown("input", input_histories, self.inputs)
-        t, x = check_time(time), np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])
+        t = check_time(time)
+        x = np.concatenate([initial_state(self.states, initial, self.units), np.zeros(len(PATH))])
         spread = np.zeros((len(self.inputs), len(input_histories)))
         spread[[self.inputs.index(name) for name in input_histories], range(len(input_histories))] = 1.0
         grid, begin, end = input_grid(t, input_histories)
@@ -380,7 +382,9 @@ def magic_formula_model(
         camber = np.hstack([direct * separate_camber, np.eye(2, extra, k=2)])
         slip_input = np.zeros((2, m))
     else:
-        extra, lag, rate_input = 0, np.zeros((0, n)), np.zeros((0, m))
+        extra = 0
+        lag = np.zeros((0, n))
+        rate_input = np.zeros((0, m))
         camber = (direct + lagged) * separate_camber
         slip, slip_input = (direct + lagged) * ~separate_camber - slip_velocity / speed, -slip_input / speed
     rows = [linear.outputs.index(name) for name in outputs]

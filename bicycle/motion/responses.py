@@ -92,7 +92,8 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
     padded[:, : count - 1] = known
     inputs = np.ascontiguousarray(np.moveaxis(padded.reshape(systems, blocks, block, q), 2, 0))[:, :, None]
     across = np.ascontiguousarray(np.moveaxis(across, -1, 1))  # states lead, pushes stay neighbours: wide products
-    rest, power = np.zeros((systems, n, blocks * k)), np.broadcast_to(np.eye(n), step.shape)
+    rest = np.zeros((systems, n, blocks * k))
+    power = np.broadcast_to(np.eye(n), step.shape)
     y = np.empty((block, systems, seen.shape[1], blocks * k))
     powers = np.empty((block, *seen.shape))  # as they are seen
     for j in range(block):
@@ -100,7 +101,8 @@ def from_rest(step: Array, known: Array, across: Array, seen: Array) -> Array:
         np.matmul(seen, power, out=powers[j])
         rest, power = step @ rest, step @ power
         rest += (inputs[j] @ across).reshape(rest.shape)
-    ends, begin = rest.reshape(systems, n, blocks, k), np.zeros((systems, n, blocks, k))
+    ends = rest.reshape(systems, n, blocks, k)
+    begin = np.zeros((systems, n, blocks, k))
     for b in range(blocks - 1):
         begin[:, :, b + 1] = power @ begin[:, :, b] + ends[:, :, b]
     y += powers @ begin.reshape(rest.shape)
@@ -310,7 +312,8 @@ def frequency_response(
     bad = ~(np.isfinite(hertz) & (hertz > 0))
     if bad.any():
         raise InputError(f"frequency {hertz[bad][0]:g} Hz is not allowed; give finite values > 0")
-    a, (_, b, c) = model.state_matrix(speed), model.matrices_at(speed)
+    a = model.state_matrix(speed)
+    _, b, c = model.matrices_at(speed)
     j = model.inputs.index(input)
     omega = angular_frequency(hertz)[:, None, None]
     states = np.linalg.solve(1j * omega * np.eye(model.order) - a, (b[:, j] / model.scale)[None, :, None])
@@ -350,7 +353,8 @@ def _with_path(
     model: LinearModel, speed: float, state: Array, input_matrix: Array, output_matrix: Array
 ) -> tuple[Array, Array, Array]:
     """Append yaw angle and lateral displacement to states and outputs."""
-    n, rows = len(state), [model.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]
+    n = len(state)
+    rows = [model.outputs.index(name) for name in ("yaw_rate", "rear_lateral_velocity")]
     a = np.zeros((n + 2, n + 2))
     a[:n, :n], a[n:, :n], a[n + 1, n] = state, output_matrix[rows], speed
     c = np.eye(len(output_matrix) + 2, n + 2, k=n - len(output_matrix))

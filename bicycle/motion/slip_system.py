@@ -37,7 +37,8 @@ def half_period(count: int, least: int = 0) -> tuple[Array, Array, Complex]:
 
     The phases are at ``least`` so many, and twice as many as such a series needs: curves make higher harmonics.
     """
-    orders, samples = np.arange(1.0, 2 * count, 2), max(4 * count, least)
+    orders = np.arange(1.0, 2 * count, 2)
+    samples = max(4 * count, least)
     phase = np.pi * np.arange(samples) / samples
     return orders, phase, np.asarray(np.exp(1j * np.outer(phase, orders)))
 

@@ -140,7 +140,8 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     model = as_linear(model)
     _check_max_speed(max_speed)
     check_trackable(model, np.array([max_speed]), "max_speed")
-    unit, rules = np.array([speed_unit(model)]), Rules.of(model)
+    unit = np.array([speed_unit(model)])
+    rules = Rules.of(model)
     crossings: list[CriticalSpeed] = []
     for number, at in enumerate(model.ranges):
         if at.lower < max_speed:
@@ -183,7 +184,8 @@ def critical_speeds_of_many(
     if good.size and polynomial is not None:
         unit = np.sqrt(gravity * wheelbase)[good]
         limits = np.broadcast_to([0.0, max_speed], (len(good), 2))
-        rules, stack = Rules.of(linear(int(good[0]))), polynomial.take(good)
+        rules = Rules.of(linear(int(good[0])))
+        stack = polynomial.take(good)
         for number, crossings in zip(
             good.tolist(), crossings_of(rules, stack, unit, gravity[good], limits), strict=True
         ):

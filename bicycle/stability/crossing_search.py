@@ -129,8 +129,11 @@ class Search:
 
     def _sharpen(self, owner: Whole, speeds: Array, roots: Complex, at: Decomposition, slack: float) -> Zeros:
         """Solve Re lambda(v) = 0 along the roots given; those that converge, from ``at`` on."""
-        v, expected, still = speeds.copy(), roots.copy(), np.zeros(len(speeds), bool)
-        last, row = np.full(len(speeds), np.inf), np.arange(len(speeds))
+        v = speeds.copy()
+        expected = roots.copy()
+        still = np.zeros(len(speeds), bool)
+        last = np.full(len(speeds), np.inf)
+        row = np.arange(len(speeds))
         polynomial = self.polynomial.take(owner)
         root, slope, change = roots, roots, np.zeros(len(speeds))
         values, left, right = at.values, at.left, at.right
@@ -160,7 +163,8 @@ class Search:
         good &= np.abs(v - speeds) <= LIMITS.farthest * speeds
         error = np.maximum(error, np.abs(root.real))
         good &= error < LIMITS.hardly_known * rise
-        omega, doubt = np.abs(root.imag), error / np.maximum(np.abs(slope.real), 1e-300)
+        omega = np.abs(root.imag)
+        doubt = error / np.maximum(np.abs(slope.real), 1e-300)
         return Zeros(owner, v, omega, slope, doubt).take(good)
 
     def _crossing(self, zeros: Zeros, looks: Sequence[float]) -> Zeros:
@@ -312,7 +316,8 @@ def singular_speeds(polynomial: SpeedPolynomial, shift: Array) -> Complex:
     v^s A(v) = sum of u^k B_k about the speed ``shift`` (m,), u = v - shift; the eigenvalues of the companion matrix of
     B_0^-1 B_k are 1 / u. NaN where B_0 is singular.
     """
-    lowest, highest = min(polynomial, default=0), max(polynomial, default=0)
+    lowest = min(polynomial, default=0)
+    highest = max(polynomial, default=0)
     m, n, _ = polynomial.shape
     degree = highest - lowest
     if degree == 0 or n == 0:
@@ -344,7 +349,8 @@ def bialternate_sum(matrices: Array) -> Array:
     total = np.zeros((*matrices.shape[:-2], comb(n, 2), comb(n, 2)))
     total[..., rows, columns] = signs * matrices[..., i, j]
     p, q = np.tril_indices(n, -1)
-    places, diagonal = np.arange(len(p)), np.diagonal(matrices, axis1=-2, axis2=-1)
+    places = np.arange(len(p))
+    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
     total[..., places, places] = diagonal[..., p] + diagonal[..., q]
     return total
 

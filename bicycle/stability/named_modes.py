@@ -302,11 +302,13 @@ def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeS
 
 def mode_events(model: LinearModel, low: float, high: float) -> tuple[ModeEvent, ...]:
     """Everything that happens to the modes between two speeds (m/s), by speed; looked for on a fixed grid."""
-    rules, unit = naming.Rules.of(model), naming.speed_unit(model)
+    rules = naming.Rules.of(model)
+    unit = naming.speed_unit(model)
     events: list[ModeEvent] = []
     ends: list[tuple[float, Complex, Complex, list[str]]] = []
     for number, at in enumerate(model.ranges):
-        lower, upper = max(at.lower, low), min(at.upper, high)
+        lower = max(at.lower, low)
+        upper = min(at.upper, high)
         if upper < lower:
             continue
         polynomial = model.coefficients[number]

@@ -218,7 +218,8 @@ def name_stack(rules: Rules, polynomial: SpeedPolynomial, unit: Array, gravity: 
 
 def name_along(model: LinearModel, rules: Rules, speeds: Array) -> Named:
     """Roots of one model and their names at ``speeds`` (k,), m/s; where equations switch, those that hold there."""
-    unit, count = np.array([speed_unit(model)]), len(speeds)
+    unit = np.array([speed_unit(model)])
+    count = len(speeds)
     shape = (count, model.order)
     named_roots = Named(
         np.empty(shape, complex), np.empty(shape, np.intp), np.empty(shape, np.intp), np.empty(count, bool)
@@ -343,7 +344,8 @@ def assign_pairs(score: Array) -> tuple[Whole, Whole]:
 
 def _name_real(rules: Rules, values: Complex, share: Array, is_core: Mask, first: Whole) -> Mask:
     """Name real roots in place: the core by its order from the right, the others by share; which points are clear."""
-    weave, joined = (first == WEAVE).any(1), (first == CAPSIZE).any(1)
+    weave = (first == WEAVE).any(1)
+    joined = (first == CAPSIZE).any(1)
     real = values.imag == 0
     core = real & is_core
     order = 2 * weave + joined

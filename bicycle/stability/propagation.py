@@ -40,7 +40,8 @@ def standard_deviation(gradient: ArrayLike, covariance: ArrayLike) -> Array:
 
 def mode_gradients(model: Model, speed: ArrayLike, eigenvalue: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
     """Derivatives of frequency (Hz) and damping ratio of oscillations, shape of ``eigenvalue`` and (p,)."""
-    v, target = np.atleast_1d(np.asarray(speed, float)), np.asarray(eigenvalue, complex)
+    v = np.atleast_1d(np.asarray(speed, float))
+    target = np.asarray(eigenvalue, complex)
     if np.ndim(speed) and target.shape[:1] != v.shape:
         raise InputError(f"{len(v)} speeds, but eigenvalues of shape {target.shape}; give a row for each speed")
     rows = target.reshape(len(v), -1)

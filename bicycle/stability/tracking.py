@@ -84,7 +84,8 @@ def link(a: Nodes, b: Nodes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     kind_a, kind_b = np.sign(a.values.imag), np.sign(b.values.imag)
     allowed = kind_a[:, :, None] == kind_b[:, None, :]
     match = assign(np.where(allowed, cost, 1e6 * size[:, :, None] + cost))
-    row, column = np.arange(len(match))[:, None], np.arange(match.shape[1])
+    row = np.arange(len(match))[:, None]
+    column = np.arange(match.shape[1])
     landed = b.values[row, match]
     twin = np.abs(landed[:, :, None] - b.values[:, None, :]) <= TWIN * size[:, :, None]
     rival = np.where(twin, np.inf, cost).min(2)
@@ -168,7 +169,8 @@ def follow_branches(matrices: Callable[[Array], Array], values: Array) -> tuple[
     def compute(at: Array) -> Nodes:
         """Roots, slopes and vectors; slopes only say where roots are heading, by one-sided differences at the ends."""
         h = 1e-6 * (high - low)
-        upper, lower = np.minimum(at + h, high), np.maximum(at - h, low)
+        upper = np.minimum(at + h, high)
+        lower = np.maximum(at - h, low)
         matrix, up, down = np.split(matrices(np.concatenate([at, upper, lower])), 3)
         return Nodes(at, *eigensystem_with_slopes(matrix, (up - down) / (upper - lower)[:, None, None]))
 

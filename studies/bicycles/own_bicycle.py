@@ -182,7 +182,8 @@ def own_bicycle(measurements: Asked, name: str, *, seed: int = 45) -> OwnBicycle
     guess = scaled.guess_bicycle(measurements.geometry).condition_on(measurements.weighed)
     rider, causes = _rider(measurements, guess)
     bicycle = guess.bicycle(name, "", "", rider=rider, causes=causes)
-    nominal, rng = critical_speeds(Model(bicycle), LIMITS.fastest), np.random.default_rng(seed)
+    nominal = critical_speeds(Model(bicycle), LIMITS.fastest)
+    rng = np.random.default_rng(seed)
     plausible = [_vary_rider(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
     crossings = [critical_speeds(Model(_make_bicycle(values)), LIMITS.fastest) for values in plausible]
     weave, capsize = (_band(nominal, crossings, mode) for mode in ("weave", "capsize"))
@@ -193,7 +194,8 @@ def own_bicycle(measurements: Asked, name: str, *, seed: int = 45) -> OwnBicycle
         ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
         wobble = Band(math.nan, *ends, float(wobbles.mean()))
     measured_keys = ("w", "c", "lam", "rR", "rF", *measurements.weighed)
-    helps, outside = _helps(measurements, guess, rider, causes), _find_outside_measured(guess.geometry)
+    helps = _helps(measurements, guess, rider, causes)
+    outside = _find_outside_measured(guess.geometry)
     return OwnBicycle(bicycle, measured_keys, weave, capsize, wobble, helps, outside)
 
 

@@ -167,7 +167,8 @@ def _speed(opened: Opened, roles: Roles) -> float | None:
 def _event(run: recording.Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
     keep = (run.time >= run.time[0] + first_s - 1e-9) & (run.time <= run.time[0] + last_s + 1e-9)
     start = float(run.time[keep][0])
-    end, used = float(run.time[keep][-1]), int(np.count_nonzero(keep))
+    end = float(run.time[keep][-1])
+    used = int(np.count_nonzero(keep))
     first, last = (int(np.searchsorted(file, moment - 1e-9)) for moment in (start, end))
     return Event(name, first + 1, last + 1, used, {}, notes, start, end)
 
@@ -203,7 +204,8 @@ def _decay(
 ) -> tuple[Use, tuple[Window, ...]]:
     """Judge a free decay; also the windows that were found."""
     says = "" if speed else "the forward speed in m/s, after @"
-    command, file = f"velotyre modal {_recording(roles, speed)}", _file_time(roles)
+    command = f"velotyre modal {_recording(roles, speed)}"
+    file = _file_time(roles)
     windows: tuple[Window, ...] = ()
     kicks, searched = None, roles.map is None or not roles.map.windows
     quick = [{"drift": "parabola", "thorough": False}] if searched else []  # enough if kicks tell much more

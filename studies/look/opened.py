@@ -72,7 +72,8 @@ def _load(path: Path, source: Contents) -> tuple[Signals, dict[str, str]]:
         signals = {signal.name: signal for signal in source.load(names, None)}
         return Signals(str(path), signals, tuple(source.notes), source.rates)
 
-    names, unread = [column.name for column in source.columns], dict[str, str]()
+    names = [column.name for column in source.columns]
+    unread = dict[str, str]()
     try:
         return load(names), {}
     except InputError:

@@ -212,7 +212,8 @@ def _panel(axes: Any, look: Look, name: str, channel: str) -> None:
     from studies.reporting.plotting import GREY
 
     signal = look.opened.signals.signals[name]
-    time, values = look.opened.time_of(name), np.where(np.isinf(signal.values), np.nan, signal.values)
+    time = look.opened.time_of(name)
+    values = np.where(np.isinf(signal.values), np.nan, signal.values)
     if abs(time[0]) > 1e6:
         time = time - time[0]
     dead = look.opened.quality[name].dead

@@ -167,7 +167,8 @@ class Uncertainty(UncertainModel):
         if not speeds.size:
             return
         linear = self.nominal.linear_model()
-        nominal, names = modes(linear, speeds), Rules.of(linear).names
+        nominal = modes(linear, speeds)
+        names = Rules.of(linear).names
         derivatives = sensitivities(self.nominal, speeds)
         gradients = self.gradient({key: derivatives.of(key) for key in derivatives.parameters})  # (m, n, names)
         mode_names = [name for name in nominal.names if "+" not in name and (only is None or name in only)]
@@ -181,7 +182,8 @@ class Uncertainty(UncertainModel):
             value = complex(nominal.branch(name)[k, 0])
             if value.imag > 0:
                 at = int(np.abs(derivatives.eigenvalues[k] - value).argmin())
-                root, drawn = complex(derivatives.eigenvalues[k, at]), oscillating(sampled[name][:, k])
+                root = complex(derivatives.eigenvalues[k, at])
+                drawn = oscillating(sampled[name][:, k])
                 for output in outputs:
                     gradient = output.root_gradient(root, gradients[k, at])
                     label, nominal_value = (

@@ -291,7 +291,8 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
         raise InputError(f"{folder}: no such folder; give the folder that holds the recordings")
     files = []
     for path in _files_in(folder, exclude):
-        ending, sidecar = path.suffix.casefold(), path.with_suffix(".toml")
+        ending = path.suffix.casefold()
+        sidecar = path.with_suffix(".toml")
         if ending == ".toml" and (_named_by(path) is not None or _refused_alone(path)):
             files.append(path)
         elif ending in OWN or (ending in FORMATS and sidecar.is_file()):
@@ -402,7 +403,8 @@ def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tu
         if not pairs:
             continue
         ratios, radii = np.array(pairs).T
-        y, x = np.log(ratios), np.array([log_curvature(wheel_radius=wheel_radius, drum_radius=r) for r in radii])
+        y = np.log(ratios)
+        x = np.array([log_curvature(wheel_radius=wheel_radius, drum_radius=r) for r in radii])
         exponent = float(x @ y / (x @ x))
         estimate = Estimate(exponent, float("nan"), 1.0)
         if y.size > 1:

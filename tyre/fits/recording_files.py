@@ -286,7 +286,8 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     if sidecar.kind == "steady":
         columns = _number_points(columns, sidecar)
     needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
-    lacking, names = next((name for name in needed if name not in columns), ""), ", ".join(columns)
+    lacking = next((name for name in needed if name not in columns), "")
+    names = ", ".join(columns)
     if lacking and sidecar.channel_map is None:
         with or_map(path, QUANTITIES):
             more = STEADY if lacking == "time" else ""
@@ -507,7 +508,8 @@ def _tydex_sidecar(document: TydexDocument, channels: dict[str, Channel], notes:
             return np.nan
         if exactly is not None:
             return exactly
-        median, value = float(np.nanmedian(channel)), _constant_number(document, nominal, quantity)
+        median = float(np.nanmedian(channel))
+        value = _constant_number(document, nominal, quantity)
         if value is not None and abs(median - value) <= 0.25 * abs(value):
             return value
         remarks.append(

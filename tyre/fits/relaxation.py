@@ -173,7 +173,8 @@ def _averaged_over_noise(
     n, p = jacobian.shape
     width = max(1, n // 140)  # means hold what a fit sees of slow noise
     m = n // width
-    x, y = jacobian[: m * width].reshape(m, width, p).mean(1), residual[: m * width].reshape(m, width).mean(1)
+    x = jacobian[: m * width].reshape(m, width, p).mean(1)
+    y = residual[: m * width].reshape(m, width).mean(1)
     size = np.linalg.norm(x, axis=0)
     x, distance = x / size, np.abs(np.subtract.outer(np.arange(m), np.arange(m)))
     weights, steps, squares, spent = [], [], [], []

@@ -75,7 +75,8 @@ def brush_force(*, slip: Channel, cornering_stiffness: float, peak: float) -> tu
     F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
     section 3.2). Its slope falls in proportion to |x| from zero slip on; no Magic Formula has a slope with such a kink.
     """
-    tangent, direction = np.abs(np.tan(slip)), np.sign(slip)
+    tangent = np.abs(np.tan(slip))
+    direction = np.sign(slip)
     sliding = np.minimum(cornering_stiffness * tangent / (3.0 * peak), 1.0)
     adhering = (1.0 - sliding) ** 2
     value = direction * peak * (1.0 - (1.0 - sliding) ** 3)

@@ -33,7 +33,8 @@ def _sign(value: Any) -> float:
 
 
 _DELIMITER = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
-_TEXT, _LINE = text(blank=False), whole(least=1)
+_TEXT = text(blank=False)
+_LINE = whole(least=1)
 _CHANNEL = table(
     {
         needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,

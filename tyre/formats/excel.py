@@ -29,7 +29,8 @@ def excel_contents(path: Path, reading: Reading) -> Contents:
     sheets = _sheets(path)
     if reading.sheet:
         if reading.sheet not in sheets:
-            suggestion, sheet_names = hint(reading.sheet, sheets), ", ".join(sheets)
+            suggestion = hint(reading.sheet, sheets)
+            sheet_names = ", ".join(sheets)
             raise InputError(f"{path}: no sheet {reading.sheet!r}{suggestion}; there are {sheet_names}")
         sheets = {reading.sheet: sheets[reading.sheet]}
     sheets = {name: rows for name, rows in sheets.items() if any(map(_filled, rows))}

@@ -244,7 +244,8 @@ def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: boo
         raise InputError(f"{path}: cannot be read as a {kind.partition(';')[0]} ({error.strerror})") from error
     first, body = raw.partition(b"\n")[0] if logged else raw, b""
     try:
-        head, body = first.decode("utf-8"), raw[len(first) :]
+        head = first.decode("utf-8")
+        body = raw[len(first) :]
         text = head + body.decode("utf-8")
     except UnicodeDecodeError as error:
         if not body:

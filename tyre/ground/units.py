@@ -136,7 +136,8 @@ def _parse_unit(text: str, *, printed: bool = False) -> tuple[Fraction, tuple[in
     plain = text.strip().replace("_per_", "/").replace("²", "^2").replace("**", "^").replace("_", " ")
     factor, powers = Fraction(1), [0, 0, 0, 0]
     for place, product in enumerate(plain.split("/")):
-        sign, parts = (-1 if place else 1), re.split(r"[\s*·.]+", product.strip().strip("()"))
+        sign = -1 if place else 1
+        parts = re.split(r"[\s*·.]+", product.strip().strip("()"))
         for part in parts:
             match = re.fullmatch(r"([A-Za-z°]+)(?:\^?(-?\d))?", part)
             word = SPELLINGS.get(match[1], match[1]) if match else ""

@@ -197,7 +197,9 @@ def _fit_cached(law: Law, *columns: bytes) -> Fit:
 
     load, pressure, value = (np.frombuffer(column) for column in columns)
     nominal = {"FNOMIN": float(np.median(np.unique(load))), "NOMPRES": float(np.median(np.unique(pressure)))}
-    loads, pressures, count = bool(np.ptp(load) > 0), bool(np.ptp(pressure) > 0), len(value)
+    loads = bool(np.ptp(load) > 0)
+    pressures = bool(np.ptp(pressure) > 0)
+    count = len(value)
     if law is CORNERING:
         most, scale = load.max() / nominal["FNOMIN"], 1.0
         start = np.array([value.max() / nominal["FNOMIN"], 1.5 * most, 0.0, 0.0])
@@ -207,7 +209,8 @@ def _fit_cached(law: Law, *columns: bytes) -> Fit:
         lower = np.array([0.0, 0.05 * most, -0.95 / widest, -0.95 / widest])
         upper = np.array([np.inf, 50 * most, np.inf, np.inf])
     else:
-        scale, start = float(value.mean()), np.array([1.0, 0.0, 0.0])
+        scale = float(value.mean())
+        start = np.array([1.0, 0.0, 0.0])
         free = np.flatnonzero([True, loads and (count >= 3 or not pressures), pressures])
         lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
 

@@ -333,7 +333,8 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
     if isinstance(source, str) and not source.lower().endswith((".toml", ".json", ".yaml", ".yml", ".mat")):
         source = data_root() / "tyres" / f"{source}.toml"
     file = Path(source) if isinstance(source, str) else source
-    where, stem = str(source), Path(file.name).stem
+    where = str(source)
+    stem = Path(file.name).stem
     try:
         content, unused = _one_mapping(refuse_deep(_read(file), str(file)), stem), []
     except InputError as error:
@@ -446,7 +447,7 @@ def _normalise_keys(content: Mapping[str, Any]) -> dict[str, Any]:
 def _flat(value: Any) -> Any:
     """Coefficients that MATLAB's writers of YAML nest in rows or columns, with exponents that YAML takes for text."""
     if isinstance(value, list):
-        coefficients = []
+        coefficients: list[Any] = []
         for part in value:
             coefficients += _flat(part) if isinstance(part, list) else [_flat(part)]
         return coefficients

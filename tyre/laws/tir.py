@@ -110,7 +110,8 @@ def parse(text: str, *, source: str) -> TirText:
             continue
         if current is None:
             raise InputError(f"{where}: {stripped[:60]!r} stands before the first [SECTION]; is this a .tir file?")
-        key, value = assignment[1].upper(), _value(assignment[2].strip())
+        key = assignment[1].upper()
+        value = _value(assignment[2].strip())
         if value == "":
             continue
         if key in current:

@@ -78,7 +78,8 @@ class Coefficients:
 
     def _relative(self, load: ArrayLike, pressure: ArrayLike) -> tuple[Array, Array, Array]:
         """Load, its relative change from the nominal one, and that of the pressure (0 without a law of pressure)."""
-        force, dpi = np.asarray(load, dtype=np.float64), np.zeros(np.shape(load))
+        force = np.asarray(load, dtype=np.float64)
+        dpi = np.zeros(np.shape(load))
         if self.by_pressure:
             dpi = np.asarray(pressure, dtype=np.float64) / self["NOMPRES"] - 1
         return force, force / self.nominal_load - 1, dpi
@@ -86,7 +87,8 @@ class Coefficients:
     def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike = 0.0) -> Array:
         """C_Fy, N/rad, > 0 whatever the signs of the file (4.E25; chapter 11 for motorcycle tyres)."""
         force, _, dpi = self._relative(load, pressure)
-        lean, height = np.asarray(camber, dtype=np.float64), self["LKY"] * abs(self["PKY1"]) * self.nominal_load
+        lean = np.asarray(camber, dtype=np.float64)
+        height = self["LKY"] * abs(self["PKY1"]) * self.nominal_load
         if self.version == "motorcycle":
             relative = force / ((self["PKY3"] + self["PKY4"] * lean**2) * self.nominal_load)
             return height * mf61.saturation(relative, exponent=self["PKY2"]) / (1 + self["PKY5"] * lean**2)
@@ -225,7 +227,8 @@ class Coefficients:
         elif self.old:
             across = across + self["PHY3"] * lean
         x, up = slip + across, up + up_by_camber
-        curvature, sign = self["PEY1"] + self["PEY2"] * (lean**2 if motorcycle else dfz), np.sign(x)
+        curvature = self["PEY1"] + self["PEY2"] * (lean**2 if motorcycle else dfz)
+        sign = np.sign(x)
         if motorcycle:
             curvature = curvature + (self["PEY3"] + self["PEY4"] * lean) * sign
         else:

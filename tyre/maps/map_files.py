@@ -25,7 +25,8 @@ from tyre.measured.tables import CommonCalibration, MeasuredColumn, MeasuredTabl
 
 _BOUNDS = f"must be finite and > 0, from {SMALLEST:g} to {LARGEST:g}"
 POSITIVE = number(above=0, least=SMALLEST, most=LARGEST, says=_BOUNDS)
-_WORDS, _NAMES = text(), list_of(text(), "must be a list of texts in quotes")
+_WORDS = text()
+_NAMES = list_of(text(), "must be a list of texts in quotes")
 _RESOLUTION = ("cornering_stiffness_N_per_deg", "relaxation_length_mm")
 _GAINS = ("force", "slip", "displacement")
 _GAIN = number(says="must be a number, 0.003 for 0.3 %")

@@ -263,7 +263,8 @@ def joint_covariance(
     so the scatters of its conditions are known equally badly: their degrees of freedom ``dof`` do not add up.
     """
     c, k, predictions = cornering.value, lateral.value, (cornering, lateral)
-    unit, zero = np.eye(c.size), np.zeros((c.size, c.size))
+    unit = np.eye(c.size)
+    zero = np.zeros((c.size, c.size))
     halves = [  # (3 n, n), from C or K of all to (C, K, length) of each
         np.stack(blocks, 1).reshape(3 * c.size, -1)
         for blocks in ((unit, zero, np.diag(1 / k)), (zero, unit, np.diag(-c / k**2)))

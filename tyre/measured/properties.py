@@ -267,9 +267,9 @@ class JointCovariance:
 
     def among(self, names: Sequence[str]) -> Array:
         """The covariance among other numbers, zero for those it says nothing of, shape (q, q)."""
-        return self._among(self.matrix, names)
+        return self._submatrix(self.matrix, names)
 
-    def _among(self, matrix: Array, names: Sequence[str]) -> Array:
+    def _submatrix(self, matrix: Array, names: Sequence[str]) -> Array:
         places = [self.names.index(name) if name in self.names else -1 for name in names]
         whole = np.zeros((len(self.names) + 1,) * 2)  # the last row is that of all others
         whole[:-1, :-1] = matrix
@@ -278,7 +278,7 @@ class JointCovariance:
     def degrees_of_freedom(self, names: Sequence[str], gradient: ArrayLike, covariance: Array) -> float:
         """Effective ones behind the variance g' S g of a result (Welch-Satterthwaite; JCGM 100:2008, G.2b), >= 1."""
         g = np.asarray(gradient, float)
-        spent = sum(float(g @ self._among(part, names) @ g) ** 2 for part in self.variance_spread)
+        spent = sum(float(g @ self._submatrix(part, names) @ g) ** 2 for part in self.variance_spread)
         return max(1.0, float(g @ covariance @ g) ** 2 / spent) if spent > 0.0 else np.inf
 
     def dof(self, name: str) -> float:
@@ -288,14 +288,14 @@ class JointCovariance:
     def renamed(self, names: Mapping[str, str]) -> "JointCovariance":
         """Part of the covariance under other names (own name -> new one)."""
         own_names = tuple(names)
-        spread = tuple(self._among(part, own_names) for part in self.variance_spread)
+        spread = tuple(self._submatrix(part, own_names) for part in self.variance_spread)
         return JointCovariance(tuple(names.values()), self.among(own_names), spread)
 
     def and_also(self, other: "JointCovariance") -> Self:
         """This and the covariance of numbers that have nothing in common with it."""
         names = (*self.names, *other.names)
         spread = tuple(
-            covariance._among(part, names) for covariance in (self, other) for part in covariance.variance_spread
+            covariance._submatrix(part, names) for covariance in (self, other) for part in covariance.variance_spread
         )
         return replace(self, names=names, matrix=self.among(names) + other.among(names), variance_spread=spread)
 
