@@ -172,10 +172,11 @@ def linear_model(evaluate: Evaluator, values: Mapping[str, float], model: Model)
         )
     # values of effects outside their typical range; of measured ones (with an sd) those that a slip would explain
     warnings = [*model.bicycle.warnings]
-    for effect in () if model.unusual else model.effects:
-        for key, doubt in effect.doubts(of_kind(model.bicycle.kind)[1]).items():
-            if doubt.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
-                warnings.append(doubt.text)
+    if not model.unusual:
+        for effect in model.effects:
+            for key, doubt in effect.doubts(of_kind(model.bicycle.kind)[1]).items():
+                if doubt.explained or not entries_of(f"{effect.identifier}.{key}", model.sd):
+                    warnings.append(doubt.text)
     warnings += model.notes
     if any(effect.moves_load for effect in model.effects):
         evaluate.check_loads(values)

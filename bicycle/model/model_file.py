@@ -133,10 +133,12 @@ def allows_unusual(content: Mapping[str, Any]) -> bool:
 def refuse_absurd_values(model: Model, values: Mapping[str, Iterable[float]]) -> None:
     """Refuse values of a model's parameters far outside the typical range."""
     declared = {f"{e.identifier}.{p.name}": p for e in model.effects for p in e.parameters}
-    for key, value in values.items():
+    for key, column in values.items():
         parameter = declared.get(str(ParameterKey.parse(key).whole))
-        numbers = [number for number in value if is_number(number) and number]
-        for number in sorted({min(numbers), max(numbers), min(numbers, key=abs)}) if numbers else []:
+        numbers = [number for number in column if is_number(number) and number]
+        if not numbers:
+            continue
+        for number in sorted({min(numbers), max(numbers), min(numbers, key=abs)}):
             if parameter and not parameter.bounds[0] <= number <= parameter.bounds[1]:
                 continue  # impossible: the effect says so in its own words
             kind = model.bicycle.kind

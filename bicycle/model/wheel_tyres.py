@@ -336,7 +336,9 @@ def _taken_from_tyre(
                     f"({named[name].unit})"
                 )
             yield named[name], wheels
-    for parameter in kind.parameters if is_law else ():
+    if not is_law:
+        return
+    for parameter in kind.parameters:
         if parameter.tyre and table.get(parameter.name, FROM_TYRE) == FROM_TYRE:
             yield parameter, WHEELS
         elif parameter.tyre and tyres is not None and _holds(tyres, parameter):

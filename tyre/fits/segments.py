@@ -82,12 +82,13 @@ def steady_levels(run: RigRun) -> dict[str, RigRun]:
             continue
         complete &= np.isfinite(channel)
         groups = _levels({str(place): float(channel[place]) for place in np.flatnonzero(complete)}, tolerance)
-        called: dict[int, str] = {}
-        for members in groups if len(groups) > 1 else []:
-            members_places = [int(name) for name in members]
-            level = tolerance.nominal(float(np.median(channel[members_places]))) / tolerance.size
-            called |= dict.fromkeys(members_places, f"{level:g}{tolerance.unit}")
-        levels[quantity] = called
+        levels[quantity] = {}
+        if len(groups) == 1:  # it needs no name
+            continue
+        for group in groups:
+            places = [int(name) for name in group]
+            level = tolerance.nominal(float(np.median(channel[places]))) / tolerance.size
+            levels[quantity] |= dict.fromkeys(places, f"{level:g}{tolerance.unit}")
     members_of: dict[str, list[int]] = {}
     columns = [getattr(run, tolerance.channel) for quantity, tolerance in TOLERANCES.items() if quantity in levels]
     rising = np.lexsort([np.nan_to_num(x) for x in (run.slip_angle, *reversed(columns))])
