@@ -111,10 +111,10 @@ def _engine(sweep: object, workers: int | None, processes: int | None, scheduler
     from importlib import import_module
     from os import cpu_count
 
-    from studies.sweep import here, in_processes, on_cluster
+    from studies.sweep import in_processes, on_cluster, on_this_machine
 
     if not scheduler:
-        return in_processes(processes) if processes else here(sweep, workers or cpu_count() or 1)
+        return in_processes(processes) if processes else on_this_machine(sweep, workers or cpu_count() or 1)
     import_module("distributed")  # which sets its own levels
     for logger in ("distributed", "distributed.client"):  # a lost worker is one line, without traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)

@@ -169,11 +169,11 @@ def _print_joint_measurement(
 ) -> None:
     """Print which of the numbers that were measured together would narrow a quantity most if it were exact."""
     from studies.reporting.output import print_table
-    from studies.sweep.specification import together
+    from studies.sweep.specification import name_group
     from studies.uncertainty import known_exactly
 
     affected = [q for q in quantities if q.shares[measurement] >= SMALL]
-    if together(names) == ", ".join(names) or not affected:  # few enough that the tables above name each
+    if name_group(names) == ", ".join(names) or not affected:  # few enough that the tables above name each
         return
     click.echo(
         f"\nof {len(names)} numbers known together, what one known exactly would take of the linear variance "

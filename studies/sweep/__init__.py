@@ -4,7 +4,9 @@ from tyre.ground.door import room
 
 FILES = {  # names of the room by the file that holds them; each is imported when it is first used
     "draw": ("draw_result", "figures_folder"),
-    "engines": ("Engine", "Piece", "here", "in_loop", "in_processes", "in_threads", "on_cluster", "usual_items"),
+    "engines": (
+        "Engine", "Piece", "in_loop", "in_processes", "in_threads", "on_cluster", "on_this_machine", "usual_items",
+    ),
     "file": ("build_sweep", "read_sweep"),
     "parts": ("Parts", "open_parts", "pieces"),
     "result": ("impossible_draws",),
@@ -12,7 +14,7 @@ FILES = {  # names of the room by the file that holds them; each is imported whe
     "sampler": ("TYRE_DRAWS", "Points", "Sampler", "stiffness_warnings"),
     "specification": ("ImpossibleItem", "Normal", "Sweep"),
     "stored": ("Stored", "read_result"),
-    "variance_shares": ("correlated", "shares", "stated_correlations"),
+    "variance_shares": ("find_correlated", "shares", "stated_correlations"),
     "varied": ("Varied", "sampled_parameters"),
     "worker": ("Worker", "compute"),
 }  # fmt: skip

@@ -73,7 +73,7 @@ def on_cluster(address: str) -> Engine:
     return run
 
 
-def here(sweep: Sweep, workers: int) -> Engine:
+def on_this_machine(sweep: Sweep, workers: int) -> Engine:
     """Workers of this machine: processes if many bicycles are tracked one by one, which threads cannot share."""
     many = sweep.items >= 256  # a process takes a second to start
     return in_processes(workers) if workers > 1 and slow(sweep) and many else in_threads(workers)

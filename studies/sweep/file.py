@@ -107,9 +107,9 @@ def read_sweep(path: str | Path) -> Sweep:
 
 def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     """Build a sweep from the content of a sweep file; files it names are relative to ``folder``."""
-    given = schema.read(sweep_table(), content, dotted=True)
-    grid, sampled = dict(given["grid"]), dict(given["sampled"])
-    model_content, model_folder = given["model"], folder
+    settings = schema.read(sweep_table(), content, dotted=True)
+    grid, sampled = dict(settings["grid"]), dict(settings["sampled"])
+    model_content, model_folder = settings["model"], folder
     if isinstance(model_content, str):
         path = folder / model_content
         model_content = read_toml(path, "model file", where=f"model = {path.as_posix()!r}")
@@ -145,16 +145,16 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
         model=model,
         axes=axes,
         speeds=speeds,
-        samples=given["samples"],
-        seed=given["seed"],
+        samples=settings["samples"],
+        seed=settings["seed"],
         normals=normals,
         uniforms=uniforms,
         tyre_covariance=covariance,
         relative_cornering_stiffness_sd=relative,
-        outputs=tuple(dict.fromkeys(given["outputs"])),
-        max_speed=given["max_speed_m_s"],
-        quantiles=given["reduce"]["quantiles"] if "reduce" in given else None,
-        points_per_part=given["points_per_part"],
+        outputs=tuple(dict.fromkeys(settings["outputs"])),
+        max_speed=settings["max_speed_m_s"],
+        quantiles=settings["reduce"]["quantiles"] if "reduce" in settings else None,
+        points_per_part=settings["points_per_part"],
         bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles},
         bicycle_sd=own_sd,
     )
@@ -213,13 +213,13 @@ def _bicycle_axis(given: Any, folder: Path, *, allow_unusual: bool) -> tuple[Bic
 
 def _stated_sd(bicycles: tuple[Bicycle, ...]) -> dict[str, dict[str, float]]:
     """Standard deviations (SI) above 0 that the bicycles of a table state, by name and key."""
-    found = {b.name: {key: sd for key, sd in b.sd.items() if sd > 0 and key in UNITS} for b in bicycles}
-    if not any(found.values()):
+    stated = {b.name: {key: sd for key, sd in b.sd.items() if sd > 0 and key in UNITS} for b in bicycles}
+    if not any(stated.values()):
         raise InputError(f"sampled.bicycle_sd: no bicycle of grid.{BICYCLE} states standard deviations")
     for one in bicycles:
-        for key, sd in found[one.name].items():
+        for key, sd in stated[one.name].items():
             possible_moments(f"bicycle {one.name}: {key}", one[key], sd, BOUNDS[key])
-    return found
+    return stated
 
 
 def variable_names(model: Model, taken: Collection[str]) -> set[str]:
@@ -297,17 +297,17 @@ class _Sampled:
         """Distributions of the table; ``elsewhere`` are names that are varied outside it."""
         options = schema.read(OPTIONS, content, section="sampled", dotted=True)
         leaves = _leaves({k: v for k, v in content.items() if k not in OPTIONS.keys}, self.allowed)
-        found = [self._one(name, value) for name, value in leaves]
-        normals = [one for one in found if isinstance(one, Normal)]
-        uniforms = [one for one in found if isinstance(one, Uniform)]
-        joint = [self._joint(entry) for entry in options["joint"]]
+        distributions = [self._read_distribution(name, value) for name, value in leaves]
+        normals = [one for one in distributions if isinstance(one, Normal)]
+        uniforms = [one for one in distributions if isinstance(one, Uniform)]
+        joint = [self._read_joint(entry) for entry in options["joint"]]
         if options["bicycle_sd"]:
             own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
-            single, together = self._stated(own)
-            normals, joint = normals + single, joint + [self._joint(entry) for entry in together]
+            single, together = self._read_stated(own)
+            normals, joint = normals + single, joint + [self._read_joint(entry) for entry in together]
         return (*normals, *joint), tuple(uniforms)
 
-    def _one(self, name: str, value: Any) -> Normal | Uniform:
+    def _read_distribution(self, name: str, value: Any) -> Normal | Uniform:
         self._check_name(name)
         if not isinstance(value, Mapping) or set(value) not in DISTRIBUTIONS:
             raise InputError(f"sampled.{name} = {shown(value)}: give {{mean, sd}}, {{sd}} or {{low, high}}")
@@ -325,7 +325,7 @@ class _Sampled:
         possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds)
         return Normal((name,), (mean,), ((numbers["sd"],),))
 
-    def _stated(self, own: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
+    def _read_stated(self, own: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
         """Deviations that the bicycle's file states one by one, and those stated together by it or the model."""
         model = self.model
         stated = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
@@ -344,7 +344,7 @@ class _Sampled:
         joint = [{"parameters": names, "covariance": stated.among(names).tolist()}] if names else []
         return single, joint
 
-    def _joint(self, entry: Mapping[str, Any]) -> Normal:
+    def _read_joint(self, entry: Mapping[str, Any]) -> Normal:
         given = schema.read(JOINT, entry, section="sampled.joint", dotted=True)
         names = [canonical(name) for name in given["parameters"]]
         for name in names:
@@ -376,16 +376,16 @@ class _Sampled:
         pressure = self.tyre.get("pressure_bar", {})
         per_wheel = pressure if isinstance(pressure, Mapping) else dict.fromkeys(WHEELS, pressure)
         values = {**self.model.parameters, **{f"pressure_bar.{wheel}": value for wheel, value in per_wheel.items()}}
-        found = {values[key] for key in entries_of(name, values)}
-        if len(found) == len(WHEELS):
+        candidates = {values[key] for key in entries_of(name, values)}
+        if len(candidates) == len(WHEELS):
             rear, front = (values[f"{name}.{wheel}"] for wheel in WHEELS)
             raise InputError(
                 f"sampled {name}: mean is missing; the model has {rear:g} at the rear and {front:g} at the front "
                 f"wheel, so give {name}.rear and {name}.front"
             )
-        if len(found) != 1:
+        if len(candidates) != 1:
             raise InputError(f"sampled {name}: mean is missing; the model has no single value of it")
-        return float(found.pop())
+        return float(candidates.pop())
 
 
 def _root(covariance: Any) -> tuple[tuple[float, ...], ...]:

@@ -60,7 +60,7 @@ def _compute_shares(
         has = np.isfinite(y)
         parts = [f"of the {has.sum()} of {possible} bicycles that have it"] if has.sum() < possible else []
         parts += [] if whole else ["the sampled parameters are missing"]
-        pairs = stated + [pair for pair in variance_shares.correlated(varied, has) if pair[:2] not in stated_pairs]
+        pairs = stated + [pair for pair in variance_shares.find_correlated(varied, has) if pair[:2] not in stated_pairs]
         if pairs:
             words = ", ".join(f"{a} and {b} ({r:+.2f})" for a, b, r in pairs[:3])
             parts.append(f"correlated: {words}; their shares overlap and have no unique split")

@@ -14,7 +14,7 @@ from studies.model_space.outputs import OUTPUTS
 from studies.sweep.engines import Piece, usual_items
 from studies.sweep.labels import coordinates, inner_of
 from studies.sweep.specification import Sweep, differences
-from studies.sweep.worker import Arrays, stored
+from studies.sweep.worker import Arrays, stored_names
 from tyre.ground.errors import InputError
 from tyre.ground.files import replacing, write_text
 
@@ -78,7 +78,7 @@ def describe_rows(sweep: Sweep) -> dict[str, tuple[tuple[int, ...], type]]:
     """Shape and type of what is stored of one bicycle, by name."""
     labels = coordinates(sweep)
     rows: dict[str, tuple[tuple[int, ...], type]] = {}
-    for name in stored(sweep):
+    for name in stored_names(sweep):
         output = OUTPUTS.get(name)
         kind: type = complex if output is not None and output.complex_valued else float
         rows[name] = tuple(len(labels[dim]) for dim in inner_of(name, sweep)), kind

@@ -55,14 +55,14 @@ def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
         if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
             remove(parts.folder)  # not in the way of the changed sweep
             raise InputError(str(error)) from error
-        raise InputError(f"{error}; {_kept(sweep, parts)}, but a changed sweep starts anew") from error
+        raise InputError(f"{error}; {_describe_finished(sweep, parts)}, but a changed sweep starts anew") from error
     except (InputError, OSError) as error:
         reason = str(error)
         if isinstance(error, OSError):
             reason = f"{error.strerror or error}: cannot write to {out.absolute().parent.as_posix()}"
-        raise InputError(f"{reason}; {_kept(sweep, parts)}: mend the cause and {CONTINUE}") from error
+        raise InputError(f"{reason}; {_describe_finished(sweep, parts)}: mend the cause and {CONTINUE}") from error
     except KeyboardInterrupt:
-        print(f"{_kept(sweep, parts)}: {CONTINUE}", file=sys.stderr)
+        print(f"{_describe_finished(sweep, parts)}: {CONTINUE}", file=sys.stderr)
         raise
     remove(parts.folder)
 
@@ -91,7 +91,7 @@ def _check_items(sweep: Sweep) -> list[str]:
     return remarks
 
 
-def _kept(sweep: Sweep, parts: Parts) -> str:
+def _describe_finished(sweep: Sweep, parts: Parts) -> str:
     done = sum(piece[1] - piece[0] for piece in pieces(sweep, parts.items) if parts.has(piece))
     return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
 

@@ -21,7 +21,7 @@ from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey
 from studies.model_space.axes import bounds_of
 from studies.model_space.changed_model import one_by_one
 from studies.model_space.sampling import BoundedDraws, Refused, normal, uniform
-from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, ImpossibleItem, Sweep, together
+from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, ImpossibleItem, Sweep, name_group
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.units import PASCAL_PER_BAR
@@ -93,7 +93,7 @@ class TyreTable:
         """Items of the same tyre and surface: number of the wheel, their indices, the tyre."""
         groups = []
         for k, wheel in enumerate(wheels):
-            for rows in _alike(wheel["tyre"], wheel["surface"]):
+            for rows in _group_equal(wheel["tyre"], wheel["surface"]):
                 tyre, surface = str(wheel["tyre"][rows[0]]), str(wheel["surface"][rows[0]])
                 groups.append((k, rows, self.map(tyre, surface)))
         return groups
@@ -107,7 +107,7 @@ class TyreTable:
             for wheel, load in zip(wheels, nominal_loads, strict=True)
         ]
         result = np.zeros_like(z)
-        for rows in _alike(*columns[0], *columns[1]):
+        for rows in _group_equal(*columns[0], *columns[1]):
             at = rows[0]
             pair = [(str(t[at]), str(s[at]), float(p[at]), float(n[at])) for t, s, p, n in columns]
             used = rows[~refused.mask[rows]]
@@ -179,7 +179,7 @@ def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd:
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 
 
-def _alike(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
+def _group_equal(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
     """Group rows that are equal in every column (m,): the indices of each group."""
     code = np.zeros(len(columns[0]), np.intp)
     for column in columns:
@@ -238,7 +238,7 @@ class Sampler:
     @property
     def draws(self) -> dict[str, tuple[str, ...]]:
         """Names of the independent standard normal numbers, by what is measured together."""
-        draws = {together(group.names): group.names for group in self.sweep.normals}
+        draws = {name_group(group.names): group.names for group in self.sweep.normals}
         draws |= {key: (key,) for key in self._bicycles.sampled}
         if self.sweep.tyre_covariance:
             draws |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
@@ -437,7 +437,7 @@ class _Bicycles:
         self, names: NDArray[np.str_], standard: Callable[[str], Array], *, linear: bool, share: float
     ) -> dict[str, Array]:
         """Every parameter of items with these bicycles; ``standard`` gives standard normal numbers (m,) of a key."""
-        parameters = {key: _each(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
+        parameters = {key: _look_up(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
         for key in self.sampled:
             z = standard(key)
             for one in np.unique(names):
@@ -452,9 +452,9 @@ class _Bicycles:
         """Static wheel loads (N) before anything is drawn, rear and front."""
         loads = {one: tyre_loads(model.effects, {**model.parameters, **v}) for one, v in self.values.items()}
         rear, front = ({one: float(both[wheel]) for one, both in loads.items()} for wheel in (0, 1))
-        return _each(names, rear), _each(names, front)
+        return _look_up(names, rear), _look_up(names, front)
 
 
-def _each(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
+def _look_up(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
     bicycles, place = np.unique(names, return_inverse=True)
     return np.array([value[str(one)] for one in bicycles], dtype=np.float64)[place]

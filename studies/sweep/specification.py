@@ -106,7 +106,7 @@ class Sweep:
         """The model of the file, before anything is varied."""
         return build_model(self.model)
 
-    def wanted(self, *sources: str) -> list[Output]:
+    def outputs_from(self, *sources: str) -> list[Output]:
         """Outputs asked for, computed from some sources."""
         return [OUTPUTS[name] for name in self.outputs if OUTPUTS[name].source in sources]
 
@@ -143,8 +143,8 @@ class Sweep:
     @cached_property
     def outside_effects(self) -> tuple[Origin, ...]:
         """Origins of effects that are not of the package; they go along to the workers."""
-        kinds = [effect_class(name) for name in self.model.get("effects", {}) if name not in packaged_effects()]
-        return tuple(Origin.of(kind) for kind in kinds)
+        classes = [effect_class(name) for name in self.model.get("effects", {}) if name not in packaged_effects()]
+        return tuple(Origin.of(kind) for kind in classes)
 
     @cached_property
     def outside_outputs(self) -> dict[str, str]:
@@ -164,7 +164,7 @@ class ImpossibleItem(InputError):
         return f"sweep at {self.where}: {self.why}; leave it out of the sweep"
 
 
-def together(names: tuple[str, ...]) -> str:
+def name_group(names: tuple[str, ...]) -> str:
     """Numbers measured together: their ``names``, or how many there are beyond a dozen."""
     return ", ".join(names) if len(names) <= 12 else f"{names[0]} and {len(names) - 1} parameters with it"
 

@@ -61,7 +61,7 @@ class Stored:
 
     def rows(self, name: str, **place: Any) -> Array:
         """A variable (cells, samples, ...) at labels along further dimensions; of a reduced result (cells, 1, ...)."""
-        with _undamaged(self.path):
+        with _refuse_damaged(self.path):
             chosen = self.data[name].sel(**place).isel({SAMPLE: slice(self.samples)}, missing_dims="ignore")
             values = np.asarray(chosen.values)
             outer = len(self.sweep.axes) + (SAMPLE in chosen.dims)
@@ -131,7 +131,7 @@ def read_result(path: str | Path) -> Stored:
         if parts.is_dir():
             how = f"it is not finished: {parts.as_posix()} holds parts; run the same 'velotyre sweep' again"
         raise InputError(f"{path.as_posix()}: there is no such result; {how}")
-    with _undamaged(path):
+    with _refuse_damaged(path):
         data = open_data(path)
     names = [str(name).removesuffix("_imag") for name in data if str(name).endswith("_imag") and not path.is_dir()]
     data = data.assign({name: data[f"{name}_real"] + 1j * data[f"{name}_imag"] for name in names})
@@ -148,7 +148,7 @@ def read_result(path: str | Path) -> Stored:
 
 
 @contextmanager
-def _undamaged(path: Path) -> Iterator[None]:
+def _refuse_damaged(path: Path) -> Iterator[None]:
     """Refuse a damaged result whatever its libraries raise of it; numbers in it may be anything then."""
     try:
         with warnings.catch_warnings():

@@ -38,17 +38,17 @@ def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int 
     return pd.DataFrame(dict(zip(columns, (names, _indices(y, varied), spread, totals), strict=True)))
 
 
-def correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
+def find_correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
     """Pairs of sampled parameters whose ranks are correlated beyond chance, among the bicycles that have an output."""
-    drawn = [one for one in varied if one.sampled and not one.named]
+    sampled = [one for one in varied if one.sampled and not one.named]
     complete = has.any(0)
     count = int(complete.sum())
-    if len(drawn) < 2 or count < LEAST:
+    if len(sampled) < 2 or count < LEAST:
         return []
-    matrix = np.corrcoef([rankdata(one.values[0, complete]) for one in drawn])
+    matrix = np.corrcoef([rankdata(one.values[0, complete]) for one in sampled])
     least = max(0.1, 4 / np.sqrt(count))
-    pairs = [(i, j) for i in range(len(drawn)) for j in range(i) if abs(matrix[i, j]) > least]
-    return [(drawn[j].name, drawn[i].name, float(matrix[i, j])) for i, j in pairs]
+    pairs = [(i, j) for i in range(len(sampled)) for j in range(i) if abs(matrix[i, j]) > least]
+    return [(sampled[j].name, sampled[i].name, float(matrix[i, j])) for i, j in pairs]
 
 
 def stated_correlations(groups: Sequence[Normal]) -> list[tuple[str, str, float]]:

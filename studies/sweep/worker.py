@@ -55,24 +55,24 @@ class Worker:
     def items(self, start: int, stop: int) -> Arrays:
         """Outputs by name of the items with the numbers ``start`` to ``stop`` - 1, the first axis is the item."""
         sweep, points, count = self.sweep, self._points(start, stop), stop - start
-        of_roots = sweep.wanted(ROOTS)
+        of_roots = sweep.outputs_from(ROOTS)
         roots = self._roots(start, stop) if of_roots else None
         outputs: Arrays = {one.name: one.function(roots) for one in of_roots}
-        outputs |= self._compute_from_modes(points.harmless, start, count) if sweep.wanted(MODE) else {}
+        outputs |= self._compute_from_modes(points.harmless, start, count) if sweep.outputs_from(MODE) else {}
         outputs |= {
-            one.name: self._compute_from_models(one, points.harmless, start, count) for one in sweep.wanted(MODEL)
+            one.name: self._compute_from_models(one, points.harmless, start, count) for one in sweep.outputs_from(MODEL)
         }
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():
             array[points.refused.mask] = np.nan
-        for one in sweep.wanted(PARAMETERS):
+        for one in sweep.outputs_from(PARAMETERS):
             values = one.function(points.values)
             outputs[one.name] = np.stack([np.broadcast_to(values[key], count) for key in self.sampler.nominal], -1)
         outputs["impossible"] = points.refused.mask.astype(float)
         if not sweep.speeds:  # one speed, or none, of its own for each item: no axis
             outputs |= {name: outputs[name][:, 0] for name in sweep.outputs if OUTPUTS[name].by_speed}
-        return {name: outputs[name] for name in stored(sweep)}
+        return {name: outputs[name] for name in stored_names(sweep)}
 
     def _points(self, start: int, stop: int) -> Points:
         points = self.sampler.points(start, stop)
@@ -112,7 +112,7 @@ class Worker:
             for k in [k for k, name in enumerate(self.modes) if name in rules.names]:
                 own = (found.second == NONE) & (found.first == rules.names.index(self.modes[k]))
                 pairs[:, :, k] = named_pair(found.values, own)
-        return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.wanted(MODE)}
+        return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.outputs_from(MODE)}
 
     def _compute_from_models(self, output: Output, points: Points, start: int, count: int) -> Array:
         """Values (count, ...) of an output of models, of the items from number ``start`` on."""
@@ -149,10 +149,14 @@ def named_pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
     return found
 
 
-def stored(sweep: Sweep) -> tuple[str, ...]:
+def stored_names(sweep: Sweep) -> tuple[str, ...]:
     """Names of the arrays of a sweep: its outputs, and what is told of each bicycle and of each draw."""
-    tyre = any("tyre" in table for table in sweep.model.get("effects", {}).values())
-    return (*sweep.outputs, *(["tyre_extrapolated"] if tyre else []), *(["impossible"] if sweep.random else []))
+    names = list(sweep.outputs)
+    if any("tyre" in table for table in sweep.model.get("effects", {}).values()):
+        names.append("tyre_extrapolated")
+    if sweep.random:
+        names.append("impossible")
+    return tuple(names)
 
 
 def block_items(sweep: Sweep) -> int:
@@ -162,7 +166,7 @@ def block_items(sweep: Sweep) -> int:
 
 def slow(sweep: Sweep) -> bool:
     """True if bicycles are tracked one by one."""
-    return bool(sweep.wanted(MODE, MODEL))
+    return bool(sweep.outputs_from(MODE, MODEL))
 
 
 _workers: dict[str, Worker] = {}  # of this process, the latest few

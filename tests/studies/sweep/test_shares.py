@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.sweep import Normal, Varied, correlated, shares, stated_correlations
+from studies.sweep import Normal, Varied, find_correlated, shares, stated_correlations
 
 
 def drawn(*columns):
@@ -79,10 +79,10 @@ def test_correlations_are_found_and_chance_is_not():
     rng = np.random.default_rng(4)
     x, noise = rng.normal(size=(2, 2000))
     varied = drawn(x, noise, 0.6 * x + 0.8 * rng.normal(size=2000))
-    ((first, second, r),) = correlated(varied, np.ones((1, 2000), bool))
+    ((first, second, r),) = find_correlated(varied, np.ones((1, 2000), bool))
     assert (first, second) == ("x1", "x3")
     assert r == pytest.approx(6 / np.pi * np.arcsin(0.3), abs=0.05)  # Spearman's of a normal pair (Pearson 1907)
-    assert correlated(varied[:2], np.ones((1, 2000), bool)) == []
+    assert find_correlated(varied[:2], np.ones((1, 2000), bool)) == []
     group = Normal(("xB", "zB"), (0.3, -1.0), ((0.02, 0.0), (-0.015, 0.02)))
     ((first, second, r),) = stated_correlations([group, Normal(("mB",), (80.0,), ((2.0,),))])
     assert (first, second) == ("xB", "zB")
