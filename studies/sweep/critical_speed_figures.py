@@ -154,23 +154,28 @@ def _draw_rows(drawn: Drawn, name: str) -> None:
                 label=f"{limit_words(mode, change)} ({have} of {possible.sum()})",
                 markerfacecolor=colour if change == CHANGES[0] else "white",
             )
-        for row, number in enumerate(possible):
-            have = table[(table["row"] == row) & (table["occurrence"] == 1)]["have_it"].min()
-            words = "all impossible" if not number else "none" if np.isnan(have) else f"{have} of {number}"
-            axes.text(
-                1.005,
-                row,
-                "" if have == number else words,
-                transform=axes.get_yaxis_transform(),
-                fontsize=7.5,
-                va="center",
-                color="0.35",
-            )
+        _write_counts(axes, table, possible)
         axes.set_yticks(range(len(names)), names, fontsize=8)
         axes.set(ylim=(len(names) - 0.4, -0.6), xlabel="Critical speed, m/s")
         canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         drawn.title(canvas, name, title, width - 0.5)
     drawn.table(name, table)
+
+
+def _write_counts(axes: Any, table: pd.DataFrame, possible: Array) -> None:
+    """Write beside each row how many of its ``possible`` (cells,) bicycles have a first critical speed, if not all."""
+    for row, number in enumerate(possible):
+        have = table[(table["row"] == row) & (table["occurrence"] == 1)]["have_it"].min()
+        words = "all impossible" if not number else "none" if np.isnan(have) else f"{have} of {number}"
+        axes.text(
+            1.005,
+            row,
+            "" if have == number else words,
+            transform=axes.get_yaxis_transform(),
+            fontsize=7.5,
+            va="center",
+            color="0.35",
+        )
 
 
 def _tabulate_rows(stored: Stored, ends: Sequence[float], possible: Array) -> pd.DataFrame:

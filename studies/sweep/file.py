@@ -109,38 +109,29 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
     """Build a sweep from the content of a sweep file; files it names are relative to ``folder``."""
     settings = schema.read(sweep_table(), content, dotted=True)
     grid, sampled = dict(settings["grid"]), dict(settings["sampled"])
-    model_content, model_folder = settings["model"], folder
-    if isinstance(model_content, str):
-        path = folder / model_content
-        model_content = read_toml(path, "model file", where=f"model = {path.as_posix()!r}")
-        model_folder = path.parent
+    model_content, model_folder = _read_model(settings["model"], folder)
     bicycles: tuple[Bicycle, ...] = ()
     if BICYCLE in grid:
         bicycles = _bicycle_axis(grid.pop(BICYCLE), folder, allow_unusual=allows_unusual(model_content))
-        model_content = {"bicycle": {key: bicycles[0][key] for key in UNITS}} | dict(model_content)
+        model_content = {"bicycle": _parameters_of(bicycles[0])} | dict(model_content)
     nominal = build_model(model_content, folder=model_folder)
-    model = {key: value for key, value in model_content.items() if key != "description"}
-    model["bicycle"] = {key: nominal.bicycle[key] for key in UNITS}
-    effects = {name: located(table, model_folder) for name, table in model.get("effects", {}).items()}
-    model |= {"effects": effects} if "effects" in model else {}
-    tyre = next((t for t in effects.values() if any(key in t for key in TYRE_KEYS)), None)
+    model = _locate_files(model_content, nominal, model_folder)
+    effects = model.get("effects", {})
+    tyre = _find_tyre(effects)
+
     allowed = variable_names(nominal, values_of_tyres(effects))
     axes, speeds = _read_grid(grid, allowed, folder)
     options = schema.read(OPTIONS, sampled, section="sampled", dotted=True)
-    own_sd = _stated_sd(bicycles) if bicycles and options["bicycle_sd"] else {}
+    bicycle_sd = _stated_sd(bicycles) if bicycles and options["bicycle_sd"] else {}
     if bicycles:
         sampled.pop("bicycle_sd", None)
     normals, uniforms = _Sampled(allowed, nominal, tyre or {}).read(sampled, [axis.name for axis in axes])
-    axes = (*([GridAxis(BICYCLE, tuple(one.name for one in bicycles))] if bicycles else []), *axes)
+    if bicycles:
+        axes = (GridAxis(BICYCLE, tuple(bicycle.name for bicycle in bicycles)), *axes)
     if not allows_unusual(model):
-        numbers = {axis.name: axis.values for axis in axes} | {u.name: (u.low, u.high) for u in uniforms}
-        numbers |= {name: (mean,) for one in normals for name, mean in zip(one.names, one.mean, strict=True)}
-        refuse_absurd_values(nominal, numbers)
-    covariance, relative = options["tyre_covariance"], options["relative_cornering_stiffness_sd"]
-    if covariance and tyre is None:
-        raise InputError("sampled.tyre_covariance needs a measured tyre: give tyre and pressure_bar in the model file")
-    if relative and not covariance:
-        raise InputError("sampled.relative_cornering_stiffness_sd does nothing without tyre_covariance = true")
+        _refuse_absurd(nominal, axes, normals, uniforms)
+    _check_tyre_options(options, tyre)
+
     sweep = Sweep(
         model=model,
         axes=axes,
@@ -149,18 +140,67 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
         seed=settings["seed"],
         normals=normals,
         uniforms=uniforms,
-        tyre_covariance=covariance,
-        relative_cornering_stiffness_sd=relative,
+        tyre_covariance=options["tyre_covariance"],
+        relative_cornering_stiffness_sd=options["relative_cornering_stiffness_sd"],
         outputs=tuple(dict.fromkeys(settings["outputs"])),
         max_speed=settings["max_speed_m_s"],
         quantiles=settings["reduce"]["quantiles"] if "reduce" in settings else None,
         points_per_part=settings["points_per_part"],
-        bicycles={one.name: {key: one[key] for key in UNITS} for one in bicycles},
-        bicycle_sd=own_sd,
+        bicycles={bicycle.name: _parameters_of(bicycle) for bicycle in bicycles},
+        bicycle_sd=bicycle_sd,
     )
     _check_samples(sweep)
     _check_varied(sweep)
     return sweep
+
+
+def _read_model(model: Any, folder: Path) -> tuple[Mapping[str, Any], Path]:
+    """Content of a model, a table or a file in ``folder``, and the folder that its files are relative to."""
+    if not isinstance(model, str):
+        return model, folder
+    path = folder / model
+    return read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
+
+
+def _parameters_of(bicycle: Bicycle) -> dict[str, float]:
+    """Parameters of a bicycle by key, SI."""
+    return {key: bicycle[key] for key in UNITS}
+
+
+def _locate_files(content: Mapping[str, Any], nominal: Model, folder: Path) -> dict[str, Any]:
+    """Content of a model file with the parameters of its bicycle in place of its name, and absolute paths of tyres."""
+    model = {key: value for key, value in content.items() if key != "description"}
+    model["bicycle"] = _parameters_of(nominal.bicycle)
+    if "effects" in model:
+        model["effects"] = {name: located(table, folder) for name, table in model["effects"].items()}
+    return model
+
+
+def _find_tyre(effects: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """Table of the effect that names a measured tyre; None if none does."""
+    for table in effects.values():
+        if any(key in table for key in TYRE_KEYS):
+            return table
+    return None
+
+
+def _refuse_absurd(
+    nominal: Model, axes: tuple[GridAxis, ...], normals: tuple[Normal, ...], uniforms: tuple[Uniform, ...]
+) -> None:
+    """Refuse values of the grid, ends and means of distributions that no bicycle has."""
+    numbers = {axis.name: axis.values for axis in axes}
+    numbers |= {uniform.name: (uniform.low, uniform.high) for uniform in uniforms}
+    for normal in normals:
+        numbers |= {name: (mean,) for name, mean in zip(normal.names, normal.mean, strict=True)}
+    refuse_absurd_values(nominal, numbers)
+
+
+def _check_tyre_options(options: Mapping[str, Any], tyre: Mapping[str, Any] | None) -> None:
+    """Refuse options of drawn tyres that do nothing."""
+    if options["tyre_covariance"] and tyre is None:
+        raise InputError("sampled.tyre_covariance needs a measured tyre: give tyre and pressure_bar in the model file")
+    if options["relative_cornering_stiffness_sd"] and not options["tyre_covariance"]:
+        raise InputError("sampled.relative_cornering_stiffness_sd does nothing without tyre_covariance = true")
 
 
 def _check_samples(sweep: Sweep) -> None:
