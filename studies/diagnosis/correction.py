@@ -1,4 +1,4 @@
-"""What a diagnosis adds to the base model and moves in it: the one object behind its words and its model file."""
+"""Correction of the base model by a diagnosis, effects added and parameters moved: behind its words and model file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -60,7 +60,7 @@ class Correction:
 
     @property
     def moved(self) -> tuple[Moved, ...]:
-        """How far each parameter went, the farthest first."""
+        """Parameters with their values as stated and as fitted, the farthest moved (in prior sd) first."""
         return compare_nuisances(self.fit, self.fit)
 
     @property
@@ -70,7 +70,7 @@ class Correction:
 
 
 def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: str = "") -> Correction:
-    """What is corrected of one ``bicycle`` ("" the one at the top); a ``residual`` torque is of that at the top."""
+    """Correction of one ``bicycle`` ("" the one at the top, which alone has a ``residual`` torque)."""
     whole = _final_fit_as_stated(diagnosis) if residual is None else residual.fit
     bicycles = diagnosis.kind.bicycles(whole)
     _, own = bicycles.get(bicycle, (diagnosis.kind, whole))

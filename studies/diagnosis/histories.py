@@ -47,7 +47,15 @@ from studies.diagnosis.riding import (
     riding_candidates,
 )
 from studies.diagnosis.run_pieces import average_samples, cut_loudest, cut_pieces
-from studies.diagnosis.whitening import ChannelNoise, Marginal, clip_fallen, integrate_starts_out, rough_noise
+from studies.diagnosis.whitening import (
+    ChannelNoise,
+    Marginal,
+    clip_fallen,
+    integrate_starts_out,
+    rough_noise,
+    start_scale,
+    start_sd,
+)
 from studies.inference.evidence import folds
 from studies.inference.fit import ROUGH, Fit, fit
 from studies.inference.judge import Judgement
@@ -63,28 +71,6 @@ SENSORS = {
     "steer_rate_rad_s": ("steer_rate", 0.02), "yaw_rate_rad_s": ("yaw_rate", 0.02),
     "steer_torque_N_m": ("steer_torque", 0.1), "lean_torque_N_m": ("lean_torque", 0.0),
 }  # fmt: skip
-# ---- initial states: they enter linearly, have a wide normal prior and are integrated out ----
-
-# Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1. A joint
-# gives way by a fraction of the lean; wider would veil a new mode.
-START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
-JOINT_START = {"rad/s": 0.5, "rad": 0.05}
-
-
-def start_sd(family: Family) -> Array:
-    """Prior sd (n,) of the initial states of a ``family`` of models, in the units of their states."""
-    weight = sum(family.base.bicycle.static_loads)
-    sds = []
-    for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
-        sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
-        sds.append(sd * (weight if state.forcelike else 1.0) / unit)
-    return np.array(sds)
-
-
-def _start_scale(states: Array, width: int) -> Array:
-    """Prior sd (width,) of all starts: of the ``states`` (n,) as given, of filters and splines, which follow, 1."""
-    return np.concatenate([states, np.ones(width - len(states))])
-
 
 # ---- the kind ----
 
@@ -108,6 +94,7 @@ class Histories(BicycleKind, kind="histories"):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
+        """Runs of the table ``content``; motors are taken out of the model if the steer torque was recorded."""
         runs, noise, notes = read_runs(content, folder)
         if any(STEER_TORQUE in {**run.inputs, **run.channels} for run in runs):
             common, motor_notes = without_motors(content, common)
@@ -204,10 +191,12 @@ class Histories(BicycleKind, kind="histories"):
 
     @property
     def speeds(self) -> Array:
+        """Mean speed (R,) of each run, m/s."""
         return np.array([run.speed for run in self.runs])
 
     @property
     def recordings(self) -> tuple[str, ...]:
+        """Names of the runs."""
         return tuple(run.name for run in self.runs)
 
     # ---- physics ----
@@ -229,12 +218,12 @@ class Histories(BicycleKind, kind="histories"):
         return Replay(self.runs, channels, self._find_courses)
 
     def _find_courses(self) -> Mapping[str, Course]:
-        """Course of each torque of the ride by identifier: as set, else as estimated from the runs."""
+        """Sd (N m or N) and cadence (Hz) of each torque of the ride by identifier: as set, else as estimated."""
         return self._estimated_courses if self.courses is None else self.courses
 
     @cached_property
     def _estimated_courses(self) -> dict[str, Course]:
-        """Most probable course of each torque of the ride by identifier, next to the base model or :attr:`ridden`."""
+        """Most probable sd and cadence of each torque of the ride by identifier, with the base model or ``ridden``."""
         candidates, theta = self.ridden or ((), self.nominal)
         courses = {
             torque.identifier: self._estimate_course(torque, candidates, theta) for torque in riding_candidates()
@@ -245,7 +234,7 @@ class Histories(BicycleKind, kind="histories"):
         return courses
 
     def _settle_course(self, torque: Candidate, courses: dict[str, Course]) -> dict[str, Course]:
-        """Copy of ``courses`` with that of ``torque`` estimated again after fits with it, until its sd shrinks no more.
+        """Copy of ``courses`` with sd and cadence of ``torque`` estimated anew after fits with it, until they settle.
 
         A base model that is far off leaves much that is no torque of the ride: the first estimates are too large.
         """
@@ -259,7 +248,7 @@ class Histories(BicycleKind, kind="histories"):
         return courses
 
     def _estimate_course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
-        """Most probable course of one ``torque`` of the ride next to ``candidates`` at ``theta`` (p,)."""
+        """Most probable sd and cadence of one ``torque`` of the ride next to ``candidates`` at ``theta`` (p,)."""
         marginal, columns = self._respond_to_torque(torque, candidates, theta)
         weight = sum(self.model.bicycle.static_loads)
         return find_course(torque.identifier, marginal.residual, columns, weight * SIZES)
@@ -407,7 +396,7 @@ class Histories(BicycleKind, kind="histories"):
 
         ``free`` (R, C, T, k) are responses to initial states, ``states`` (n,) the prior sd of the first n.
         """
-        scale = _start_scale(states, free.shape[-1])
+        scale = start_scale(states, free.shape[-1])
         phi = self._whiten(free) * scale
         n = phi.shape[-1]
         if {"bias", "drift"} & {c.identifier for c in candidates}:
@@ -447,7 +436,11 @@ class Histories(BicycleKind, kind="histories"):
         return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
 
     def estimate_noise(self, best: Any) -> "Histories":
-        """Copy with the noise of ``best.residual`` (n,), a stated sd kept; torques of the ride join this fit."""
+        """Copy with sd (unless stated) and colour of the noise as in ``best.residual`` (n,), whitened by the old noise.
+
+        Sizes of torques of the ride are estimated next to the effects of ``best`` from then on, if it may be trusted in
+        that: it has no effect, or such a torque.
+        """
         series = np.array(self.rows.series)
         noise = {}
         for name, rough in self.noise.items():
@@ -495,7 +488,7 @@ class Histories(BicycleKind, kind="histories"):
         marginal = self._integrate_starts(family, candidates, theta)
         states = start_sd(family)
         free = self.replay_of((channel,)).free(family, theta)[1][:, 0]
-        free = free * _start_scale(states, free.shape[-1])
+        free = free * start_scale(states, free.shape[-1])
         white = self._white_slopes(family, theta, marginal.start)
         uncertain, last = free.shape[-1] - len(states), marginal.start.shape[1]
         places = [*range(len(states)), *range(last - uncertain, last)]  # filters of the recorded channels lie between
@@ -509,9 +502,11 @@ class Histories(BicycleKind, kind="histories"):
     # ---- report ----
 
     def figures(self) -> dict[str, Figure]:
+        """Figure of measured and computed signals before and after, by its name."""
         return {"before_after": TRACES}
 
     def held_out_data(self) -> "Histories | None":
+        """The runs that are held out of every fit, with the same noise; None if there are none."""
         return replace(self, runs=self.unseen, unseen=()) if self.unseen else None
 
     def residuals_by_channel(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
@@ -594,4 +589,5 @@ class ReplayedTorque(Histories, kind="replay", table="histories"):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> Histories:
+        """Runs of the table ``content`` whose steer torque is an input."""
         return super().read({"input": STEER_TORQUE, **content}, folder, common)

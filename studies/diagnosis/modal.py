@@ -294,6 +294,7 @@ class Modal(BicycleKind, kind="modal"):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Modal":
+        """Points of the table that ``content`` names; parameters that are columns there get no uncertainty."""
         uncertainty = dict(common["uncertainty"])
         points, notes = _read_points(read(cls.keys, content, section="modal"), folder, common["model"], uncertainty)
         uncertainty |= {key: 0.0 for key, _ in points[0].settings}

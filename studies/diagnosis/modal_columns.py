@@ -25,7 +25,7 @@ SD = "_sd"
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a column may hold: its ``names``, its units with their factors to SI, and the ``column`` of the table."""
+    """Quantity that a column may hold."""
 
     names: tuple[str, ...]  # headings that people write
     units: Mapping[str, float]  # factor to SI by unit

@@ -57,7 +57,7 @@ class _ModeRows:
 
     @property
     def scatter(self) -> Repeats:
-        """Their scatter about a line over speed, with its degrees of freedom."""
+        """Sd of each row by its scatter about the law of its neighbours in speed, degrees of freedom, and outliers."""
         return repeats(self.speeds, self.values, self.stated_sd)
 
 

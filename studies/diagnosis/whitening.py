@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from studies.diagnosis.family import Family
 from tyre.ground.arrays import Array
 
 LARGEST_SIGNAL = 1e12  # of a simulated signal: the trial bicycle has fallen
@@ -63,6 +64,29 @@ def rough_noise(channels: list[Array]) -> ChannelNoise:
     rough = np.sqrt(np.mean([np.var(np.diff(x, 2)) / 6 for x in channels]))
     floor = 1e-3 * np.sqrt(np.mean([np.var(x) for x in channels]))
     return ChannelNoise(float(max(rough, floor)))
+
+
+# ---- initial states: they enter linearly, have a wide normal prior and are integrated out ----
+
+# Prior sd of an initial state by its unit, of forces and moments in weights and weights times m; of others 1. A joint
+# gives way by a fraction of the lean; wider would veil a new mode.
+START = {"rad/s": 3.0, "m/s": 2.0, "N": 0.3, "N m": 0.1, "rad": 0.5}
+JOINT_START = {"rad/s": 0.5, "rad": 0.05}
+
+
+def start_sd(family: Family) -> Array:
+    """Prior sd (n,) of the initial states of a ``family`` of models, in the scaled units of its states."""
+    weight = sum(family.base.bicycle.static_loads)
+    sds = []
+    for state, unit in zip(family.symbolic.declared.states, family.models.scale, strict=True):
+        sd = (JOINT_START if state.joint else START).get(state.unit, 1.0)
+        sds.append(sd * (weight if state.forcelike else 1.0) / unit)
+    return np.array(sds)
+
+
+def start_scale(states: Array, width: int) -> Array:
+    """Prior sd (width,) of all starts: of the ``states`` (n,) as given, of filters and splines, which follow, 1."""
+    return np.concatenate([states, np.ones(width - len(states))])
 
 
 class Marginal(NamedTuple):

@@ -68,6 +68,6 @@ class AcceptanceCheck:
 
     @property
     def complaint(self) -> str:
-        """What a sentence says if the rule is not met."""
+        """Words of a sentence that says that the rule is not met."""
         words = vars(RULES) | {"culprit": self.culprit or self.figure}
         return ACCEPTANCE_RULES[self.rule].complaint.format_map(words)

@@ -41,7 +41,11 @@ class Hypotheses:
     kind: Kind
 
     def log_posterior(self, hypothesis: Fit) -> float:
-        """Log evidence of a ``hypothesis`` plus its log prior: half for the null, the rest by weights of effects."""
+        """Log evidence of a ``hypothesis`` plus its log prior, without the constant that all share.
+
+        The null has 1/2, sets of k effects have 1/2^k together, shared by the products of their weights; an effect of a
+        size that seldom occurs costs the factor RULES.seldom more.
+        """
         k = len(hypothesis.candidates)
         if not k:
             return hypothesis.log_evidence + math.log(0.5)
@@ -175,7 +179,11 @@ def fit_hypothesis(
 
 
 def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
-    """Fit the null and each candidate of ``kind`` alone; ``progress`` is called with the name of each."""
+    """Fit the null and each candidate of ``kind`` alone, and refit those that stopped in a local optimum.
+
+    These are fits worse than the null, fits that are poor throughout, and the worse of one family. ``progress`` is
+    called with the name of each.
+    """
     progress("parameters only")
     null = fit(kind, patient=True)
     fits = []
@@ -193,7 +201,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
 
 
 def _refit_within_families(hypotheses: Hypotheses) -> Hypotheses:
-    """Refit single effects from the parameters of the best fit of their family: effects of one family do alike."""
+    """Refit single effects that fit clearly worse than the best of their family, from the parameters of that one."""
     refits = []
     for f in hypotheses.fits:
         best = min((other for other in hypotheses.fits if other.family == f.family), key=lambda other: other.objective)
@@ -225,7 +233,7 @@ def _turns(kind: Kind) -> tuple[int, int]:
 
 
 def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
-    """If no single hypothesis fits the data, refit the best of them from other starts, guided by easier problems."""
+    """If no single effect fits the data, refit the best ones from other starts, until one fits the data."""
     if not hypotheses.fits or hypotheses.any_fits_data:
         return hypotheses
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
@@ -276,7 +284,7 @@ def _converge_leaders(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
-    """Fit soft joints that improve on nothing from several softnesses: a loose body resonates in each of them.
+    """Refit each soft joint that alone fits better than the null from several softnesses: each has its resonance.
 
     Needed by test_on_a_spring::test_the_softness_is_found_though_a_slight_and_a_typical_one_lead_elsewhere.
     """
@@ -296,7 +304,10 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
-    """Enlarge the best hypothesis by one effect at a time, as long as odds and held-out score clearly gain."""
+    """Enlarge the best hypothesis by one effect at a time, as long as odds and held-out score clearly gain.
+
+    Returns all hypotheses and their leader, None if nothing is to be explained.
+    """
     hypotheses = _retry_soft_joints(_converge_leaders(hypotheses))
     if not hypotheses.fits or hypotheses.p_nothing >= RULES.nothing:
         return hypotheses, None
@@ -425,17 +436,20 @@ def _choose_leader(kind: Kind, fits: Sequence[Fit]) -> Fit:
 
 
 def _filter_nameable(kind: Kind, fits: Iterable[Fit]) -> list[Fit]:
-    """Keep the ``fits`` that may be named, in their order."""
+    """Keep the admissible ``fits`` of a size that occurs, or of one that seldom occurs and explains the data."""
     return [f for f in fits if f.admissible and (f.physical or _explains_at_unusual_size(kind, f))]
 
 
 def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
-    """True if one size seldom occurs and what the fit leaves is white noise."""
+    """True if one size of ``f`` seldom occurs, it fits the data and its residuals are white."""
     return f.seldom_count == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
 
 
 def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
-    """Fit each parent with one candidate more: those whose first step promises most, unless they are fitted already."""
+    """Copy of ``hypotheses`` with each parent enlarged by one candidate: by those whose first step promises most.
+
+    Enlarged ones that fit worse than their parts, and parts that may fit better, are refitted as well.
+    """
     tried = {f.identifiers for f in hypotheses.fits}
     enlarged: list[Fit] = []
     parents = list(parents)
@@ -492,7 +506,7 @@ def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = 
 
 
 def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
-    """Refit the parts of the best ``larger`` hypotheses from where these ended, one effect removed at a time."""
+    """Refit parts of the best ``larger`` hypotheses, one effect less, from there, unless they fit the data."""
     parts: list[Fit] = []
     for f in sorted(larger, key=lambda f: -hypotheses.log_posterior(f))[: RULES.beam]:
         for dropped in f.candidates:

@@ -1,4 +1,4 @@
-"""Where the fit of a hypothesis begins: starts that promise most, by one evaluation or one Gauss-Newton step."""
+"""Starts of the fit of a hypothesis: those that promise most by one evaluation or one Gauss-Newton step."""
 
 import math
 from collections.abc import Sequence

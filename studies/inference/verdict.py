@@ -132,7 +132,7 @@ class Verdict:
 
     @property
     def look_alike(self) -> Judged | None:
-        """What comes nearest to explaining the data, if nothing is named and any effect does."""
+        """Hypothesis that comes nearest to explaining the data if nothing is named; None if it has no effect."""
         found = self.nearest or self.judged
         return found if found is not None and found.name != NOTHING else None
 
