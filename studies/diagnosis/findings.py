@@ -125,11 +125,11 @@ class Attempts:
 @one_blas_thread()
 def find(diagnosis: Diagnosis) -> Findings:
     """All but the variants of a ``diagnosis``, which take as long as it took itself."""
-    known, final, kind, attempt = diagnosis.hypotheses, diagnosis.final, diagnosis.kind, Attempts()
+    hypotheses, final, kind, attempt = diagnosis.hypotheses, diagnosis.final, diagnosis.kind, Attempts()
     if diagnosis.quick:
         return Findings(
             story=attempt("story", lambda: tell(diagnosis), None),
-            moved=compare_nuisances(known.null, final),
+            moved=compare_nuisances(hypotheses.null, final),
             where=attempt("where", lambda: farthest_off(diagnosis), None),
             failed=attempt.failed,
         )
@@ -139,22 +139,22 @@ def find(diagnosis: Diagnosis) -> Findings:
     together = fits(diagnosis.verdict)
     # If all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left out
     names = [p.part for p in parts if p.contradicts or not together]
-    between, further = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
+    between, separations = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
     alike = attempt("look-alikes", lambda: look_alikes(diagnosis), None)
     best = alike.best_single[0] if alike and alike.best_single else ""
-    seen = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque, best), ())
-    chi2_seen = [(one.numbers, one.chi2) for one in seen]
+    predictions = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque, best), ())
+    predicted_chi2 = [(one.numbers, one.chi2) for one in predictions]
     return Findings(
-        story=attempt("story", lambda: tell(diagnosis, chi2_seen, torque, alike), None),
+        story=attempt("story", lambda: tell(diagnosis, predicted_chi2, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
-        moved=compare_nuisances(known.null, final),
+        moved=compare_nuisances(hypotheses.null, final),
         between=between,
-        further=further,
+        further=separations,
         parts=parts,
         joint_fits=together,
-        limits=attempt("what could still be there", lambda: upper_limits(kind, known, final), ()),
+        limits=attempt("what could still be there", lambda: upper_limits(kind, hypotheses, final), ()),
         doubts=attempt("doubts", lambda: doubts(diagnosis, fit_of_torque), ()),
-        predicted=seen,
+        predicted=predictions,
         without=attempt("parts", lambda: without_each(kind, names, single_out=not together), {}),
         torque=torque,
         no_torque=no_torque,
@@ -183,8 +183,8 @@ def with_stability(
             return stability(diagnosis, run=pool.map, progress=progress)
 
     attempt = Attempts()
-    found = attempt("variants", judged, None)
-    return replace(findings, stability=found, failed={**findings.failed, **attempt.failed})
+    variants = attempt("variants", judged, None)
+    return replace(findings, stability=variants, failed={**findings.failed, **attempt.failed})
 
 
 # ---------------------------------------------------------------------- what to tell apart next
@@ -192,24 +192,24 @@ def with_stability(
 
 def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     """The leader and its rival; fewer than two if nothing is to be told apart."""
-    known, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
-    able = _able(judgement) if word == "unknown" else [f for f in _rank_all(known) if f.admissible]
-    if word == "none" and len(able) < 2:
-        able = [
-            f for f in _rank_all(known) if f.converged
+    hypotheses, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
+    ranked = _able(judgement) if word == "unknown" else [f for f in _rank_all(hypotheses) if f.admissible]
+    if word == "none" and len(ranked) < 2:
+        ranked = [
+            f for f in _rank_all(hypotheses) if f.converged
         ]  # data that limit no size leave it open whether there is one
     if word in ("none", "unknown"):
-        return tuple(f for f in able[:2] if known.odds(able[0], f) < RULES.hopeless_odds)
+        return tuple(f for f in ranked[:2] if hypotheses.odds(ranked[0], f) < RULES.hopeless_odds)
     if word == "tentative" and (
-        known.p_nothing >= RULES.nothing or any(c.rule in AGAINST_NOTHING for c in judgement.verdict.failed)
+        hypotheses.p_nothing >= RULES.nothing or any(c.rule in AGAINST_NOTHING for c in judgement.verdict.failed)
     ):
-        return (final, known.null)
-    return (final, *[f for f in able if f is not final and known.odds(final, f) < RULES.hopeless_odds][:1])
+        return (final, hypotheses.null)
+    return (final, *[f for f in ranked if f is not final and hypotheses.odds(final, f) < RULES.hopeless_odds][:1])
 
 
-def _rank_all(known: Hypotheses) -> list[Fit]:
+def _rank_all(hypotheses: Hypotheses) -> list[Fit]:
     """Nothing and all hypotheses, most probable first; all may be too improbable for a number, not for a logarithm."""
-    return sorted((known.null, *known.fits), key=lambda f: -known.log_posterior(f))
+    return sorted((hypotheses.null, *hypotheses.fits), key=lambda f: -hypotheses.log_posterior(f))
 
 
 def _able(judgement: Judgement) -> list[Fit]:
@@ -221,12 +221,12 @@ def _able(judgement: Judgement) -> list[Fit]:
 def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
     """Which hypotheses are to be told apart, and what would, best first; little gain is no advice beside a name."""
     verdict, rivals = diagnosis.verdict, leading_two(diagnosis)
-    between, further = verdict.equivalent, verdict.separating_measurements
+    between, separations = verdict.equivalent, verdict.separating_measurements
     if len(between) < 2 or diagnosis.hypotheses.null in rivals:
         between = tuple(f.name for f in rivals)
-        further = tuple(rank_measurements(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
+        separations = tuple(rank_measurements(diagnosis.kind, list(rivals))) if len(rivals) > 1 else ()
     least = 1.0 if verdict.verdict in ("named", "none") else 0.05  # sd
-    return between, tuple(s for s in further if s.gain >= least)
+    return between, tuple(s for s in separations if s.gain >= least)
 
 
 # ---------------------------------------------------------------------- runs that were never fitted
@@ -240,14 +240,14 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "")
     unseen = diagnosis.kind.held_out_data()
     if unseen is None:
         return ()
-    known = diagnosis.hypotheses
-    fits_ = {"nuisance_only": known.null, "final": diagnosis.final}
+    hypotheses = diagnosis.hypotheses
+    fits_ = {"nuisance_only": hypotheses.null, "final": diagnosis.final}
     fits_ |= {} if diagnosis.alone is None else {"effect_alone": diagnosis.alone}
     fits_ |= {} if torque is None else {"with_torque": torque}
-    best = known.find(frozenset({single})) if single else None
+    best = hypotheses.find(frozenset({single})) if single else None
     fits_ |= {} if best is None else {"single_effect": best}
-    told = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
-    return tuple(replace(one, single=single) for one in told)
+    predictions = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
+    return tuple(replace(one, single=single) for one in predictions)
 
 
 def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
@@ -255,30 +255,30 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
 
     On runs that were never fitted if there are such, else on the data that they were fitted to.
     """
-    known, verdict = diagnosis.hypotheses, diagnosis.verdict
+    hypotheses, verdict = diagnosis.hypotheses, diagnosis.verdict
     if verdict.verdict != "unknown":
         return None
-    usable = [f for f in known.rank(1) if f.converged and not f.candidates[0].absorbs]
+    usable = [f for f in hypotheses.rank(1) if f.converged and not f.candidates[0].absorbs]
     if (
         diagnosis.kind.held_out_data() is not None
     ):  # a bias is integrated out of each run, of these too: it predicts nothing
         usable = [f for f in usable if f.candidates[0].unknowns]
-    nearest = None if verdict.look_alike is None else known.find(frozenset(verdict.look_alike.name.split("+")))
-    fits_ = [known.null, *usable, *([nearest] if nearest else [])]
+    nearest = None if verdict.look_alike is None else hypotheses.find(frozenset(verdict.look_alike.name.split("+")))
+    fits_ = [hypotheses.null, *usable, *([nearest] if nearest else [])]
     gaps, unseen = _gaps(diagnosis, fits_)
     if not gaps:
         return None
-    adjusted = gaps[known.null]
+    adjusted = gaps[hypotheses.null]
     if nearest is None and usable:
         nearest = min(usable, key=lambda f: gaps[f])
-    left = adjusted if nearest is None else gaps[nearest]
+    remaining_share = adjusted if nearest is None else gaps[nearest]
     singles = sorted(((f.name, gaps[f]) for f in usable), key=lambda single: single[1])
     return LookAlikes(
         unseen=unseen,
         adjusted=adjusted,
         nearest=nearest.name if nearest else "",
-        left=left,
-        singles=tuple((name, share) for name, share in singles if share <= 2 * left and share < adjusted),
+        left=remaining_share,
+        singles=tuple((name, share) for name, share in singles if share <= 2 * remaining_share and share < adjusted),
         best_single=singles[0] if singles else None,
         tried=len(usable),
     )
@@ -291,37 +291,42 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
         count, base = len(diagnosis.nominal), float(diagnosis.nominal @ diagnosis.nominal)
         chi2 = {f: f.chi2 for f in fits_}
     else:
-        told = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})
-        count, base = sum(one.numbers for one in told), sum(one.chi2["nominal"] for one in told)
-        chi2 = {f: sum(one.chi2[str(k)] for one in told) for k, f in enumerate(fits_)}
+        predictions = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})
+        count, base = sum(one.numbers for one in predictions), sum(one.chi2["nominal"] for one in predictions)
+        chi2 = {f: sum(one.chi2[str(k)] for one in predictions) for k, f in enumerate(fits_)}
     whole = base / count - 1
     if not 0 < whole < math.inf:
         return {}, unseen is not None
     return {f: math.sqrt(max(0.0, x / count - 1) / whole) for f, x in chi2.items()}, unseen is not None
 
 
-def predict(unseen: Kind, found: Mapping[str, Found]) -> tuple[Predicted, ...]:
+def predict(unseen: Kind, fits_by_model: Mapping[str, Found]) -> tuple[Predicted, ...]:
     """Predict by fits, by the name of their model, data that they have not seen, part by part."""
-    told = []
-    for part, own, whole in unseen.split_parts():
-        models: dict[str, Found] = {"nominal": ((), {u.name: np.array([u.centre]) for u in whole.nuisances}), **found}
+    predictions = []
+    for part, part_kind, whole in unseen.split_parts():
+        models: dict[str, Found] = {
+            "nominal": ((), {u.name: np.array([u.centre]) for u in whole.nuisances}),
+            **fits_by_model,
+        }
         chi2: dict[str, float] = {}
         rms: dict[str, dict[str, float]] = {}
-        left: dict[str, Array] = {}
+        residuals: dict[str, Array] = {}
         for model, (candidates, coordinates) in models.items():
-            kept, theta = here(whole, candidates, coordinates)
-            if whole is not own:
-                kept, places = whole.restrict_to_part(0, kept)
+            acting, theta = here(whole, candidates, coordinates)
+            if whole is not part_kind:
+                acting, places = whole.restrict_to_part(0, acting)
                 theta = theta[places]
-            residual, _ = own.residual(kept, theta, slopes=False)
+            residual, _ = part_kind.residual(acting, theta, slopes=False)
             squared = float(residual @ residual)
             chi2[model] = squared if math.isfinite(squared) else math.inf
-            left = own.residuals_by_channel(kept, theta)
-            for name, rest in left.items():
-                rms.setdefault(name, {})[model] = float(np.sqrt(np.mean(rest**2)))
-        count = len(own.rows.places)
-        told.append(Predicted(part, own.recordings, count, chi2, rms, own.channel_noise_sd(left)))
-    return tuple(told)
+            residuals = part_kind.residuals_by_channel(acting, theta)
+            for name, channel_residual in residuals.items():
+                rms.setdefault(name, {})[model] = float(np.sqrt(np.mean(channel_residual**2)))
+        count = len(part_kind.rows.places)
+        predictions.append(
+            Predicted(part, part_kind.recordings, count, chi2, rms, part_kind.channel_noise_sd(residuals))
+        )
+    return tuple(predictions)
 
 
 def coordinates_of(hypothesis: Fit) -> Found:
@@ -333,6 +338,6 @@ def coordinates_of(hypothesis: Fit) -> Found:
 
 def here(kind: Kind, candidates: tuple[Candidate, ...], at: Mapping[str, Array]) -> tuple[tuple[Candidate, ...], Array]:
     """Candidates that concern a ``kind``, and its coordinates among those that :func:`coordinates_of` gives."""
-    kept = tuple(c for c in candidates if kind.concerns(c))
-    sizes = (at[c.identifier] for c in kept)
-    return kept, np.concatenate([*(at[u.name] for u in kind.nuisances), *sizes, np.zeros(0)])
+    acting = tuple(c for c in candidates if kind.concerns(c))
+    sizes = (at[c.identifier] for c in acting)
+    return acting, np.concatenate([*(at[u.name] for u in kind.nuisances), *sizes, np.zeros(0)])

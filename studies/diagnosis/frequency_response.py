@@ -146,27 +146,27 @@ Points = tuple[list[ResponsePoint], list[str]]
 """Points and notes on what was assumed."""
 
 
-def _read_wide(path: Path, given: Mapping[str, Any]) -> Points:
+def _read_wide(path: Path, settings: Mapping[str, Any]) -> Points:
     """Points of a simulation: a row per frequency, two columns per output."""
     for key in ("speed_m_s", "relative_sd"):
-        if key not in given:
+        if key not in settings:
             raise InputError(f"[frequency_response]: {path} is {WIDE}, which does not hold it: write {key} = ...")
-    share, speed = given["relative_sd"], given["speed_m_s"]
+    share, speed = settings["relative_sd"], settings["speed_m_s"]
     header = path.read_text(encoding="utf-8-sig").partition("\n")[0].split(",")
     columns = read_columns(path, numbers=[name.strip() for name in header], needed=("frequency_Hz",)).numbers
     sources = {column(name, SI[quantity]): name for name, quantity in INPUTS.items()}
-    shown = {column(name, SI[quantity]): name for name, quantity in OUTPUTS.values()}
+    output_columns = {column(name, SI[quantity]): name for name, quantity in OUTPUTS.values()}
     points: list[ResponsePoint] = []
-    left: list[str] = []
+    unread: list[str] = []
     for name, size in columns.items():
         match = re.fullmatch(r"(\w+?)_per_(\w+)", name)
         if match is None:
             continue
         if match[2] not in sources:
             raise InputError(f"{path}: {name}: a response to {match[2]} is not compared; known: {', '.join(sources)}")
-        output = shown.get(match[1])
+        output = output_columns.get(match[1])
         if output is None or f"{output}_phase_rad" not in columns:
-            left.append(name)
+            unread.append(name)
             continue
         gains = size * np.exp(1j * columns[f"{output}_phase_rad"])
         points += [
@@ -174,24 +174,24 @@ def _read_wide(path: Path, given: Mapping[str, Any]) -> Points:
             for f, h in zip(columns["frequency_Hz"], gains, strict=True)
         ]
     if not points:
-        raise InputError(f"{path}: no output that is compared; known: {', '.join(shown)}")
+        raise InputError(f"{path}: no output that is compared; known: {', '.join(output_columns)}")
     notes = [f"{path.name} is {WIDE}: {share:.2g} of each gain is taken as its standard deviation"]
-    return points, notes + ([f"{path.name}: not compared: {', '.join(left)}"] if left else [])
+    return points, notes + ([f"{path.name}: not compared: {', '.join(unread)}"] if unread else [])
 
 
-def _read_columns(path: Path, given: Mapping[str, Any]) -> Points:
+def _read_columns(path: Path, settings: Mapping[str, Any]) -> Points:
     columns = read_columns(path, numbers=NUMBERS, texts=TEXTS, needed=("input", "output"))
-    there = columns.numbers
-    hertz = _one_of(path, there, FREQUENCIES)
-    if "speed_m_s" not in given:
-        speed = _one_of(path, there, SPEEDS)
-    elif any(name in there for name in SPEEDS):
+    cells = columns.numbers
+    hertz = _one_of(path, cells, FREQUENCIES)
+    if "speed_m_s" not in settings:
+        speed = _one_of(path, cells, SPEEDS)
+    elif any(name in cells for name in SPEEDS):
         raise InputError(f"[frequency_response]: speed_m_s is a column of {path}; take the key out")
     else:
-        speed = np.full(len(columns.lines), given["speed_m_s"])
-    gain = _gains(path, there)
+        speed = np.full(len(columns.lines), settings["speed_m_s"])
+    gain = _gains(path, cells)
     factor = np.array([_factor(path, columns, row) for row in range(len(columns.lines))])
-    sd, notes = _noise(path, columns, gain, given.get("relative_sd"))
+    sd, notes = _noise(path, columns, gain, settings.get("relative_sd"))
     for row in np.flatnonzero(~(sd > 1e-6 * np.abs(gain))):
         raise InputError(
             f"{path}, line {columns.lines[row]}: the sd is {sd[row]:g}; it must be above a millionth of the gain, "
@@ -206,65 +206,65 @@ def _read_columns(path: Path, given: Mapping[str, Any]) -> Points:
     return points, notes
 
 
-def _one_of(path: Path, there: Mapping[str, Array], forms: Mapping[str, float]) -> Array:
+def _one_of(path: Path, cells: Mapping[str, Array], forms: Mapping[str, float]) -> Array:
     """The column that is there, of several in which one thing may be given, in the unit of the first."""
-    given = [name for name in forms if name in there]
-    if len(given) > 1:
-        raise InputError(f"{path}: {' and '.join(given)} say the same; keep one")
-    if not given:
+    present = [name for name in forms if name in cells]
+    if len(present) > 1:
+        raise InputError(f"{path}: {' and '.join(present)} say the same; keep one")
+    if not present:
         raise InputError(f"{path}: the column {next(iter(forms))} is missing")
-    return there[given[0]] * forms[given[0]]
+    return cells[present[0]] * forms[present[0]]
 
 
-def _gains(path: Path, there: Mapping[str, Array]) -> Complex:
-    forms = [form for form in FORMS if form[0] in there or (form[1] in there and form[1] != "phase")]
+def _gains(path: Path, cells: Mapping[str, Array]) -> Complex:
+    forms = [form for form in FORMS if form[0] in cells or (form[1] in cells and form[1] != "phase")]
     if len(forms) > 1:
         raise InputError(f"{path}: {' and '.join(FORMS[form] for form in forms)} say the same; keep one")
     if not forms:
         raise InputError(f"{path}: no gain; give {', or '.join(FORMS.values())}")
     first, second = forms[0]
-    phases = [name for name in PHASES if name in there]
+    phases = [name for name in PHASES if name in cells]
     if second == "phase":
-        if first not in there or len(phases) != 1:
+        if first not in cells or len(phases) != 1:
             raise InputError(f"{path}: {first} needs one column phase_deg or phase_rad")
-        size = there[first] if first == "gain" else 10 ** (there[first] / 20)
-        return np.asarray(size * np.exp(1j * there[phases[0]] * PHASES[phases[0]]))
-    if first not in there or second not in there or phases:
+        size = cells[first] if first == "gain" else 10 ** (cells[first] / 20)
+        return np.asarray(size * np.exp(1j * cells[phases[0]] * PHASES[phases[0]]))
+    if first not in cells or second not in cells or phases:
         raise InputError(f"{path}: give both re and im, and no phase beside them")
-    return np.asarray(there[first] + 1j * there[second])
+    return np.asarray(cells[first] + 1j * cells[second])
 
 
 def _factor(path: Path, columns: Columns, row: int) -> float:
     """Factor of the gain of a row to SI."""
-    where = f"{path}, line {columns.lines[row]}"
+    place = f"{path}, line {columns.lines[row]}"
     source, output = columns.texts["input"][row], columns.texts["output"][row]
     if source not in INPUTS:
-        raise InputError(f"{where}: {unknown('input', source, INPUTS)}")
+        raise InputError(f"{place}: {unknown('input', source, INPUTS)}")
     if output not in OUTPUTS:
-        raise InputError(f"{where}: {unknown('output', output, OUTPUTS)}")
+        raise InputError(f"{place}: {unknown('output', output, OUTPUTS)}")
     factors = []
     for name, quantity in (("output_unit", OUTPUTS[output][1]), ("input_unit", INPUTS[source])):
         text = columns.texts[name][row] if name in columns.texts else ""
-        factors.append(find_unit(text, quantity, where=f"{where}: {name}").factor if text else 1.0)
+        factors.append(find_unit(text, quantity, where=f"{place}: {name}").factor if text else 1.0)
     return factors[0] / factors[1]
 
 
 def _noise(path: Path, columns: Columns, gain: Complex, relative: float | None) -> tuple[Array, list[str]]:
     """One sd (n,) of both parts of a gain, in its unit, and notes: stated, or from coherence and averages."""
-    there = [name for name in NOISE if name in columns.numbers]
-    stated = [name for name in ("sd", "sd_db") if name in there]
+    present = [name for name in NOISE if name in columns.numbers]
+    sd_columns = [name for name in ("sd", "sd_db") if name in present]
     if relative is not None:
-        if stated or "coherence" in there:
-            raise InputError(f"[frequency_response]: relative_sd, but {path} has {', '.join(there)}; keep one")
+        if sd_columns or "coherence" in present:
+            raise InputError(f"[frequency_response]: relative_sd, but {path} has {', '.join(present)}; keep one")
         return relative * np.abs(gain), [f"{relative:.2g} of each gain is taken as its sd"]
-    if len(stated) > 1 or ("sd_db" in stated and "gain_db" not in columns.numbers):
+    if len(sd_columns) > 1 or ("sd_db" in sd_columns and "gain_db" not in columns.numbers):
         raise InputError(f"{path}: sd_db belongs to gain_db, and sd to the gain in its own unit; give one of them")
-    if stated:
-        unused = [name for name in there if name not in stated]
-        notes = [f"{', '.join(unused)}: read, but not used, for {stated[0]} is there"] if unused else []
-        sd = columns.numbers[stated[0]]
-        return (np.abs(gain) * math.log(10) / 20 * sd if stated == ["sd_db"] else sd), notes
-    if not {"coherence", "averages"} <= set(there):
+    if sd_columns:
+        unused = [name for name in present if name not in sd_columns]
+        notes = [f"{', '.join(unused)}: read, but not used, for {sd_columns[0]} is there"] if unused else []
+        sd = columns.numbers[sd_columns[0]]
+        return (np.abs(gain) * math.log(10) / 20 * sd if sd_columns == ["sd_db"] else sd), notes
+    if not {"coherence", "averages"} <= set(present):
         raise InputError(
             f"{path}: no noise; give the column sd (of real and imaginary part), or coherence and averages"
         )
@@ -307,21 +307,21 @@ def responses(
     places, at = np.unique(np.stack([wanted.speed, wanted.frequency]), axis=1, return_inverse=True)
     at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
     inputs, outputs = list(dict.fromkeys(wanted.inputs)), list(dict.fromkeys(wanted.outputs))
-    pushed = np.zeros((len(s), len(names.inputs), len(inputs)))
-    pushed[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
-    used, seen, turned = _shown(bicycle, outputs, of_speed, s, accelerometer)
+    selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
+    selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
+    used, weights, weight_slopes = _shown(bicycle, outputs, of_speed, s, accelerometer)
     rows = system.output[0, of_speed][:, used]
     pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
-    states = np.linalg.solve(pencil, system.input[0, of_speed] @ pushed + 0j)
+    states = np.linalg.solve(pencil, system.input[0, of_speed] @ selected_inputs + 0j)
     pick = ([outputs.index(name) for name in wanted.outputs], [inputs.index(name) for name in wanted.inputs])
-    gains = (seen @ (rows @ states))[at, *pick]
+    gains = (weights @ (rows @ states))[at, *pick]
     slope = np.zeros((len(gains), len(bicycle.steps)), complex)
     if slope.size:
-        back = np.linalg.solve(pencil.swapaxes(1, 2), (seen @ rows).swapaxes(1, 2)).swapaxes(1, 2)
-        force = bicycle.apply("input", of_speed, pushed) + bicycle.force(of_speed, states, s)
-        changed = seen[:, None] @ bicycle.apply("output", of_speed, states, used)
-        changed += turned @ (rows @ states)[:, None] + back[:, None] @ force
-        slope = changed[at, :, *pick]
+        back = np.linalg.solve(pencil.swapaxes(1, 2), (weights @ rows).swapaxes(1, 2)).swapaxes(1, 2)
+        force = bicycle.apply("input", of_speed, selected_inputs) + bicycle.force(of_speed, states, s)
+        gain_slopes = weights[:, None] @ bicycle.apply("output", of_speed, states, used)
+        gain_slopes += weight_slopes @ (rows @ states)[:, None] + back[:, None] @ force
+        slope = gain_slopes[at, :, *pick]
     return gains, slope
 
 
@@ -382,16 +382,16 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "FrequencyResponses":
-        given = read(cls.keys, content, section="frequency_response")
-        path = folder / given["table"]
+        settings = read(cls.keys, content, section="frequency_response")
+        path = folder / settings["table"]
         header = read_cells(
             path, kind="table; paths are relative to the file that names it", example="input, output"
         ).header
         wide = "frequency_Hz" in header and any("_per_" in name for name in header)
-        points, notes = (_read_wide if wide else _read_columns)(path, given)
+        points, notes = (_read_wide if wide else _read_columns)(path, settings)
         if len(points) < 3:
             raise InputError(f"{path}: {len(points)} row(s) cannot be diagnosed; give at least 3, at two speeds")
-        place = given.get("accelerometer")
+        place = settings.get("accelerometer")
         if any(p.output == ACCELERATION for p in points) != (place is not None):
             needs = "needs the place of its sensor; write [frequency_response.accelerometer] with x_m and z_m"
             idle = "is not a column; take [frequency_response.accelerometer] out"
@@ -402,8 +402,8 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
                 "of gravity, - g lean"
             )
         if any(point.input == TORQUES[STEER_TORQUE] for point in points):
-            common, said = without_motors(content, common)
-            notes += said
+            common, motor_notes = without_motors(content, common)
+            notes += motor_notes
         sensor = None if place is None else Accelerometer(place["x_m"], place["z_m"])
         return cls(**common, points=tuple(points), accelerometer=sensor, notes=tuple(notes))
 
@@ -413,25 +413,25 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Speed; gain, delay and low-pass of each output; gain and delay of each input that has several outputs."""
-        found = [*speed_errors(self.speeds.tolist())]
+        errors = [*speed_errors(self.speeds.tolist())]
         points = sorted(self.points, key=lambda p: (p.input, p.output))
         for name in dict.fromkeys(p.output for p in points):
             sensor = spoken(name).replace(" ", "_")
-            found += [gain_error(sensor, name), delay_error(sensor, name), lowpass_error(sensor, name)]
+            errors += [gain_error(sensor, name), delay_error(sensor, name), lowpass_error(sensor, name)]
         for name in dict.fromkeys(p.input for p in points):
             if name not in self._alone:
-                found += [gain_error(name, name), delay_error(name, name)]
-        return tuple(found)
+                errors += [gain_error(name, name), delay_error(name, name)]
+        return tuple(errors)
 
     def refusals(self) -> dict[str, str]:
-        refused = super().refusals()
+        reasons = super().refusals()
         for name, output in self._alone.items():
-            for what in ("scale", "delay"):
-                refused[f"{name}_{what}"] = (
-                    f"the only response to it is that of the {spoken(output)}, whose {what} looks the same: see "
-                    f"{spoken(output).replace(' ', '_')}_{what}"
+            for error in ("scale", "delay"):
+                reasons[f"{name}_{error}"] = (
+                    f"the only response to it is that of the {spoken(output)}, whose {error} looks the same: see "
+                    f"{spoken(output).replace(' ', '_')}_{error}"
                 )
-        return refused
+        return reasons
 
     @property
     def _alone(self) -> dict[str, str]:
@@ -442,9 +442,9 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
 
     def assumptions(self) -> tuple[str, ...]:
         linear = self.model.linear_model()
-        held = [v for v in np.unique(self.speeds).tolist() if linear.eigenvalues(v).real.max() > 0]
-        found = ("the noise of different frequencies, outputs and speeds counts as independent",)
-        return (*found, HELD.format(", ".join(f"{v:g}" for v in held))) if held else found
+        unstable = [v for v in np.unique(self.speeds).tolist() if linear.eigenvalues(v).real.max() > 0]
+        independence = ("the noise of different frequencies, outputs and speeds counts as independent",)
+        return (*independence, HELD.format(", ".join(f"{v:g}" for v in unstable))) if unstable else independence
 
     # ---- physics ----
 
@@ -475,12 +475,12 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """A series is a part of one response at one speed, along frequency."""
-        where, series, shown = [], [], {}
+        places, series, displays = [], [], {}
         for p in self.points:
             for part in ("real", "imaginary"):
                 name = f"{p.channel}, {p.speed:g} m/s, {part[:4]}"
-                shown[name] = Series(p.channel, f"{part} part, {p.unit}", f"frequency at {p.speed:g} m/s, Hz")
-                where.append(f"{p.channel}, {p.speed:g} m/s, {p.frequency:.3g} Hz, {part} part")
+                displays[name] = Series(p.channel, f"{part} part, {p.unit}", f"frequency at {p.speed:g} m/s, Hz")
+                places.append(f"{p.channel}, {p.speed:g} m/s, {p.frequency:.3g} Hz, {part} part")
                 series.append(name)
         group = [p.group or f"{p.speed:.6g}" for p in self.points]
         if len(set(group)) == 1 and len(set(self.wanted.inputs)) > 1:
@@ -489,7 +489,12 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         edges = np.quantile(hertz, np.arange(1, MOST_FOLDS) / MOST_FOLDS)
         fold = folds(group, self.speeds, [f"{band:02d}" for band in np.searchsorted(edges, hertz)])
         return Rows(
-            tuple(where), np.repeat(hertz, 2), tuple(series), np.repeat(fold, 2), displays=shown, axis="frequency, Hz"
+            tuple(places),
+            np.repeat(hertz, 2),
+            tuple(series),
+            np.repeat(fold, 2),
+            displays=displays,
+            axis="frequency, Hz",
         )
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
@@ -505,35 +510,41 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         errors = family.coordinates(theta)
         for names in (wanted.inputs, wanted.outputs):
             for name in dict.fromkeys(names):
-                here = np.array(names) == name
-                some, turned = gains[here], slope[here]
-                apply_sensor(some, turned, wanted.s[here], errors_of(errors, name))
-                gains[here], slope[here] = some, turned
+                acting = np.array(names) == name
+                sensor_gains, sensor_slope = gains[acting], slope[acting]
+                apply_sensor(sensor_gains, sensor_slope, wanted.s[acting], errors_of(errors, name))
+                gains[acting], slope[acting] = sensor_gains, sensor_slope
         return flat_parts(gains, slope)
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Outputs that were not measured, another input, and higher speeds."""
-        source, found = self.points[0].input, []
+        source, proposals = self.points[0].input, []
         for output in FORCED_OUTPUTS:
             if output not in self.wanted.outputs:
-                what = f"the response of the {spoken(output)} to the {spoken(source)} at the measured speeds"
-                found.append(self._further(what, source, (output,)))
-        for other in ("steer_torque", "lateral_force"):
-            if other not in self.wanted.inputs:
-                seen = tuple(dict.fromkeys(self.wanted.outputs))
-                found.append(self._further(f"the response to a {spoken(other)} at the measured speeds", other, seen))
-        return (*found, *self.propose_forced_response(float(self.speeds.max())))
+                title = f"the response of the {spoken(output)} to the {spoken(source)} at the measured speeds"
+                proposals.append(self._further(title, source, (output,)))
+        for further_input in ("steer_torque", "lateral_force"):
+            if further_input not in self.wanted.inputs:
+                measured_outputs = tuple(dict.fromkeys(self.wanted.outputs))
+                proposals.append(
+                    self._further(
+                        f"the response to a {spoken(further_input)} at the measured speeds",
+                        further_input,
+                        measured_outputs,
+                    )
+                )
+        return (*proposals, *self.propose_forced_response(float(self.speeds.max())))
 
-    def _further(self, what: str, source: str, outputs: tuple[str, ...]) -> Proposal:
+    def _further(self, title: str, source: str, outputs: tuple[str, ...]) -> Proposal:
         """Responses of ``outputs`` to a ``source`` at three of the measured speeds."""
         speeds = np.unique(self.speeds)
-        few = speeds[np.unique(np.linspace(0, len(speeds) - 1, 3).astype(int))]
-        every = [(f, v, output) for output in outputs for v in few for f in FORCED_HZ]
-        hertz, at = np.array([f for f, _, _ in every]), np.array([v for _, v, _ in every])
-        wanted = Wanted(hertz, at, (source,) * len(every), tuple(output for _, _, output in every))
+        three_speeds = speeds[np.unique(np.linspace(0, len(speeds) - 1, 3).astype(int))]
+        grid = [(f, v, output) for output in outputs for v in three_speeds for f in FORCED_HZ]
+        hertz, at = np.array([f for f, _, _ in grid]), np.array([v for _, v, _ in grid])
+        wanted = Wanted(hertz, at, (source,) * len(grid), tuple(output for _, _, output in grid))
         size = np.abs(responses(self.family(()), wanted, self.nominal, self.accelerometer, slopes=False)[0])
         peak = np.array([size[[o == output for o in wanted.outputs]].max() for output in wanted.outputs])
-        return Proposal(what, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, wanted))
+        return Proposal(title, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, wanted))
 
     def misreadings(self) -> Iterator[tuple[str, "FrequencyResponses"]]:
         """Signs and units of inputs and outputs, outputs in each other's place, frequencies and speeds."""
@@ -543,15 +554,15 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
 
         outputs = list(dict.fromkeys(p.output for p in self.points))
         for name in outputs:
-            for what, factor in (ACCELERATIONS if name == ACCELERATION else ANGLES).items():
-                yield f"{spoken(name)} {what}", read(of=name, gain=factor)
+            for reading, factor in (ACCELERATIONS if name == ACCELERATION else ANGLES).items():
+                yield f"{spoken(name)} {reading}", read(of=name, gain=factor)
         for name in dict.fromkeys(p.input for p in self.points):
-            for what, factor in TORQUE_READINGS.items():
-                yield f"{spoken(name)} {what}", read(of=name, gain=1 / factor)
-        for one, other in combinations([name for name in outputs if name != ACCELERATION], 2):
-            yield f"{spoken(one)} and {spoken(other)} swapped", read(names={one: other, other: one})
-        for what, factor in SPEED_READINGS.items():
-            yield what, read(speed=factor)
+            for reading, factor in TORQUE_READINGS.items():
+                yield f"{spoken(name)} {reading}", read(of=name, gain=1 / factor)
+        for first, second in combinations([name for name in outputs if name != ACCELERATION], 2):
+            yield f"{spoken(first)} and {spoken(second)} swapped", read(names={first: second, second: first})
+        for reading, factor in SPEED_READINGS.items():
+            yield reading, read(speed=factor)
         yield "frequencies in rad/s", read(frequency=1 / (2 * math.pi))
 
     def figures(self) -> dict[str, Figure]:

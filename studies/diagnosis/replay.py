@@ -20,7 +20,7 @@ from tyre.ground.arrays import Array
 
 def apply_lowpass(signal: Array, tau: Array, steps: Array) -> Array:
     """First-order low-passes tau dy/dt + y = u, exact for signals (T, K, R, ...) that are linear between samples."""
-    found = signal.copy()
+    filtered = signal.copy()
     ratio = np.round(np.abs(tau)[:, None] / steps, 12)  # (K, R), equal ones together
     for size in np.unique(ratio[ratio > 0]):
         k, r = np.nonzero(ratio == size)
@@ -29,10 +29,10 @@ def apply_lowpass(signal: Array, tau: Array, steps: Array) -> Array:
         late = size * (1 - keep)  # of the sample before, less what is kept of the output
         first = u[0] - size * (u[1] - u[0])
         state = first - (1 - late) * u[0]
-        found[:, k, r] = scipy.signal.lfilter([1 - late, late - keep], [1.0, -keep], u, axis=0, zi=state[None])[0]
+        filtered[:, k, r] = scipy.signal.lfilter([1 - late, late - keep], [1.0, -keep], u, axis=0, zi=state[None])[0]
     negative = tau < 0
-    found[:, negative] = 2 * signal[:, negative] - found[:, negative]
-    return found
+    filtered[:, negative] = 2 * signal[:, negative] - filtered[:, negative]
+    return filtered
 
 
 def lowpass_transient(length: int, tau: Array, steps: Array) -> Array:
@@ -121,11 +121,11 @@ class Replay:
             forced = self._outputs(system, self._states(system, np.zeros((len(self.runs), n))))
             if system.along is None:
                 powers = powers_of(system.step[0], self.length)
-                shown = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
+                responses = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
             else:  # each start is a bicycle of its own
-                every = self._march_while_slowing(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
-                shown = np.moveaxis(self._outputs(system._replace(direct=None), np.moveaxis(every, 2, 0)), 0, -1)
-            y = np.concatenate([forced[..., None], shown[None], self._input_responses(system, values)], -1)
+                marched = self._march_while_slowing(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
+                responses = np.moveaxis(self._outputs(system._replace(direct=None), np.moveaxis(marched, 2, 0)), 0, -1)
+            y = np.concatenate([forced[..., None], responses[None], self._input_responses(system, values)], -1)
             y = self._apply_sensors(y, values, None)[0]
         behind = np.moveaxis(self._filter_starts(values)[0], -2, -1)
         return y[..., 0], np.concatenate([y[..., 1 : 1 + n], behind, y[..., 1 + n :]], -1)
@@ -139,45 +139,47 @@ class Replay:
         batch = np.vstack([theta, theta + np.diag(steps)])
         values = family.values(batch)
         if self._coasts(values):
-            every = self(family, batch, starts)
-            return np.moveaxis((every[1:] - every[0]) / steps[:, None, None, None], 0, -1)
+            outputs = self(family, batch, starts)
+            return np.moveaxis((outputs[1:] - outputs[0]) / steps[:, None, None, None], 0, -1)
         system = self._discretise(family, values, starts)
         with np.errstate(over="ignore", invalid="ignore"):
             x = self._states(system, starts, only=1)[0]
-            found = self._state_derivatives(system, x, steps)
+            derivatives = self._state_derivatives(system, x, steps)
             if not {mistakes.OFFSET, mistakes.LEANS} & {*values} and not any(
                 kind.format(name) in values for kind in SENSED for name in self.channels
             ):
-                return found
-            _, _, _, seen, direct, u = system.first
-            y, per = np.empty((1 + len(steps), *found.shape[:-1])), steps[:, None, None, None]
-            y[0] = seen @ x if direct is None else seen @ x + direct @ u
-            y[1:] = y[0] + per * np.moveaxis(found, -1, 0)
+                return derivatives
+            _, _, _, output_rows, direct, u = system.first
+            y, per = np.empty((1 + len(steps), *derivatives.shape[:-1])), steps[:, None, None, None]
+            y[0] = output_rows @ x if direct is None else output_rows @ x + direct @ u
+            y[1:] = y[0] + per * np.moveaxis(derivatives, -1, 0)
             y = self._apply_sensors(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
             return np.moveaxis((y[1:] - y[0]) / per, 0, -1)
 
     def _state_derivatives(self, system: Sampled, x: Array, steps: Array) -> Array:
         """Derivatives (R, C, T, p) before the sensors about the states ``x`` (R, n, T) of the first bicycle."""
-        step, _, _, seen, direct, u = system.first
+        step, _, _, output_rows, direct, u = system.first
         per = steps[:, None, None, None]
         change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
-        across, known = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
+        across, drivers = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
         pushes = {k: (system.u[k + 1] - u) / h for k, h in enumerate(steps) if len(system.u) > 1}
         pushes = {k: du for k, du in pushes.items() if du.any()}
         for k, du in pushes.items():  # inputs that the coordinate changes push the states themselves
-            known.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
-            own = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
-            own[:, :, k] = np.eye(step.shape[-1])
-            across.append(own)
-        found = from_rest(step, np.concatenate(known, 1).swapaxes(-1, -2), np.concatenate(across, 1), seen)
-        looked = (system.seen[1:] - seen) / per
-        if looked.any():
-            found += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(looked, 0, -1)
+            drivers.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
+            identity = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
+            identity[:, :, k] = np.eye(step.shape[-1])
+            across.append(identity)
+        derivatives = from_rest(
+            step, np.concatenate(drivers, 1).swapaxes(-1, -2), np.concatenate(across, 1), output_rows
+        )
+        output_change = (system.seen[1:] - output_rows) / per
+        if output_change.any():
+            derivatives += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(output_change, 0, -1)
         if direct is not None and system.direct is not None:
-            found += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
+            derivatives += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
             for k, du in pushes.items():
-                found[..., k] += system.direct[k + 1] @ du
-        return found
+                derivatives[..., k] += system.direct[k + 1] @ du
+        return derivatives
 
     def _discretise(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
         """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
@@ -203,15 +205,15 @@ class Replay:
         """Equations at the speed in the middle of each run, and their change about it, of second order in the speed."""
         lasts = np.array([run.time[-1] - run.time[0] for run in self.runs])
         slows, since = values[mistakes.SLOWS], self._steps[:, None] * np.arange(self.length)
-        aside = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
+        half_range = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
         middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[mistakes.REFERENCE]) * lasts
-        middle = np.maximum(middle, 2 * aside + 0.2 - speeds)  # no run ends at rest
+        middle = np.maximum(middle, 2 * half_range + 0.2 - speeds)  # no run ends at rest
         sides = []
-        for side in (-aside, 0.0, aside):
-            there = {**values, SPEED_OFFSET: middle + side}
-            driven = self._equations(family, there, family.system(there, speeds))
+        for side in (-half_range, 0.0, half_range):
+            shifted = {**values, SPEED_OFFSET: middle + side}
+            driven = self._equations(family, shifted, family.system(shifted, speeds))
             sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
-        h, parts = aside[..., None, None], []
+        h, parts = half_range[..., None, None], []
         for slow, base, fast in zip(*(each for _, each in sides), strict=True):
             parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
         return sides[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
@@ -219,14 +221,14 @@ class Replay:
     @staticmethod
     def _march_while_slowing(system: Sampled, x: Array, only: int | None = None) -> Array:
         """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
-        along, states = system.along, [x]
-        assert along is not None
-        parts = (along.step, along.before, along.after)
-        every = [
+        changes, states = system.along, [x]
+        assert changes is not None
+        parts = (changes.step, changes.before, changes.after)
+        stacked = [
             np.concatenate([part[:only], *(one[:only] for one in change)], -1)
             for part, change in zip(system[:3], parts, strict=True)
         ]
-        d = along.change[:only]
+        d = changes.change[:only]
         u = np.broadcast_to(system.u[:only], (len(d), *system.u.shape[1:]))
 
         def grown(vector: Array, k: int) -> Array:
@@ -235,9 +237,9 @@ class Replay:
 
         driven = bool(u.size) and x.shape[-1] == 1
         for k in range(d.shape[-1] - 1):
-            x = every[0] @ grown(x, k)
+            x = stacked[0] @ grown(x, k)
             if driven:
-                x = x + every[1] @ grown(u[..., k, None], k) + every[2] @ grown(u[..., k + 1, None], k)
+                x = x + stacked[1] @ grown(u[..., k, None], k) + stacked[2] @ grown(u[..., k + 1, None], k)
             states.append(x)
         return np.stack(states, -1)
 
@@ -274,8 +276,8 @@ class Replay:
         n = system.mass.shape[-1]
         solved = np.linalg.solve(system.mass, np.concatenate([system.dynamics, system.input[..., columns]], -1))
         outputs = self._turn_gyro_axes(system.output, names.outputs, values)
-        seen = outputs[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
-        return Driven(solved[..., :n], solved[..., n:], seen, None)
+        output_rows = outputs[..., [names.outputs.index(CHANNELS[c]) for c in self.channels], :]
+        return Driven(solved[..., :n], solved[..., n:], output_rows, None)
 
     @staticmethod
     def _turn_gyro_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
@@ -336,8 +338,8 @@ class Replay:
         """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
         rows = [list(run_signals) for run_signals in signals]
         array = np.zeros((len(rows), len(rows[0]), self.length))
-        for run_signals, given in zip(array, rows, strict=True):
-            for padded, x in zip(run_signals, given, strict=True):
+        for run_signals, run_rows in zip(array, rows, strict=True):
+            for padded, x in zip(run_signals, run_rows, strict=True):
                 padded[: len(x)] = x
         return array
 
@@ -367,15 +369,15 @@ class Replay:
 
     def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
-        step, before, after, seen, _, _ = system.first
+        step, before, after, output_rows, _, _ = system.first
         columns = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
         for name in riding_in(values):
             courses = self._unit_courses(name)
-            known, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
+            driving, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
             pushes = slice(-len(PUSHES), None)
             into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)
             across = np.einsum("srni,jk->rskijn", into, np.eye(k)).reshape(len(step), 2 * k, 2 * k, -1)
-            columns.append(from_rest(step, known, across, seen))
+            columns.append(from_rest(step, driving, across, output_rows))
         return np.concatenate(columns, -1)[None]
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:

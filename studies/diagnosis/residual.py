@@ -85,14 +85,14 @@ def candidate(degrees: Degrees, scale: SpeedScale) -> Candidate:
     return Candidate(name, tuple(unknowns), effect=effect, fixed=fixed)
 
 
-def _named_candidates(found: Fit) -> tuple[Candidate, ...]:
+def _named_candidates(fitted: Fit) -> tuple[Candidate, ...]:
     """Candidates of a fit without its residual torque."""
-    return tuple(c for c in found.candidates if not c.identifier.startswith(TORQUE))
+    return tuple(c for c in fitted.candidates if not c.identifier.startswith(TORQUE))
 
 
-def _count_before_torque(found: Fit) -> int:
+def _count_before_torque(fitted: Fit) -> int:
     """Number of coordinates of a fit before those of its residual torque."""
-    return found.effect_columns.start + sum(len(c.unknowns) for c in _named_candidates(found))
+    return fitted.effect_columns.start + sum(len(c.unknowns) for c in _named_candidates(fitted))
 
 
 def linearise(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
@@ -109,8 +109,8 @@ def linearise(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
 def _coordinates(about: Fit, joined: tuple[Candidate, ...]) -> Array:
     """Coordinates of a fit with other terms of the torque, which is the last of the candidates: new ones at zero."""
     first = _count_before_torque(about)
-    known = dict(zip((u.name for u in about.unknowns[first:]), about.theta[first:], strict=True))
-    return np.concatenate([about.theta[:first], [known.get(u.name, 0.0) for u in joined[-1].unknowns]])
+    coordinates = dict(zip((u.name for u in about.unknowns[first:]), about.theta[first:], strict=True))
+    return np.concatenate([about.theta[:first], [coordinates.get(u.name, 0.0) for u in joined[-1].unknowns]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,32 +149,32 @@ class Selector:
         return chosen
 
     def _find_better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
-        now, score = self.worth(chosen), self.score(chosen)
-        tried = sorted(((self.worth(other), k, other) for k, other in enumerate(self._moves(chosen))), reverse=True)
-        for worth, _, other in tried:
-            if worth <= now:
+        current, score = self.worth(chosen), self.score(chosen)
+        tried = sorted(((self.worth(move), k, move) for k, move in enumerate(self._moves(chosen))), reverse=True)
+        for worth, _, move in tried:
+            if worth <= current:
                 return None
-            if len(keys(other)) < len(keys(chosen)) or self.score(other) > score:
-                return other
+            if len(keys(move)) < len(keys(chosen)) or self.score(move) > score:
+                return move
         return None
 
     def _moves(self, chosen: dict[Pair, int]) -> Iterator[dict[Pair, int]]:
         for pair in PAIRS:
             if len(chosen) > 1:  # several pairs may have come in for one that explains the data alone
                 yield {pair: 1}
-            have = chosen.get(pair, 0)
-            for count in {have - 1, have + 1, have + 2, 0} - {have, -1}:
+            terms = chosen.get(pair, 0)
+            for count in {terms - 1, terms + 1, terms + 2, 0} - {terms, -1}:
                 if count <= self.scale.most:
                     yield {p: n for p, n in (chosen | {pair: count}).items() if n}
 
     def gains(self, chosen: Degrees) -> dict[Pair, tuple[float, float]]:
         """Gain of the last term of each pair: log evidence, and held-out log score."""
-        found, these, linear = {}, self.columns(chosen), self.linear
+        gains_by_pair, these, linear = {}, self.columns(chosen), self.linear
         for pair in chosen:
             fewer = self.columns(_lower(chosen, pair))
             gains = linear.evidence(these) - linear.evidence(fewer), linear.held_out(these) - linear.held_out(fewer)
-            found[pair] = gains
-        return found
+            gains_by_pair[pair] = gains
+        return gains_by_pair
 
     def drop_least_useful(self, chosen: Degrees) -> dict[Pair, int]:
         """The terms less one power of the pair whose last term costs the held-out score most, if any does."""
@@ -272,7 +272,7 @@ class Residual:
         ends = np.stack([beside.theta, self.fit.theta[:count]], 1)
         values, slopes = values_of(beside.unknowns, ends), slopes_of(beside.unknowns, ends[:, 1])
         value_sd = np.sqrt(np.maximum(np.diag(slopes @ self.covariance[:count, :count] @ slopes.T), 0.0))
-        found = []
+        changes = []
         for k, (u, (before, now)) in enumerate(zip(beside.unknowns, ends, strict=True)):
             if abs(now - before) > spread[k]:
                 was = abs(before - u.centre) >= 2.0 * spread[k]
@@ -280,8 +280,8 @@ class Residual:
                 first, last, sd = (float(x) for x in (*values[k], value_sd[k]))
                 for name, factor in u.factors.items():
                     sized = factor * first, factor * last, factor * sd
-                    found.append(Changed(name, u.unit, owner.get(k, ""), *sized, gone))
-        return tuple(sorted(found, key=lambda one: not one.effect))
+                    changes.append(Changed(name, u.unit, owner.get(k, ""), *sized, gone))
+        return tuple(sorted(changes, key=lambda one: not one.effect))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
@@ -334,16 +334,16 @@ def _choose_and_fit(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
         if degrees in tried:
             break
         tried.append(degrees)
-        found = _fit_terms(kind, best, degrees, scale)
-        if found.objective >= best.objective and len(found.theta) >= len(best.theta):
+        trial = _fit_terms(kind, best, degrees, scale)
+        if trial.objective >= best.objective and len(trial.theta) >= len(best.theta):
             break
-        best = found
+        best = trial
     return best
 
 
-def _degrees(found: Fit) -> dict[Pair, int]:
+def _degrees(fitted: Fit) -> dict[Pair, int]:
     """Terms that a fit has."""
-    names = {u.name for u in found.unknowns[_count_before_torque(found) :]}
+    names = {u.name for u in fitted.unknowns[_count_before_torque(fitted) :]}
     counts = {pair: sum(name in names for name in term_names({pair: len(DEGREES)})) for pair in PAIRS}
     return {pair: count for pair, count in counts.items() if count}
 
@@ -364,18 +364,18 @@ def _covariance(best: Fit, selector: Selector, degrees: Degrees) -> Array:
     """Second moment about the fit of its coordinates and of the terms that were not chosen, in their units."""
     linear, floating = selector.linear, selector.floating
     chosen, full = selector.columns(degrees), candidate(selector.scale.full, selector.scale)
-    every = np.array([*chosen, *sorted({*selector.columns(selector.scale.full)} - {*chosen})], dtype=np.intp)
-    own = [u.scale for u in full.unknowns]
-    sd = np.array([*(u.scale for u in best.unknowns[:floating]), *(own[k - floating] for k in every[floating:])])
-    kept = len(chosen)
+    columns = np.array([*chosen, *sorted({*selector.columns(selector.scale.full)} - {*chosen})], dtype=np.intp)
+    term_sd = [u.scale for u in full.unknowns]
+    sd = np.array([*(u.scale for u in best.unknowns[:floating]), *(term_sd[k - floating] for k in columns[floating:])])
+    chosen_count = len(chosen)
     about, _ = linear.posterior(chosen)
     moments, logs = [], []
     for width in (0.1, 0.3, 1.0):  # from 0.003 on, intervals of blind cases were too narrow
-        widths = np.array([1.0] * kept + [width] * (len(every) - kept))
-        mean, spread = linear.posterior(every, widths)
-        away = mean - np.concatenate([about, np.zeros(len(every) - kept)])
-        moments.append(spread + np.outer(away, away))
-        logs.append(linear.evidence(every, widths))
+        widths = np.array([1.0] * chosen_count + [width] * (len(columns) - chosen_count))
+        mean, spread = linear.posterior(columns, widths)
+        deviation = mean - np.concatenate([about, np.zeros(len(columns) - chosen_count)])
+        moments.append(spread + np.outer(deviation, deviation))
+        logs.append(linear.evidence(columns, widths))
     weights = np.exp(np.array(logs) - max(logs))
     weights /= weights.sum()
     moment = sum(w * m for w, m in zip(weights, moments, strict=True))
