@@ -230,7 +230,9 @@ def unseen(effect: type[Effect]) -> str:
     if effect.needs_rider:
         return "nobody holds the bar or sits on the bicycle in a bench test"
     rolling = effect.slot is not None or effect.requires or effect.identifier == "twisting_torque"
-    return "acts through a rolling tyre: one at rest has no slip, and no force that comes from rolling" * bool(rolling)
+    if rolling:
+        return "acts through a rolling tyre: one at rest has no slip, and no force that comes from rolling"
+    return ""
 
 
 # identifier, unit, key, prior sd, smallest size worth a name, lower bound, signature
@@ -278,7 +280,7 @@ class Bench(BicycleKind, kind="bench"):
         """Prepare the library without candidates that these readings cannot show."""
 
         def order(r: Reading) -> tuple[Any, ...]:
-            return r.test, r.condition, -r.direction * (not r.rate), r.rate, r.steer
+            return r.test, r.condition, 0.0 if r.rate else -r.direction, r.rate, r.steer
 
         found = super(Bench, replace(self, readings=tuple(sorted(self.readings, key=order)))).prepare(**how)
         acting = tuple(c for c in found.candidates if c.effect is None or not unseen(c.effect))
@@ -333,7 +335,9 @@ class Bench(BicycleKind, kind="bench"):
     def assumptions(self) -> tuple[str, ...]:
         gone = [e.identifier for e in self.model.effects if e.identifier != "no_slip" and unseen(type(e))]
         held = "the rear frame was held upright, at the pitch at which it rides"
-        return (held, *([f"{', '.join(gone)} of the base model: without effect at rest"] if gone else ()))
+        if not gone:
+            return (held,)
+        return (held, f"{', '.join(gone)} of the base model: without effect at rest")
 
     # ---- physics ----
 

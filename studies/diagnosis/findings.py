@@ -264,7 +264,9 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
     ):  # a bias is integrated out of each run, of these too: it predicts nothing
         usable = [f for f in usable if f.candidates[0].unknowns]
     nearest = None if verdict.look_alike is None else hypotheses.find(frozenset(verdict.look_alike.name.split("+")))
-    fits_ = [hypotheses.null, *usable, *([nearest] if nearest else [])]
+    fits_ = [hypotheses.null, *usable]
+    if nearest is not None:
+        fits_.append(nearest)
     gaps, unseen = _gaps(diagnosis, fits_)
     if not gaps:
         return None

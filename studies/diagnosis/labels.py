@@ -29,7 +29,7 @@ def titles(judgement: Judgement) -> dict[str, str]:
     if final is null:
         return found | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
     nuisances, count = bool(judgement.kind.nuisances), len(final.candidates)
-    name = said(final.name) if len(final.name) < 25 else f"{count} effect{'s' * (count > 1)}"
+    name = said(final.name) if len(final.name) < 25 else f"{count} effect{'s' if count > 1 else ''}"
     found |= {"effect_alone": f"+ {name} alone"} if judgement.alone is not None and nuisances else {}
     found["final"] = f"+ {name}, {ADJUSTED}" if nuisances else f"+ {name}"
     return found | ({"nuisance_only": f"without {name}, {ADJUSTED}"} if nuisances else {})

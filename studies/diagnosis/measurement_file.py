@@ -120,7 +120,7 @@ def _base_model(given: Mapping[str, Any], folder: Path) -> Model:
 def read_kind(kind: type[Kind], given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Kind:
     """A measurement of one kind from the table of that name, which must be the only one."""
     if kind.table not in given:
-        remedy = f"; {kind.missing}" * bool(kind.missing)
+        remedy = f"; {kind.missing}" if kind.missing else ""
         raise InputError(f"kind is {kind.kind!r} but the table [{kind.table}] is missing{remedy}")
     for other in _tables():
         if other in given and other != kind.table:

@@ -187,7 +187,7 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
         rows = [_row_of_fitted(condition) for condition in keep_upright(campaign.conditions)]
         left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
-        origin = f"recordings in {campaign.folder.name}/" + f" ({left})" * bool(left)
+        origin = f"recordings in {campaign.folder.name}/" + (f" ({left})" if left else "")
         found = _of_conditions(rows, origin, str(campaign.folder))
     other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
     if other is not None:

@@ -33,11 +33,11 @@ class End:
     """End of a fit: coordinates in prior sd from the prior mean, objective (infinite if nothing finite was found),
     residual (n,) and jacobian (n, p) of all rows, and the decrease that one more Gauss-Newton step promises."""
 
-    z: Array
+    z: Array  # (p,), in prior sd from the prior mean
     objective: float
     residual: Array
     jacobian: Array
-    decrement: float
+    decrement: float  # of the objective, by one more Gauss-Newton step
 
     @property
     def converged(self) -> bool:
@@ -364,7 +364,12 @@ def fit(
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.places), bool) if rows is None else rows
     starts = starts or default_starts(kind, candidates)
-    begins = drop_repeats(begin for x in starts for begin in (x, *(problem.solve_easier(kind, x) if patient else ())))
+    begins = []
+    for x in starts:
+        begins.append(x)
+        if patient:
+            begins += problem.solve_easier(kind, x)
+    begins = drop_repeats(begins)
     best = problem.end(kind, begins[0], used, turns)
     for begin in begins[1:]:
         end = problem.end(kind, begin, used, turns, reached=best.objective)
@@ -376,9 +381,9 @@ def fit(
 class _Problem:
     """A fit in prior sd from the prior mean."""
 
-    candidates: tuple[Candidate, ...]
-    unknowns: tuple[UncertainParameter, ...]
-    nuisance_scale: float
+    candidates: tuple[Candidate, ...]  # of the hypothesis
+    unknowns: tuple[UncertainParameter, ...]  # (p), nuisances, then those of the candidates
+    nuisance_scale: float  # factor on the prior sd of the nuisances
 
     @property
     def prior(self) -> tuple[Array, Array]:
@@ -459,12 +464,12 @@ def _half_normal(distance: float, gradient: float, variance: float) -> float:
 class Moved:
     """A nuisance before and after the fit."""
 
-    name: str
-    unit: str
-    prior: float  # its value and standard deviation as stated, in unit
-    prior_sd: float  # its value and standard deviation as stated, in unit
-    value: float  # the same after the final fit
-    sd: float  # the same after the final fit
+    name: str  # of the parameter
+    unit: str  # of the values and their sd
+    prior: float  # value as stated
+    prior_sd: float  # standard deviation as stated
+    value: float  # value after the final fit
+    sd: float  # standard deviation after the final fit
     alone: float  # how far it went if only nuisances float, in prior sd
     shift: float  # how far it went in the final fit, in prior sd
     assumed: bool = False  # nobody stated its prior sd

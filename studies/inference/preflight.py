@@ -16,8 +16,8 @@ class Misread:
     """A reading in which the data fit far better: sums of squares a number as they stand, and so read."""
 
     readings: tuple[str, ...]  # those that do about as well, the best first
-    before: float
-    after: float
+    before: float  # objective per number of data, as they stand
+    after: float  # the same, in the best reading
 
 
 def preflight(kind: Kind) -> Misread | None:

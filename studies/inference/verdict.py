@@ -59,15 +59,15 @@ class Reason:
 class Separation:
     """A further measurement and its gain: the smallest predicted distance of the leader to a rival, in sd."""
 
-    what: str
-    gain: float
+    what: str  # the measurement, in words
+    gain: float  # sd
 
 
 @dataclass(frozen=True)
 class Named:
     """An effect with its fitted parameters."""
 
-    identifier: str
+    identifier: str  # of the candidate
     parameters: Mapping[str, tuple[float, float]]  # name -> (value, sd), in the units of units
     units: Mapping[str, str] = field(default_factory=dict)  # name -> unit, SI; 1 for a pure number
     signature: str = ""  # what the effect does to the data, in words
@@ -80,18 +80,18 @@ class Named:
 class Mimic:
     """A term without a cause that would take the place of what is unexplained: its value and the chi^2 it leaves."""
 
-    what: str
-    value: float
-    chi2: float
+    what: str  # the term, in words
+    value: float  # of its size, in its unit
+    chi2: float  # with it, of all data
 
 
 @dataclass(frozen=True)
 class Judged:
     """A hypothesis that is not named: its chi^2 and goodness of fit."""
 
-    name: str
-    chi2: float
-    p: float
+    name: str  # identifiers joined by +
+    chi2: float  # of all data
+    p: float  # P(chi^2 larger)
 
 
 @dataclass(frozen=True)
