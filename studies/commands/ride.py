@@ -34,7 +34,7 @@ def command(
     extrapolate: bool,
 ) -> None:
     from studies.model_space.model_argument import choose
-    from studies.motion.ride import read_rider_control, rides, table, told, write_ride
+    from studies.motion.ride import read_rider_control, render_rides, rides, table, write_ride
     from studies.reporting.manifest import results
     from studies.reporting.output import parse_speeds, print_named_warnings, print_table, write_csv
 
@@ -54,7 +54,7 @@ def command(
             write_csv(pd.concat([ride.runs for ride in comparison]), out / "runs.csv")
             write_ride(comparison, out)
     print_table([list(row.values()) for row in rows], list(rows[0]))
-    click.echo(told(comparison, "ride.txt.j2").strip())
+    click.echo(render_rides(comparison, "ride.txt.j2").strip())
     print_named_warnings({label: model.linear_model().warnings for label, model in cases.items()})
 
 

@@ -201,7 +201,7 @@ def _record(
 ) -> tuple["dict[str, Array]", list[str]]:
     """Record the last response: its columns, with noise if there is a seed, and the inputs that no column holds."""
     from bicycle.identification.recording import INPUTS
-    from studies.motion.synthetic_sensors import recorded
+    from studies.motion.synthetic_sensors import record_motion
     from tyre.ground.errors import InputError
 
     if not responses:
@@ -209,7 +209,7 @@ def _record(
     response = list(responses.values())[-1].until_fall()
     columns_of_inputs = {name: column for column, name in INPUTS.items()}
     unrecorded = [name for name in response.inputs if columns_of_inputs.get(name) not in sensors.channels]
-    return recorded(response, sensors, seed), unrecorded
+    return record_motion(response, sensors, seed), unrecorded
 
 
 def _write_responses(responses: Mapping[str, "Response"], folder: Path, *, title: str) -> tuple[list[str], list[str]]:

@@ -41,9 +41,9 @@ __getattr__, __dir__ = room(
             "Sensor",
             "Sensors",
             "fine_step",
-            "lagged",
+            "apply_lag",
             "read_sensors",
-            "recorded",
+            "record_motion",
         ),
     },
 )

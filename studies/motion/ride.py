@@ -79,8 +79,8 @@ class RiderGains:
         nodes, *means = (np.add.reduceat(x[order], starts) / sizes for x in (self.speeds, *self.gains.values()))
         return {name: float(np.interp(speed, nodes, mean)) for name, mean in zip(self.gains, means, strict=True)}
 
-    def ridden(self, model: Model, gains: Mapping[str, float], *, delayed: bool = True) -> Model:
-        """The ``model`` under a rider of these gains; ``delayed``: with his delay, as a Pade approximant."""
+    def add_rider(self, model: Model, gains: Mapping[str, float], *, delayed: bool = True) -> Model:
+        """Add the rider with these ``gains`` (SI) to a ``model``; ``delayed``: with the delay, as Pade."""
         for effect in model.effects:
             if effect.identifier in EFFECTS:
                 raise InputError(f"the model has a rider already, [effects.{effect.identifier}]; take it out")
@@ -127,23 +127,25 @@ def read_rider_control(name_or_path: str | Path) -> RiderGains:
         numbers = [value for key, value in zip(columns, row, strict=False) if key != "run"]
         if len(row) != len(columns) or not all(is_number(value) and math.isfinite(value) for value in numbers):
             raise InputError(f"{name}: rows, number {place + 1} = {shown(row)} must hold {len(columns)} finite numbers")
-    found = {}
+    by_column = {}
     for key, unit, values in zip(columns, units, zip(*rows, strict=True), strict=True):
         factor = 1 if unit == COLUMNS[key] else factor_to_si(unit, COLUMNS[key], where=f"{name}: {key}")
-        found[key] = np.array(values) if key == "run" else float(factor) * np.array(values, float)
-    runs, speeds = found.pop("run", range(1, len(rows) + 1)), found.pop("speed")
+        by_column[key] = np.array(values) if key == "run" else float(factor) * np.array(values, float)
+    runs = by_column.pop("run", range(1, len(rows) + 1))
+    speeds = by_column.pop("speed")
     if (speeds <= 0).any():
         raise InputError(f"{name}: speed = {speeds.min():g} m/s must be above 0")
-    return RiderGains(path.stem, about, [str(run) for run in runs], speeds, _side_by_side(found) if nested else found)
+    gains = _combine_nested_loops(by_column) if nested else by_column
+    return RiderGains(path.stem, about, [str(run) for run in runs], speeds, gains)
 
 
-def _side_by_side(found: Mapping[str, Array]) -> dict[str, Array]:
+def _combine_nested_loops(loops: Mapping[str, Array]) -> dict[str, Array]:
     """Gains on each signal, of loops inside each other: T = k_delta (k_phi_dot (k_phi (...) - phi') - delta)."""
-    inner = -found["k_delta"] * found["k_phi_dot"]
-    roll = inner * found["k_phi"]
-    heading = roll * found["k_psi"]
-    whole = (-found["k_delta"], inner, roll, heading, heading * found["k_y"])
-    return dict(zip(("steer", "roll_rate", "roll", "heading", "position"), whole, strict=True))
+    inner = -loops["k_delta"] * loops["k_phi_dot"]
+    roll = inner * loops["k_phi"]
+    heading = roll * loops["k_psi"]
+    gains = (-loops["k_delta"], inner, roll, heading, heading * loops["k_y"])
+    return dict(zip(("steer", "roll_rate", "roll", "heading", "position"), gains, strict=True))
 
 
 def margins(rider: RiderGains, model: Model, gains: Mapping[str, float], speed: float) -> dict[str, float]:
@@ -154,7 +156,7 @@ def margins(rider: RiderGains, model: Model, gains: Mapping[str, float], speed: 
     """
     import control
 
-    linear = rider.ridden(model, gains, delayed=False).linear_model()
+    linear = rider.add_rider(model, gains, delayed=False).linear_model()
     state, inputs, _ = linear.matrices_at(speed)
     torque, applied = linear.states.index("rider_torque"), inputs[:, linear.inputs.index("steer_torque")]
     state[:, torque] -= applied  # his torque no longer acts: what is applied in its place comes back as L
@@ -181,7 +183,7 @@ class Ride:
 
     def root(self, gains: Mapping[str, float], speed: float) -> tuple[complex, dict[str, float]]:
         """Rightmost root (1/s, Im >= 0) at a ``speed`` and the share of each role of states in it, largest first."""
-        linear = self.rider.ridden(self.model, gains).linear_model()
+        linear = self.rider.add_rider(self.model, gains).linear_model()
         values, right, left = eigensystem(linear.state_matrix([speed]))
         place = int(np.lexsort((values[0].imag, values[0].real))[-1])
         weights = np.abs(left[0, place] * right[0, :, place])
@@ -230,17 +232,17 @@ class Ride:
                 "growth_1_s": root.real,
                 "frequency_Hz": float(frequency_hz(root)),
                 "motion": next(iter(shares)),
-                "softest_front_N_rad": self.softest(gains, speed),
+                "softest_front_N_rad": self.find_softest_tyre(gains, speed),
             }
             rows.append(row | (margins(self.rider, self.model, gains, speed) if root.real < 0 else {}))
         return pd.DataFrame(rows, columns=[*row, "gain_up", "gain_down", "phase_deg", "delay_s"])
 
-    def softest(self, gains: Mapping[str, float], speed: float) -> float:
+    def find_softest_tyre(self, gains: Mapping[str, float], speed: float) -> float:
         """Front cornering stiffness (N/rad), the rear in proportion, above which the rider holds.
 
         NaN without a tyre, inf if no stiffness looked at is enough, 0 if all are.
         """
-        family = ModelFamily(self.rider.ridden(self.model, gains))
+        family = ModelFamily(self.rider.add_rider(self.model, gains))
         keys, factors = [key for key in family.base if ".cornering_stiffness." in key], FACTORS  # rear, front
         if not keys:
             return math.nan
@@ -260,10 +262,10 @@ def rides(rider: RiderGains, models: Mapping[str, Model], speeds: Array | None =
     return tuple(Ride(label, rider, model, np.unique(speeds)) for label, model in models.items())
 
 
-def table(found: Sequence[Ride]) -> list[dict[str, str]]:
+def table(compared: Sequence[Ride]) -> list[dict[str, str]]:
     """Rows of the table of cases: ranges held, runs held, and median margins of these."""
     rows = []
-    for ride in found:
+    for ride in compared:
         middle, held = ride.runs.median(numeric_only=True), int((ride.runs.growth_1_s < 0).sum())
         rows.append(
             {
@@ -283,30 +285,30 @@ def _number(value: float, form: str) -> str:
     return "-" if math.isnan(value) else "never" if math.isinf(value) else format(value, form)
 
 
-def told(found: Sequence[Ride], template: str) -> str:
+def render_rides(compared: Sequence[Ride], template: str) -> str:
     """Fill a ``template`` for the terminal (.txt.j2) or the page (.md.j2)."""
-    rider = found[0].rider
-    tyred = [ride for ride in found if all(effect.identifier != "no_slip" for effect in ride.model.effects)]
+    rider = compared[0].rider
+    tyred = [ride for ride in compared if all(effect.identifier != "no_slip" for effect in ride.model.effects)]
     content = {
         "rider": rider,
-        "rides": found,
+        "rides": compared,
         "range": (rider.speeds.min(), rider.speeds.max()),
-        "table": table(found),
+        "table": table(compared),
         "tyred": tyred,
-        "softest": [ride.runs.softest_front_N_rad.max(skipna=False) for ride in found],
-        "others": [ride.label for ride in found if rider.about["bicycle"] not in ("", ride.model.bicycle.name)],
+        "softest": [ride.runs.softest_front_N_rad.max(skipna=False) for ride in compared],
+        "others": [ride.label for ride in compared if rider.about["bicycle"] not in ("", ride.model.bicycle.name)],
         "upright": [r.label for r in tyred if all(effect.identifier != "camber_thrust" for effect in r.model.effects)],
     }
     filters = {"number": _number, "hertz": lambda root: float(frequency_hz(root))}
     return render_file("studies.reporting", template, content, escaped="md" in template, filters=filters)
 
 
-def write_ride(found: Sequence[Ride], out: Path) -> None:
+def write_ride(compared: Sequence[Ride], out: Path) -> None:
     """Write figure and page into ``out``."""
-    name = f"Rider {found[0].rider.name}"
+    name = f"Rider {compared[0].rider.name}"
     with drawing(out / "ride", width=8.5, height=6.4) as canvas:
         growth, delay = canvas.subplots(2, 1, sharex=True)
-        for place, ride in enumerate(found):
+        for place, ride in enumerate(compared):
             own, runs = look(place), ride.runs
             growth.plot(ride.speeds, ride.curve, color=own.colour, linestyle=own.line, label=ride.label)
             marks = {"color": own.colour, "marker": "os^Dv"[place % 5], "linestyle": "none", "markersize": 4}
@@ -317,4 +319,4 @@ def write_ride(found: Sequence[Ride], out: Path) -> None:
         growth.legend()
         delay.set(ylabel="Delay margin, ms", xlabel="Speed, m/s")
         delay.set_ylim(bottom=0)
-    write_page(out, title=name, text=told(found, "ride.md.j2"))
+    write_page(out, title=name, text=render_rides(compared, "ride.md.j2"))

@@ -34,7 +34,7 @@ class Sensor:
 
     def read(self, dense: Array, true: Array, time: Array, rng: np.random.Generator | None = None) -> Array:
         """Read the motion ``true`` at even times ``dense`` (s): what is recorded at ``time`` (samples,)."""
-        seen = lagged(true, dense[1] - dense[0], 1 / (2 * math.pi * self.low_pass_hz)) if self.low_pass_hz else true
+        seen = apply_lag(true, dense[1] - dense[0], 1 / (2 * math.pi * self.low_pass_hz)) if self.low_pass_hz else true
         seen = np.interp(time - self.delay_s, dense, seen)  # before the start it stands still
         seen = (1 + self.scale_error) * seen + self.offset + self.drift_per_s * time
         if rng is not None and self.noise_sd:
@@ -46,13 +46,16 @@ class Sensor:
         return math.exp(-2 * math.pi * self.bandwidth_hz * step) if self.bandwidth_hz else self.correlation
 
 
-def lagged(signal: Array, step: float, constant: float) -> Array:
-    """First-order lag T y' = x - y of a signal that is straight between samples; it starts settled."""
+def apply_lag(signal: Array, step: float, constant: float) -> Array:
+    """Lag ``signal`` (samples,) by T y' = x - y with T = ``constant`` (s), beginning settled.
+
+    Samples are ``step`` (s) apart; the signal is straight between them.
+    """
     decay = math.exp(-step / constant)
     newer = 1 - (1 - decay) * constant / step  # weight of the newer sample, exact for a straight line
     older = 1 - decay - newer
-    found, _ = scipy.signal.lfilter([newer, older], [1.0, -decay], signal, zi=[(decay + older) * signal[0]])
-    return np.asarray(found)
+    lagging, _ = scipy.signal.lfilter([newer, older], [1.0, -decay], signal, zi=[(decay + older) * signal[0]])
+    return np.asarray(lagging)
 
 
 RECORDED = {name: output for name, output in {**CHANNELS, **INPUTS}.items() if name not in PLACELESS}
@@ -106,7 +109,7 @@ LABEL = "# SYNTHETIC: computed by velotyre simulate and not measured"
 SEPARATORS = str.maketrans(",;\t", "   ")  # a line that holds them looks like a line of the table to other readers
 
 
-def recorded(response: Response, sensors: Sensors, seed: int | None = None) -> dict[str, Array]:
+def record_motion(response: Response, sensors: Sensors, seed: int | None = None) -> dict[str, Array]:
     """Columns (samples,) of a recording, ``time_s`` first, SI."""
     dense = response.time
     count = math.floor((dense[-1] - dense[0]) * sensors.rate_hz * (1 + 1e-9)) + 1
@@ -117,12 +120,12 @@ def recorded(response: Response, sensors: Sensors, seed: int | None = None) -> d
         )
     time = np.arange(count) / sensors.rate_hz
     signals = {**response.outputs, **response.inputs}
-    found = {"time_s": time}
+    columns = {"time_s": time}
     for name, sensor in sensors.channels.items():
         true = np.asarray(signals.get(RECORDED[name], np.zeros(len(dense))))  # a torque that nobody gives is zero
         words = [seed or 0, round(1e6 * response.speed), zlib.crc32(name.encode())]
-        found[name] = sensor.read(dense, true, time, None if seed is None else np.random.default_rng(words))
-    return found
+        columns[name] = sensor.read(dense, true, time, None if seed is None else np.random.default_rng(words))
+    return columns
 
 
 def write_recording(target: Path, columns: dict[str, Array], words: str) -> None:

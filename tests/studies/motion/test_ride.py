@@ -90,7 +90,7 @@ def test_fifteen_riders_hold_without_slip_and_soft_tyres_lose_the_fast_ones():
     runs = [({name: values[k] for name, values in SCHWAB.gains.items()}, SCHWAB.speeds[k]) for k in range(15)]
     assert rigid.held == ((2.15, 7.36),)
     assert [sum(ride.root(*run)[0].real < 0 for run in runs) for ride in (rigid, tyred)] == [15, 14]
-    assert np.isnan(rigid.softest(*runs[0]))
+    assert np.isnan(rigid.find_softest_tyre(*runs[0]))
     soft = effect_class("side_slip")(cornering_stiffness=7000.0)
     (soft,) = rides(SCHWAB, {"soft": Model(DAVIS.bicycle, soft)}, np.linspace(2.2, 7.3, 8))
     ((low, high),) = soft.held
@@ -98,13 +98,13 @@ def test_fifteen_riders_hold_without_slip_and_soft_tyres_lose_the_fast_ones():
     assert low < high < 7.3
     assert soft.growth(high) == pytest.approx(0, abs=1e-3)
 
-    needed = [tyred.softest(*runs[k]) for k in (2, 4, 14)]
+    needed = [tyred.find_softest_tyre(*runs[k]) for k in (2, 4, 14)]
     assert needed == sorted(needed)
     for k, limit in zip((2, 14), (needed[0], needed[2]), strict=True):
         for away, holds in ((0.97, False), (1.03, True)):
             share = away * limit / per_rad["front"]
             scaled = type(tyre)(cornering_stiffness={w: share * c for w, c in per_rad.items()})
-            one = SCHWAB.ridden(Model(DAVIS.bicycle, (scaled, camber)), runs[k][0]).linear_model()
+            one = SCHWAB.add_rider(Model(DAVIS.bicycle, (scaled, camber)), runs[k][0]).linear_model()
             assert (one.eigenvalues(runs[k][1]).real.max() < 0) == holds
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bicycle.motion import Response
-from studies.motion import Sensor, Sensors, fine_step, lagged, recorded
+from studies.motion import Sensor, Sensors, apply_lag, fine_step, record_motion
 from tyre.ground import InputError
 
 DENSE = np.arange(4001) / 1000
@@ -25,7 +25,7 @@ def test_a_low_pass_follows_a_ramp_late_by_its_time_constant():
     constant = 1 / (2 * math.pi * 3.0)
     exact = 0.2 * (TIME - constant * (1 - np.exp(-TIME / constant)))
     assert Sensor(low_pass_hz=3.0).read(DENSE, RAMP, TIME) == pytest.approx(exact, abs=1e-12)
-    assert lagged(np.full(9, 2.5), 0.1, 0.05) == pytest.approx(2.5)  # begins settled
+    assert apply_lag(np.full(9, 2.5), 0.1, 0.05) == pytest.approx(2.5)  # begins settled
 
 
 def test_a_low_pass_turns_a_sine_at_its_corner_by_45_degrees():
@@ -71,16 +71,16 @@ SENSORS = Sensors(50.0, {
 
 
 def test_noise_is_that_of_the_seed_the_speed_and_the_channel():
-    one = recorded(response(), SENSORS, 7)
+    one = record_motion(response(), SENSORS, 7)
     assert list(one) == ["time_s", "roll_rate_rad_s", "steer_rad", "lean_torque_N_m", "steer_torque_N_m"]
     assert one["time_s"] == pytest.approx(np.arange(200) / 50)
-    quiet = recorded(response(), SENSORS)
+    quiet = record_motion(response(), SENSORS)
     assert quiet["roll_rate_rad_s"] == pytest.approx(np.sin(one["time_s"]), abs=1e-6)
     assert set(one["lean_torque_N_m"]) == {0.0}
     assert set(one["steer_torque_N_m"]) == {1.0}
 
     def noise(seed, speed=5.0):
-        made = recorded(response(speed), SENSORS, seed)
+        made = record_motion(response(speed), SENSORS, seed)
         return np.array([made[name] - quiet[name] for name in ("roll_rate_rad_s", "steer_rad")])
 
     assert (noise(7) == noise(7)).all()
@@ -90,7 +90,7 @@ def test_noise_is_that_of_the_seed_the_speed_and_the_channel():
 
 def test_a_recording_needs_samples():
     with pytest.raises(InputError, match="19 samples at 50 Hz until 0.379 s are too few for a recording .at least 20"):
-        recorded(response(seconds=0.38), SENSORS)
+        record_motion(response(seconds=0.38), SENSORS)
 
 
 @given(rate=st.floats(2.5, 2000.0), most=st.floats(1e-4, 0.1))
