@@ -61,14 +61,14 @@ class Axis:
 
 def effect_parameter(key: str) -> Any:
     """The declaration of ``effect.name[.wheel]``."""
-    own = ParameterKey.parse(key)
-    return next(p for p in effect_class(own.effect).parameters if p.name == own.name)
+    key_parts = ParameterKey.parse(key)
+    return next(p for p in effect_class(key_parts.effect).parameters if p.name == key_parts.name)
 
 
 def unit_of(key: str) -> str:
     """Unit of a parameter, the speed or a tyre's condition; empty for a name and what is no number of a model."""
-    own = ParameterKey.parse(key)
-    return str(effect_parameter(key).unit) if own.effect else {**UNITS, **OTHER_UNITS}.get(own.name, "")
+    key_parts = ParameterKey.parse(key)
+    return str(effect_parameter(key).unit) if key_parts.effect else {**UNITS, **OTHER_UNITS}.get(key_parts.name, "")
 
 
 def bounds_of(model: Model, name: str) -> tuple[float, float]:
@@ -83,8 +83,8 @@ def bounds_of(model: Model, name: str) -> tuple[float, float]:
 
 def axis_keys(model: Model) -> list[str]:
     """Keys of a model that can be an axis, beside the speed and the condition of its tyres."""
-    known = dict.fromkeys(str(ParameterKey.parse(entry).whole) for entry in model.parameters)
-    return [key for key in known if key not in UNUSED]
+    keys = dict.fromkeys(str(ParameterKey.parse(entry).whole) for entry in model.parameters)
+    return [key for key in keys if key not in UNUSED]
 
 
 def axis_of(model: Model, key: str) -> Axis:
@@ -92,12 +92,18 @@ def axis_of(model: Model, key: str) -> Axis:
     key = canonical(key)
     if key == SPEED:
         return Axis(SPEED, "m/s", (), (0.0, math.inf))
-    own = ParameterKey.parse(key)
-    if own.name in OF_THE_TYRE and not own.effect:
-        return Axis(key, unit_of(key), (own.wheel,) if own.wheel else WHEELS, CONDITION_BOUNDS[own.name])
+    key_parts = ParameterKey.parse(key)
+    if key_parts.name in OF_THE_TYRE and not key_parts.effect:
+        return Axis(
+            key, unit_of(key), (key_parts.wheel,) if key_parts.wheel else WHEELS, CONDITION_BOUNDS[key_parts.name]
+        )
     if not entries_of(key, set(model.parameters) - set(UNUSED)):
-        missing = own.effect and own.effect not in {effect.identifier for effect in model.effects}
-        hint = f"the model has no effect {own.effect}: add [effects.{own.effect}] to its file; " if missing else ""
+        missing = key_parts.effect and key_parts.effect not in {effect.identifier for effect in model.effects}
+        hint = (
+            f"the model has no effect {key_parts.effect}: add [effects.{key_parts.effect}] to its file; "
+            if missing
+            else ""
+        )
         raise InputError(hint + unknown("parameter", key, {SPEED, *OF_THE_TYRE, *ALIASES, *axis_keys(model)}))
     if key in model.tied:
         raise InputError(f"{key} was not given and equals {model.tied[key]} of the bicycle; give it a number first")
@@ -155,7 +161,7 @@ def ranges_by_name(texts: Sequence[str], option: str = "--limits") -> dict[str, 
 
 
 def _by_name(texts: Sequence[str], option: str, form: str, checked: Callable[[str, str], Value]) -> dict[str, Value]:
-    found: dict[str, Value] = {}
+    numbers: dict[str, Value] = {}
     for text in texts:
         name, _, value = text.partition("=")
         name = canonical(name)
@@ -165,7 +171,7 @@ def _by_name(texts: Sequence[str], option: str, form: str, checked: Callable[[st
             raise
         except ValueError:
             raise InputError(f"{option} {text}: give {form}") from None
-        if name in found:
+        if name in numbers:
             raise InputError(f"{option} {name} is given twice; keep one")
-        found[name] = number
-    return found
+        numbers[name] = number
+    return numbers

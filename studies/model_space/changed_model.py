@@ -39,8 +39,10 @@ MOVE_LOADS = frozenset(("w", "g", "mR", "mB", "mH", "mF", "xB", "xH"))
 
 def one_by_one(tyre: TyreSource, name: str, load: Array, pressure: Array) -> Array:
     """Property of a tyre at each load (N) and pressure (Pa), that it cannot tell of all at once; NaN where none."""
-    asked, at = np.unique(np.column_stack([load, pressure]), axis=0, return_inverse=True)
-    return np.array([getattr(tyre.at(load=n, pressure=p, extrapolate=True), name) for n, p in asked], float)[at.ravel()]
+    conditions, at = np.unique(np.column_stack([load, pressure]), axis=0, return_inverse=True)
+    return np.array([getattr(tyre.at(load=n, pressure=p, extrapolate=True), name) for n, p in conditions], float)[
+        at.ravel()
+    ]
 
 
 @dataclass(frozen=True)
@@ -71,20 +73,20 @@ class TyreConditions:
 
     def values(self, load_N: Conditions, pressure_bar: Conditions) -> dict[str, Array]:
         """Parameters of effects that the tyres give, by name, (m,) each."""
-        found: dict[str, Array] = {}
+        parameters: dict[str, Array] = {}
         for wheel in WHEELS:
-            wanted = {key: name for key, name in self.given.items() if ParameterKey.parse(key).wheel == wheel}
+            of_wheel = {key: name for key, name in self.given.items() if ParameterKey.parse(key).wheel == wheel}
             load, pressure = np.broadcast_arrays(
                 np.atleast_1d(np.asarray(load_N[wheel], float)),
                 np.atleast_1d(np.asarray(pressure_bar[wheel], float)) * PASCAL_PER_BAR,
             )
-            held = dict(self.sources[wheel].linear(load=load, pressure=pressure)) if wanted else {}
-            held = parameters_of_effects(held, load=load) if wanted else held
-            for key, name in wanted.items():
-                if name not in held:
-                    held[name] = one_by_one(self.sources[wheel], name, load, pressure)
-                found[key] = np.asarray(held[name], float)
-        return found
+            properties = dict(self.sources[wheel].linear(load=load, pressure=pressure)) if of_wheel else {}
+            properties = parameters_of_effects(properties, load=load) if of_wheel else properties
+            for key, name in of_wheel.items():
+                if name not in properties:
+                    properties[name] = one_by_one(self.sources[wheel], name, load, pressure)
+                parameters[key] = np.asarray(properties[name], float)
+        return parameters
 
     def check(self, load_N: Conditions, pressure_bar: Conditions) -> None:
         """Refuse conditions that a tyre does not take."""
@@ -98,21 +100,21 @@ class TyreConditions:
                         f"{wheel} wheel at {load:g} N, {bar:g} bar: give loads above 0 N, and pressures above 0 and up "
                         f"to {MOST_BAR:g} bar"
                     )
-                beyond = out_of_reach(source, load=load, pressure=bar * PASCAL_PER_BAR)
-                if beyond and not self.extrapolate:
+                doubt = out_of_reach(source, load=load, pressure=bar * PASCAL_PER_BAR)
+                if doubt and not self.extrapolate:
                     nearer = f"take a range nearer to the tests, or, if a guess will do, --{EXTRAPOLATE}"
-                    raise InputError(f"{wheel} wheel: {beyond}; {nearer}")
+                    raise InputError(f"{wheel} wheel: {doubt}; {nearer}")
                 source.at(load=load, pressure=bar * PASCAL_PER_BAR, extrapolate=True)
 
     def inside(self, load_N: Conditions, pressure_bar: Conditions) -> NDArray[np.bool_]:
         """Conditions (m,) at which both tyres are measured or interpolated."""
         good: Any = True
         for wheel, source in self.sources.items():
-            for given, (low, high) in (
+            for condition, (low, high) in (
                 (load_N[wheel], source.load_range),
                 (np.asarray(pressure_bar[wheel], float) * PASCAL_PER_BAR, source.pressure_range),
             ):
-                value = np.asarray(given, float)
+                value = np.asarray(condition, float)
                 good = good & ~((value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9)))
         return np.atleast_1d(np.asarray(good, bool))
 
@@ -130,8 +132,8 @@ class ModelSpace:
         if conditions and self.tyres is None:
             raise InputError(f"{conditions[0]} needs a measured tyre in the model file (tyre, surface, pressure_bar)")
         self.entries = tuple(self._entries(axis) for axis in self.axes)
-        every = [entry for entries in self.entries for entry in entries]
-        twice = next((entry for entry in every if every.count(entry) > 1), None)
+        all_entries = [entry for entries in self.entries for entry in entries]
+        twice = next((entry for entry in all_entries if all_entries.count(entry) > 1), None)
         if twice is not None:
             raise InputError(f"{', '.join(keys)}: {twice} is set twice; keep one of them")
         self.evaluate = self.family.evaluate  # derives the equations: after all that is refused without them
@@ -162,8 +164,8 @@ class ModelSpace:
     @cached_property
     def _moving(self) -> frozenset[str]:
         """Parameters that move load between the wheels."""
-        own = [key for e in self.model.effects if e.moves_load for key in e.values(self.model.bicycle.values)]
-        return frozenset((*UNITS, *own)) if own else MOVE_LOADS
+        of_effects = [key for e in self.model.effects if e.moves_load for key in e.values(self.model.bicycle.values)]
+        return frozenset((*UNITS, *of_effects)) if of_effects else MOVE_LOADS
 
     @cached_property
     def tyre_moves(self) -> tuple[bool, ...]:
@@ -173,14 +175,14 @@ class ModelSpace:
     def values(self, x: ArrayLike, changed: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Every parameter of the model, numbers or (m,) each."""
         columns = np.atleast_2d(np.asarray(x, float)).T
-        given: dict[str, Any] = dict(changed or {})
+        settings: dict[str, Any] = dict(changed or {})
         for axis, entries, column in zip(self.axes, self.entries, columns, strict=True):
             if axis.key != SPEED and not axis.wheels:
-                given |= dict.fromkeys(entries, column)
-        values = self.family.values(given)
-        if self.tyres is not None and (any(self.tyre_moves) or self._moving & given.keys()):
+                settings |= dict.fromkeys(entries, column)
+        values = self.family.values(settings)
+        if self.tyres is not None and (any(self.tyre_moves) or self._moving & settings.keys()):
             loads, bars = self.conditions(x, values)
-            values |= {key: value for key, value in self.tyres.values(loads, bars).items() if key not in given}
+            values |= {key: value for key, value in self.tyres.values(loads, bars).items() if key not in settings}
         return values
 
     def conditions(self, x: ArrayLike, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -194,14 +196,18 @@ class ModelSpace:
         return loads, bars
 
     def _speeds(self, x: Array, speed: ArrayLike | None) -> Array:
-        own = [axis.key for axis in self.axes]
-        given = x[:, own.index(SPEED)] if SPEED in own else np.asarray(math.nan if speed is None else speed, float)
-        return np.broadcast_to(given, np.broadcast_shapes(given.shape, x.shape[:1]))
+        keys = [axis.key for axis in self.axes]
+        speeds = x[:, keys.index(SPEED)] if SPEED in keys else np.asarray(math.nan if speed is None else speed, float)
+        return np.broadcast_to(speeds, np.broadcast_shapes(speeds.shape, x.shape[:1]))
 
     def _pencil(self, speeds: Array, values: Mapping[str, Any]) -> tuple[Array, Array, Any]:
-        found, scale = self.evaluate(values), self.family.scale
+        pencil, scale = self.evaluate(values), self.family.scale
         shape = (len(speeds), len(scale), len(scale))
-        return np.broadcast_to(found.mass, shape) * scale, np.broadcast_to(found.dynamics(speeds), shape) * scale, found
+        return (
+            np.broadcast_to(pencil.mass, shape) * scale,
+            np.broadcast_to(pencil.dynamics(speeds), shape) * scale,
+            pencil,
+        )
 
     def matrices(self, x: ArrayLike, speed: ArrayLike | None = None, changed: Mapping[str, Any] | None = None) -> Array:
         """Scaled state matrices (m, n, n), eigenvalues in 1/s, of m points or of one at m speeds (m/s)."""
@@ -216,38 +222,40 @@ class ModelSpace:
         """The matrices and their derivatives (m, d, n, n) with each axis."""
         points = np.atleast_2d(np.asarray(x, float))
         speeds, values = self._speeds(points, speed), self.values(points)
-        mass, dynamics, found = self._pencil(speeds, values)
+        mass, dynamics, pencil = self._pencil(speeds, values)
         matrix = np.linalg.solve(mass, dynamics)
         scale, right = self.family.scale, []
         for i, axis in enumerate(self.axes):
             if axis.key == SPEED:
-                right.append(np.broadcast_to(found.dynamics.derivative(speeds), matrix.shape) * scale)
+                right.append(np.broadcast_to(pencil.dynamics.derivative(speeds), matrix.shape) * scale)
                 continue
             total: Any = np.zeros_like(matrix)
             for key, slope in self._directions(points, i).items():
                 change = self.evaluate.derivative(key, values)
-                own = np.broadcast_to(change.dynamics(speeds), matrix.shape) * scale
-                own = own - (np.broadcast_to(change.mass, matrix.shape) * scale) @ matrix
-                total = total + np.asarray(slope)[..., None, None] * own
+                slope_of_key = np.broadcast_to(change.dynamics(speeds), matrix.shape) * scale
+                slope_of_key = slope_of_key - (np.broadcast_to(change.mass, matrix.shape) * scale) @ matrix
+                total = total + np.asarray(slope)[..., None, None] * slope_of_key
             right.append(total)
         return np.asarray(matrix), np.asarray(np.linalg.solve(mass[:, None], np.stack(right, 1)))
 
     def _directions(self, x: Array, i: int) -> dict[str, Any]:
         """Derivatives of parameters with axis number ``i``, in SI units per unit of the axis."""
         axis, tied = self.axes[i], self.model.tied
-        own = [] if axis.wheels else list(self.entries[i])
-        others = {entry for entries in self.entries for entry in entries}
-        own += [follower for follower, leader in tied.items() if leader in own and follower not in others]
-        found: dict[str, Any] = dict.fromkeys(own, 1.0)
+        moved_keys = [] if axis.wheels else list(self.entries[i])
+        axis_entries = {entry for entries in self.entries for entry in entries}
+        moved_keys += [
+            follower for follower, leader in tied.items() if leader in moved_keys and follower not in axis_entries
+        ]
+        slopes: dict[str, Any] = dict.fromkeys(moved_keys, 1.0)
         if self.tyre_moves[i]:
             assert self.tyres is not None
             step = 1e-6 * np.maximum(np.abs(x[:, i]), 1e-3)
-            away = np.eye(len(self.axes))[i] * step[:, None]
-            values = self.values(np.concatenate([x + away, x - away]))
-            for key in [key for key in self.tyres.given if key not in others]:
+            steps = np.eye(len(self.axes))[i] * step[:, None]
+            values = self.values(np.concatenate([x + steps, x - steps]))
+            for key in [key for key in self.tyres.given if key not in axis_entries]:
                 ends = np.broadcast_to(values[key], 2 * len(x))
-                found[key] = (ends[: len(x)] - ends[len(x) :]) / (2 * step)
-        return found
+                slopes[key] = (ends[: len(x)] - ends[len(x) :]) / (2 * step)
+        return slopes
 
     def numbers_at(self, x: ArrayLike, changed: Mapping[str, float] | None = None) -> dict[str, float]:
         """Every parameter of the model at one point."""
@@ -282,17 +290,17 @@ class ModelSpace:
             for end in (points[:, i].min(), points[:, i].max()):
                 low, high = axis.bounds
                 if not low <= end <= high:
-                    here = f"{axis.key} = {end:g} {axis.unit}"
-                    raise InputError(f"{here} is not possible; give values from {low:g} to {high:g}")
+                    place = f"{axis.key} = {end:g} {axis.unit}"
+                    raise InputError(f"{place} is not possible; give values from {low:g} to {high:g}")
         values = self.values(points)
         for why, mask in impossible_bicycles({key: values[key] for key in UNITS}).items():
             raise InputError(f"{self._place(points[np.broadcast_to(mask, len(points)).argmax()])}: {why}")
         if self.tyres is not None and any(self.tyre_moves):
             self.tyres.check(*self.conditions(points, values))
-        given = {key: value for key, value in values.items() if np.ndim(value)}
-        refused = self.family.without_mass(given, len(points))
-        if refused.any():
-            raise InputError(f"{self._place(points[refused.argmax()])}: the mass matrix is not positive definite")
+        arrays = {key: value for key, value in values.items() if np.ndim(value)}
+        without_mass = self.family.without_mass(arrays, len(points))
+        if without_mass.any():
+            raise InputError(f"{self._place(points[without_mass.argmax()])}: the mass matrix is not positive definite")
         for corner in np.unique(np.clip(points, points.min(0), points.max(0))[[0, -1]], axis=0):
             self.model_at(corner)
 
@@ -306,18 +314,18 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
     values = space.numbers_at(point)
     content = dict(space.content)
     tables = {name: dict(table) for name, table in content.get("effects", {}).items()}
-    own = [axis.key for axis in space.axes]
-    if any(key in UNITS for key in own):
-        content["bicycle"] = _bicycle(space, {key for key in own if key in UNITS}, values)
-    given = {} if space.tyres is None else space.tyres.given
-    if any(entry in given for entries in space.entries for entry in entries):
-        tables = {name: _without_tyre(name, table, given, values) for name, table in tables.items()}
+    keys = [axis.key for axis in space.axes]
+    if any(key in UNITS for key in keys):
+        content["bicycle"] = _bicycle(space, {key for key in keys if key in UNITS}, values)
+    from_tyres = {} if space.tyres is None else space.tyres.given
+    if any(entry in from_tyres for entries in space.entries for entry in entries):
+        tables = {name: _without_tyre(name, table, from_tyres, values) for name, table in tables.items()}
     for axis, entries, number in zip(space.axes, space.entries, point.tolist(), strict=True):
         if axis.wheels:
             law = next(table for table in tables.values() if "tyre" in table)
             old = law["pressure_bar"]
-            each: dict[str, Any] = dict(old) if isinstance(old, Mapping) else dict.fromkeys(WHEELS, old)
-            law["pressure_bar"] = _plain(each | dict.fromkeys(axis.wheels, number))
+            by_wheel: dict[str, Any] = dict(old) if isinstance(old, Mapping) else dict.fromkeys(WHEELS, old)
+            law["pressure_bar"] = _plain(by_wheel | dict.fromkeys(axis.wheels, number))
         elif axis.key not in UNITS:
             key = ParameterKey.parse(entries[0])
             tables[key.effect][key.name] = _value(key.effect, key.name, values)
@@ -326,11 +334,11 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
 
 def _bicycle(space: ModelSpace, changed: set[str], values: Mapping[str, float]) -> dict[str, Any]:
     bicycle = space.model.bicycle
-    given = space.content["bicycle"]
+    stated = space.content["bicycle"]
     whole = model_table(replace(bicycle, values=dict(bicycle.values) | {key: values[key] for key in changed}))
     # a table that says it by other names (trail, z_up) would contradict the key that is changed
-    keeps = isinstance(given, Mapping) and set(given) <= {*UNITS, *UNUSED, *WORDS, COVARIANCE}
-    return dict(given) | {key: whole[key] for key in changed} if keeps else whole
+    keeps = isinstance(stated, Mapping) and set(stated) <= {*UNITS, *UNUSED, *WORDS, COVARIANCE}
+    return dict(stated) | {key: whole[key] for key in changed} if keeps else whole
 
 
 def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:
@@ -339,32 +347,32 @@ def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:
     return _plain({wheel: values[f"{effect}.{name}.{wheel}"] for wheel in WHEELS})
 
 
-def _plain(each: Mapping[str, Any]) -> Any:
-    return each[WHEELS[0]] if each[WHEELS[0]] == each[WHEELS[1]] else dict(each)
+def _plain(by_wheel: Mapping[str, Any]) -> Any:
+    return by_wheel[WHEELS[0]] if by_wheel[WHEELS[0]] == by_wheel[WHEELS[1]] else dict(by_wheel)
 
 
 def _without_tyre(
-    name: str, table: Mapping[str, Any], given: Mapping[str, str], values: Mapping[str, float]
+    name: str, table: Mapping[str, Any], from_tyres: Mapping[str, str], values: Mapping[str, float]
 ) -> dict[str, Any]:
     """The table of an effect with numbers in place of what its tyre gives."""
-    kept = {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}
-    names = dict.fromkeys(ParameterKey.parse(key).name for key in given if ParameterKey.parse(key).effect == name)
-    return kept | {own: _value(name, own, values) for own in names}
+    numbers = {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}
+    names = dict.fromkeys(ParameterKey.parse(key).name for key in from_tyres if ParameterKey.parse(key).effect == name)
+    return numbers | {own: _value(name, own, values) for own in names}
 
 
 def near_to(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The content with files that lie in ``folder``, or below, named from there."""
-    found, home = dict(content), folder.resolve()
+    changed, home = dict(content), folder.resolve()
 
     def name(value: Any) -> Any:
         path = Path(value) if isinstance(value, str) else None
-        inside = path is not None and path.is_absolute() and path.is_relative_to(home)
-        return path.relative_to(home).as_posix() if inside and path is not None else value
+        is_inside = path is not None and path.is_absolute() and path.is_relative_to(home)
+        return path.relative_to(home).as_posix() if is_inside and path is not None else value
 
-    found["bicycle"] = name(content.get("bicycle"))
+    changed["bicycle"] = name(content.get("bicycle"))
     tables = {key: dict(table) for key, table in content.get("effects", {}).items()}
     for table in tables.values():
         if "tyre" in table:
             tyre = table["tyre"]
             table["tyre"] = {w: name(one) for w, one in tyre.items()} if isinstance(tyre, Mapping) else name(tyre)
-    return found | ({"effects": tables} if tables else {})
+    return changed | ({"effects": tables} if tables else {})

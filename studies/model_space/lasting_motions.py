@@ -51,22 +51,22 @@ class Trace(NamedTuple):
     followed: bool  # to an end within linear geometry
 
 
-def branches_of(found: LimitCycles, mode: str) -> list[Branch]:
-    """Branches of the motions ``found`` that are, or may be, of a ``mode``."""
-    return [branch for branch in found.branches if mode in branch.mode.split("+")]
+def branches_of(cycles: LimitCycles, mode: str) -> list[Branch]:
+    """Branches of the motions ``cycles`` that are, or may be, of a ``mode``."""
+    return [branch for branch in cycles.branches if mode in branch.mode.split("+")]
 
 
-def traces_of(found: LimitCycles, mode: str = "") -> list[Trace]:
-    """Numbers along every branch of the motions ``found``, or along those of a ``mode``."""
+def traces_of(cycles: LimitCycles, mode: str = "") -> list[Trace]:
+    """Numbers along every branch of the motions ``cycles``, or along those of a ``mode``."""
     traces = []
-    for branch in branches_of(found, mode) if mode else found.branches:
+    for branch in branches_of(cycles, mode) if mode else cycles.branches:
         rows = []
-        for one in (point.cycle for point in branch.points):
-            moves = one.slips.any()
-            angle = np.degrees(found.amplitude(one)) if moves else 0.0
-            kind = found.stability(one) if moves else ""
-            stays = moves and (kind != "no" or lasts(found, one))  # what falls slowly is balanced
-            rows.append((one.speed, angle, one.frequency_hz, kind, stays))
+        for cycle in (point.cycle for point in branch.points):
+            moves = cycle.slips.any()
+            angle = np.degrees(cycles.amplitude(cycle)) if moves else 0.0
+            kind = cycles.stability(cycle) if moves else ""
+            stays = moves and (kind != "no" or lasts(cycles, cycle))  # what falls slowly is balanced
+            rows.append((cycle.speed, angle, cycle.frequency_hz, kind, stays))
         speed, amplitude, frequency, stable, lasting = zip(*rows, strict=True)
         stable = (stable[0] or stable[1], *stable[1:-1], stable[-1] or stable[-2])
         followed = branch.reason not in ("geometry", "lost")
@@ -75,11 +75,11 @@ def traces_of(found: LimitCycles, mode: str = "") -> list[Trace]:
     return traces
 
 
-def lasts(found: LimitCycles, cycle: Cycle) -> bool:
+def lasts(cycles: LimitCycles, cycle: Cycle) -> bool:
     """True if nothing faster than 1.5 Hz leaves a ``cycle``."""
-    multipliers = found.multipliers(cycle)
-    others = np.delete(multipliers, np.abs(multipliers - 1).argmin())  # all but the one along the cycle
-    growing = others[np.abs(others) > np.exp(GROWS * cycle.period / 2)]
+    multipliers = cycles.multipliers(cycle)
+    across = np.delete(multipliers, np.abs(multipliers - 1).argmin())  # all but the one along the cycle
+    growing = across[np.abs(across) > np.exp(GROWS * cycle.period / 2)]
     hertz = np.abs(np.angle(-growing)) / (np.pi * cycle.period)  # of half a period and the mirror image
     return bool((hertz < BALANCED).all())
 
@@ -97,54 +97,58 @@ class Extent(NamedTuple):
 def extent(traces: Iterable[Trace], up_to: float = np.inf) -> Extent | None:
     """Extent over the speed (to ``up_to``, m/s) of the wobbles that last; None without any."""
     parts = []
-    for one in traces:
-        last, speed = one.lasting & (one.speed <= up_to), one.speed
-        if WOBBLE not in one.mode.split("+") or not last.any():
+    for trace in traces:
+        last, speed = trace.lasting & (trace.speed <= up_to), trace.speed
+        if WOBBLE not in trace.mode.split("+") or not last.any():
             continue
-        height = np.where(last, one.amplitude, 0.0)
-        beside = (one.amplitude == 0) | (one.lasting & (speed > up_to))
-        reached = np.minimum(speed[last | (beside & (np.convolve(last, [1, 1, 1], "same") > 0))], up_to)
+        height = np.where(last, trace.amplitude, 0.0)
+        neighbours = (trace.amplitude == 0) | (trace.lasting & (speed > up_to))
+        reached = np.minimum(speed[last | (neighbours & (np.convolve(last, [1, 1, 1], "same") > 0))], up_to)
         k = int(height.argmax())
         at, largest = speed[k], height[k]
-        near = slice(k - 1, k + 2)
-        if last[near].sum() == 3 and abs(np.sign(np.diff(speed[near])).sum()) == 2:  # the parabola through three points
-            bend, slope, _ = np.polyfit(speed[near] - at, height[near], 2)
+        around = slice(k - 1, k + 2)
+        if (
+            last[around].sum() == 3 and abs(np.sign(np.diff(speed[around])).sum()) == 2
+        ):  # the parabola through three points
+            bend, slope, _ = np.polyfit(speed[around] - at, height[around], 2)
             at, largest = at - slope / (2 * bend), largest - slope**2 / (4 * bend)
-        followed = one.followed and one.amplitude.max() <= height.max()
+        followed = trace.followed and trace.amplitude.max() <= height.max()
         ends = float(reached.min()), float(reached.max())
         parts.append(Extent(*ends, float(largest), float(at), bool(followed)))
     if not parts:
         return None
-    low, high = min(one.low for one in parts), max(one.high for one in parts)
-    most = max(parts, key=lambda one: one.largest)
-    return most._replace(low=low, high=high, followed=all(one.followed for one in parts))
+    low, high = min(trace.low for trace in parts), max(trace.high for trace in parts)
+    most = max(parts, key=lambda trace: trace.largest)
+    return most._replace(low=low, high=high, followed=all(trace.followed for trace in parts))
 
 
-def motion_at(found: LimitCycles, speed: float, mode: str = WOBBLE) -> float:
+def motion_at(limit_cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> float:
     """Amplitude at the bar (degrees) of the largest motion of a ``mode`` that lasts at a ``speed`` (m/s).
 
     0 if there is none; NaN if the mode is unstable and none was found, so that it is larger than linear geometry holds.
     """
-    cycles = {found.amplitude(cycle): cycle for branch in branches_of(found, mode) for cycle in branch.at(speed)}
-    largest = next((size for size in sorted(cycles, reverse=True) if lasts(found, cycles[size])), None)
+    cycles = {
+        limit_cycles.amplitude(cycle): cycle for branch in branches_of(limit_cycles, mode) for cycle in branch.at(speed)
+    }
+    largest = next((size for size in sorted(cycles, reverse=True) if lasts(limit_cycles, cycles[size])), None)
     if largest is not None:
         return float(np.degrees(largest))
-    return np.nan if _unstable(found, speed, mode) else 0.0
+    return np.nan if _unstable(limit_cycles, speed, mode) else 0.0
 
 
-def largest_wobble(found: LimitCycles) -> float:
+def largest_wobble(cycles: LimitCycles) -> float:
     """Largest amplitude at the bar (degrees) of wobble over the speed, 0 and NaN as of :func:`motion_at`."""
-    reached = extent(traces_of(found, WOBBLE))
+    reached = extent(traces_of(cycles, WOBBLE))
     if reached is None:
-        return np.nan if any(_unstable(found, one.critical.speed + 1e-9) for one in found.onsets) else 0.0
+        return np.nan if any(_unstable(cycles, one.critical.speed + 1e-9) for one in cycles.onsets) else 0.0
     return reached.largest if reached.followed else np.nan
 
 
-def _unstable(found: LimitCycles, speed: float, mode: str = WOBBLE) -> bool:
+def _unstable(cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> bool:
     """True if a ``mode`` grows at a ``speed`` (m/s), by its critical speeds."""
-    edges = [one.critical for one in found.onsets if mode in one.critical.mode.split("+")]
-    below = [one for one in edges if one.speed <= speed]
-    return below[-1].destabilising if below else bool(edges) and not edges[0].destabilising
+    edges = [one.critical for one in cycles.onsets if mode in one.critical.mode.split("+")]
+    passed = [one for one in edges if one.speed <= speed]
+    return passed[-1].destabilising if passed else bool(edges) and not edges[0].destabilising
 
 
 class Side(NamedTuple):
@@ -157,21 +161,21 @@ class Side(NamedTuple):
     caught: float | None  # degrees at the bar of the motion within linear geometry that lasts just above that speed
 
 
-def side_of(found: LimitCycles, damping: float = 0.0) -> Side:
-    """Wobble and weave of the motions ``found`` with this ``damping`` (N m s/rad)."""
-    begins = [one for one in found.onsets if one.critical.destabilising and one.critical.frequency_hz >= SLOWEST]
+def side_of(cycles: LimitCycles, damping: float = 0.0) -> Side:
+    """Wobble and weave of the motions ``cycles`` with this ``damping`` (N m s/rad)."""
+    begins = [one for one in cycles.onsets if one.critical.destabilising and one.critical.frequency_hz >= SLOWEST]
     weave = next((one for one in begins if WEAVE in one.critical.mode.split("+")), None)
-    above = [cycle for _, cycle in found.at(weave.critical.speed * (1 + 1e-3))] if weave else []
-    caught = [found.amplitude(one) for one in above if lasts(found, one) and found.within_geometry(one)]
-    wobble, degrees = _wobbles(one.critical for one in found.onsets), float(np.degrees(max(caught, default=np.nan)))
-    return Side(damping, wobble, extent(traces_of(found, WOBBLE)), weave, degrees if caught else None)
+    cycles_above = [cycle for _, cycle in cycles.at(weave.critical.speed * (1 + 1e-3))] if weave else []
+    caught = [cycles.amplitude(one) for one in cycles_above if lasts(cycles, one) and cycles.within_geometry(one)]
+    wobble, degrees = _wobbles(one.critical for one in cycles.onsets), float(np.degrees(max(caught, default=np.nan)))
+    return Side(damping, wobble, extent(traces_of(cycles, WOBBLE)), weave, degrees if caught else None)
 
 
 def with_damper(model: Model, damping: float) -> Model:
     """The ``model`` with ``damping`` (N m s/rad) at the bar beside what it has."""
     kind = effect_class(DAMPER)
-    own = next((getattr(one, "damping", 0.0) for one in model.effects if one.identifier == DAMPER), 0.0)
-    return model.with_effect(kind(damping=own + damping))
+    stated = next((getattr(one, "damping", 0.0) for one in model.effects if one.identifier == DAMPER), 0.0)
+    return model.with_effect(kind(damping=stated + damping))
 
 
 def least_damper(model: Model, max_speed: float) -> float | None:
@@ -181,8 +185,8 @@ def least_damper(model: Model, max_speed: float) -> float | None:
     for count in (25, 20):  # steps of 0.2, then of 0.01
         steps = low + width * np.arange(1, count + 1) / count
         numbers = {key: damped.parameters[key] + steps}
-        found, refused = critical_speeds_of_many(ModelFamily(damped, (key,)), numbers, count, max_speed)
-        ends = [float(steps[k]) for k, speeds in enumerate(found) if k not in refused and not _wobbles(speeds)]
+        crossings, impossible = critical_speeds_of_many(ModelFamily(damped, (key,)), numbers, count, max_speed)
+        ends = [float(steps[k]) for k, speeds in enumerate(crossings) if k not in impossible and not _wobbles(speeds)]
         if not ends:
             return None
         low, width = ends[0] - width / count, width / count
@@ -193,13 +197,13 @@ def _wobbles(critical: Iterable[CriticalSpeed]) -> tuple[CriticalSpeed, ...]:
     return tuple(one for one in critical if WOBBLE in one.mode.split("+"))
 
 
-def sides(found: LimitCycles, damping: float | None, tyres: Mapping[str, Any], max_speed: float) -> list[Side]:
+def sides(cycles: LimitCycles, damping: float | None, tyres: Mapping[str, Any], max_speed: float) -> list[Side]:
     """Both sides of a damper at the bar: without and with ``damping`` (N m s/rad), by default the least that ends
     wobble; one side if there is no wobble to end, or no such damper."""
-    first = side_of(found)
+    first = side_of(cycles)
     if damping is None:
-        damping = least_damper(found.model, max_speed) if first.wobble else None
+        damping = least_damper(cycles.model, max_speed) if first.wobble else None
     if damping is None:
         return [first]
-    damped = find_limit_cycles(with_damper(found.model, damping), **tyres, max_speed=max_speed)
+    damped = find_limit_cycles(with_damper(cycles.model, damping), **tyres, max_speed=max_speed)
     return [first, side_of(damped, damping)]

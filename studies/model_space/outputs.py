@@ -103,10 +103,10 @@ def output(name: str, *, unit: str, label: str, source: str, **more: Any) -> Cal
 
 def scalar_output(name: str) -> Output:
     """The output of a name, if it is one number of a bicycle (at a speed)."""
-    found = OUTPUTS.get(name)
-    if found is None or not found.scalar:
+    output = OUTPUTS.get(name)
+    if output is None or not output.scalar:
         raise InputError(unknown("output", name, [one.name for one in OUTPUTS.values() if one.scalar]))
-    return found
+    return output
 
 
 @output(
@@ -183,21 +183,21 @@ def _placed(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed:
 def _critical_speeds(
     family: ModelFamily, values: Mapping[str, Any], count: int, max_speed: float
 ) -> tuple[Array, dict[int, str]]:
-    found, refused = critical_speeds_of_many(family, values, count, max_speed=max_speed)
+    crossings_of_items, impossible = critical_speeds_of_many(family, values, count, max_speed=max_speed)
     names = mode_names(family.model.linear_model())
     result = np.full((count, len(names) + 1, len(CHANGES), OCCURRENCES), np.nan)
-    for number, crossings in enumerate(found):
+    for number, crossings in enumerate(crossings_of_items):
         try:
             result[number] = _placed(names, crossings, max_speed)
         except InputError as error:
-            refused[number] = str(error)
-    return result, refused
+            impossible[number] = str(error)
+    return result, impossible
 
 
 @output("wobble_amplitude", unit="deg", label="Amplitude of wobble at the bar", source=MODEL)
 def _wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> Array:
-    found = find_limit_cycles(model, max_speed=max(max_speed, HIGHEST))
-    return np.array([motion_at(found, speed) for speed in np.asarray(speeds).tolist()])
+    cycles = find_limit_cycles(model, max_speed=max(max_speed, HIGHEST))
+    return np.array([motion_at(cycles, speed) for speed in np.asarray(speeds).tolist()])
 
 
 @output(

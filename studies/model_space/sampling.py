@@ -95,8 +95,8 @@ class BoundedDraws:
 
     def linear(self, z: Array) -> Array:
         """Normal quantities (n, m) from standard normal ``z`` (n, m), whatever the bounds: mean + factor z."""
-        moved = sum(np.multiply.outer(a, b) for a, b in zip(self.factor.T, z, strict=True))
-        return np.asarray(self.mean[:, None] + moved)
+        deviations = sum(np.multiply.outer(a, b) for a, b in zip(self.factor.T, z, strict=True))
+        return np.asarray(self.mean[:, None] + deviations)
 
     def __call__(self, z: Array) -> Array:
         """Quantities (n, m) within the bounds from standard normal ``z`` (n, m)."""
@@ -122,20 +122,22 @@ class BoundedDraws:
     @cached_property
     def _stated(self) -> Array:
         """Correlation (n, n) as stated."""
-        found = self._unit @ self._unit.T
-        np.fill_diagonal(found, 1.0)
-        return found
+        correlation = self._unit @ self._unit.T
+        np.fill_diagonal(correlation, 1.0)
+        return correlation
 
     @cached_property
     def root(self) -> Array:
         """Matrix (n, n), rows of length 1: correlated g from independent z, near to the linear ones."""
         if len(self.mean) == 1:
             return np.ones((1, 1))
-        wanted = np.where(self._mixed, self._stated * self._ratio, self._stated)
+        correlation = np.where(self._mixed, self._stated * self._ratio, self._stated)
         growth = np.maximum(self._signs * self._stated * self._spreads, -1 + 1e-12)
-        wanted = np.clip(np.where(self._both, self._signs * np.log1p(growth) / self._products, wanted), -1.0, 1.0)
-        np.fill_diagonal(wanted, 1.0)
-        values, vectors = np.linalg.eigh(wanted)
+        correlation = np.clip(
+            np.where(self._both, self._signs * np.log1p(growth) / self._products, correlation), -1.0, 1.0
+        )
+        np.fill_diagonal(correlation, 1.0)
+        values, vectors = np.linalg.eigh(correlation)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         root /= np.linalg.norm(root, axis=1)[:, None]
         left, _, right = np.linalg.svd(root.T @ self._unit)
@@ -143,7 +145,7 @@ class BoundedDraws:
 
     def notes(self, names: Sequence[str]) -> tuple[str, ...]:
         """Remarks on what cannot be drawn as stated, with ``names`` for the quantities."""
-        found = [
+        remarks = [
             f"{name} stands at the end of what is possible, so its draws lie on one side of it: their root-mean-square "
             f"distance to it is the stated {sd:.3g}"
             for name, kind, sd in zip(names, self.kind, self.sd, strict=True)
@@ -154,11 +156,11 @@ class BoundedDraws:
         drawn = np.where(self._mixed, drawn / self._ratio, drawn)
         drawn = np.where(self._both, self._signs * growth / self._spreads, drawn)
         if np.abs(drawn - self._stated).max() > 0.01:
-            found.append(
+            remarks.append(
                 f"quantities that keep their sign cannot have the stated correlations of {', '.join(names)}; means and "
                 "standard deviations are kept, the correlations are the nearest that can be had"
             )
-        return tuple(found)
+        return tuple(remarks)
 
 
 def _kind(mean: float, sd: float, low: float, high: float) -> int:

@@ -30,17 +30,17 @@ def unstable_modes(model: LinearModel, speed: float) -> tuple[str, ...]:
 
 
 def record(
-    model: LinearModel, found: Modes | None, critical: Sequence[CriticalSpeed], *, max_speed: float
+    model: LinearModel, modes_along_speed: Modes | None, critical: Sequence[CriticalSpeed], *, max_speed: float
 ) -> dict[str, Any]:
     """Make the result JSON-ready; ``max_speed`` (m/s) is that of the search; complex numbers as [real, imaginary]."""
-    speeds = np.empty(0) if found is None else found.speeds
+    speeds = np.empty(0) if modes_along_speed is None else modes_along_speed.speeds
     rear, front = (None if math.isnan(load) else load for load in model.static_loads)  # matrices tell no loads
     return {
         "states": list(model.states),
         "static_loads_N": {"rear": rear, "front": front},
         "speeds_m_s": speeds.tolist(),
         "eigenvalues": [[[z.real, z.imag] for z in row] for row in model.eigenvalues(speeds)] if speeds.size else [],
-        "modes": {} if found is None else found.to_dict(),
+        "modes": {} if modes_along_speed is None else modes_along_speed.to_dict(),
         "critical_speeds": [
             {
                 "speed_m_s": c.speed,
@@ -58,8 +58,8 @@ def record(
     }
 
 
-def records(found: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+def records(by_name: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
     """Join the records of bicycles by name; the only one has an empty name and stays as it is."""
-    if "" in found:
-        return found[""]
-    return {"bicycles": [{"name": name} | one for name, one in found.items()]}
+    if "" in by_name:
+        return by_name[""]
+    return {"bicycles": [{"name": name} | one for name, one in by_name.items()]}

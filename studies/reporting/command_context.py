@@ -41,29 +41,29 @@ def made_by() -> str:
 
 
 @contextmanager
-def working_told(*, after: float = 2.0, every: float = 1.0) -> Iterator[None]:
+def working_told(*, after: float = 2.0, interval: float = 1.0) -> Iterator[None]:
     """Count seconds on the standard error of a terminal, if the block takes longer than ``after`` s without a bar."""
     if not sys.stderr.isatty():
         yield
         return
-    done, begun, told = threading.Event(), time.monotonic(), threading.Event()
+    finished, begun, printed = threading.Event(), time.monotonic(), threading.Event()
 
     def tell() -> None:
         wait = after
-        while not done.wait(wait):
+        while not finished.wait(wait):
             bars = getattr(sys.modules.get("tqdm.std"), "tqdm", None)
             if not getattr(bars, "_instances", ()):
-                told.set()
+                printed.set()
                 seconds = time.monotonic() - begun
                 click.echo(f"\r\x1b[Kvelotyre: {seconds:.0f} s\r", err=True, nl=False)  # what comes next stands over it
-            wait = every
+            wait = interval
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
     try:
         yield
     finally:
-        done.set()
+        finished.set()
         teller.join()
-        if told.is_set():
+        if printed.is_set():
             click.echo("\r\x1b[K", err=True, nl=False)

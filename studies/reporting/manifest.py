@@ -38,19 +38,19 @@ def results(folder: Path) -> Iterator[None]:
     context = click.get_current_context(silent=True)
     arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
     named = [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)]
-    made = not folder.is_dir()
+    created = not folder.is_dir()
     folder.mkdir(parents=True, exist_ok=True)
     waiting = f"{folder}: another command is writing there; this one waits for its end"
     with held(folder, lambda: print_warnings([waiting])):
         folder.mkdir(exist_ok=True)  # the other one may have taken back what it had made
         called = "" if context is None else "_".join(context.command_path.split()[1:])
-        with _recorded(folder, called, arguments, named, made=made):
+        with _recorded(folder, called, arguments, named, created=created):
             yield
 
 
 @contextmanager
 def _recorded(
-    folder: Path, called: str, arguments: Sequence[str], named: list[dict[str, Any]], *, made: bool
+    folder: Path, called: str, arguments: Sequence[str], named: list[dict[str, Any]], *, created: bool
 ) -> Iterator[None]:
     manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
     if (stopped := unfinished(manifest)) is not None:
@@ -71,7 +71,7 @@ def _recorded(
     except BaseException:
         if _stamps(folder) == before and stopped is None:  # refused before it wrote: there is nothing to replace
             manifest.unlink()
-            if made:
+            if created:
                 folder.rmdir()
         raise
     written = [file for file, stamp in _stamps(folder).items() if before.get(file) != stamp]
@@ -82,8 +82,8 @@ def _recorded(
 def unfinished(manifest: Path) -> str | None:
     """Command that wrote a ``manifest`` and did not finish; None if it did, or if there is no manifest."""
     try:
-        found = json.loads(manifest.read_text(encoding="utf-8"))
-        return None if found["finished"] else str(found["command"])
+        content = json.loads(manifest.read_text(encoding="utf-8"))
+        return None if content["finished"] else str(content["command"])
     except FileNotFoundError:
         return None
     except (ValueError, KeyError, TypeError):
@@ -93,27 +93,27 @@ def unfinished(manifest: Path) -> str | None:
 def inputs(arguments: Sequence[str], *, outside: Path) -> list[Path]:
     """List files that the ``arguments`` of a command line name, those of a folder, and those that they name
     themselves."""
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     for argument in arguments:
         text = argument.partition("=")[2] if argument.startswith("--") and "=" in argument else argument
         for name in (text, text.rpartition("@")[0]):  # RUN.csv@4.8 is a file and its speed
             if name and "\0" not in name and os.path.exists(name):
                 if Path(name).resolve() != outside.resolve():
-                    _follow(Path(name), found)
+                    _follow(Path(name), files)
                 break
-    return [file for file in found if not file.resolve().is_relative_to(outside.resolve())]
+    return [file for file in files if not file.resolve().is_relative_to(outside.resolve())]
 
 
-def _follow(path: Path, found: dict[Path, None]) -> None:
-    """Add a file, its sidecar and the files that it names, or the files of a folder, to those ``found``."""
+def _follow(path: Path, files: dict[Path, None]) -> None:
+    """Add a file, its sidecar and the files that it names, or the files of a folder, to ``files``."""
     if path.is_dir():
-        found |= dict.fromkeys(files_below(path))
+        files |= dict.fromkeys(files_below(path))
         return
-    if path in found or not path.is_file():
+    if path in files or not path.is_file():
         return
-    found[path] = None
+    files[path] = None
     if (sidecar := path.with_suffix(".toml")).is_file():
-        _follow(sidecar, found)
+        _follow(sidecar, files)
     if path.suffix.lower() == ".toml":
         try:
             content = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -121,19 +121,19 @@ def _follow(path: Path, found: dict[Path, None]) -> None:
             return
         for name in texts_in(content):  # os.path says no where pathlib raises: a text may be too long for a name
             if name and "\0" not in name and len(name) < 1024 and os.path.isfile(path.parent / name):
-                _follow(path.parent / name, found)
+                _follow(path.parent / name, files)
 
 
 def _stamps(folder: Path, deepest: int = 3) -> dict[Path, tuple[int, int, int]]:
     """Inode, time of change and size of each file: a file written again has others."""
-    found = {}
+    stamps = {}
     for place, folders, names in os.walk(folder):
         depth = len(Path(place).relative_to(folder).parts)
         folders[:] = [name for name in folders if depth + 1 < deepest and name != "cache" and not name.startswith(".")]
         for name in names:
             state = os.stat(file := Path(place) / name)
-            found[file] = (state.st_ino, state.st_mtime_ns, state.st_size)
-    return found
+            stamps[file] = (state.st_ino, state.st_mtime_ns, state.st_size)
+    return stamps
 
 
 def _entry(file: Path, name: str) -> dict[str, Any]:

@@ -74,9 +74,9 @@ def make_environment(package: str = "", *, escaped: bool, **settings: Any) -> "j
         folder = resources.files(package).joinpath("templates")
         settings["loader"] = jinja2.FunctionLoader(lambda file: folder.joinpath(file).read_text(encoding="utf-8"))
     settings |= {"finalize": _escaped if escaped else lambda value: value, "bytecode_cache": _code_cache()}
-    found = jinja2.Environment(autoescape=escaped, undefined=jinja2.StrictUndefined, **settings)
-    found.filters |= {"cells": cells, "oneline": one_line, "f": format}
-    return found
+    environment = jinja2.Environment(autoescape=escaped, undefined=jinja2.StrictUndefined, **settings)
+    environment.filters |= {"cells": cells, "oneline": one_line, "f": format}
+    return environment
 
 
 def _code_cache() -> "jinja2.BytecodeCache":

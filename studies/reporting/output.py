@@ -57,7 +57,7 @@ def write_json(content: Mapping[str, Any], target: str) -> None:
     _write(text + "\n", target, "JSON", "result")
 
 
-def _write(text: str, target: str | Path, form: str, what: str) -> None:
+def _write(text: str, target: str | Path, form: str, contents: str) -> None:
     if target == "-":
         click.echo(text, nl=False)
         return
@@ -65,14 +65,14 @@ def _write(text: str, target: str | Path, form: str, what: str) -> None:
     try:
         write_text(target, text)
     except OSError as error:
-        raise InputError(f"{target}: cannot write the {what}: {error.strerror}") from error
+        raise InputError(f"{target}: cannot write the {contents}: {error.strerror}") from error
 
 
 def check_targets(**targets: str | None) -> None:
     """Refuse ``targets`` (file names by option; ``json``, all others CSV) before anything is computed."""
-    there = [f"--{name} -" for name, target in targets.items() if target == "-"]
-    if len(there) > 1:
-        raise InputError(f"{' and '.join(there)} would write into each other; give one of them a file")
+    on_screen = [f"--{name} -" for name, target in targets.items() if target == "-"]
+    if len(on_screen) > 1:
+        raise InputError(f"{' and '.join(on_screen)} would write into each other; give one of them a file")
     for name, target in targets.items():
         if not target or target == "-":
             continue
@@ -162,8 +162,8 @@ def print_critical(
     throughout = {name: unstable_modes(models[name], within) for name, found in critical.items() if not found}
     if "" in throughout:
         modes = ", ".join(throughout[""])
-        what = f"unstable at all of them ({modes} at {within:g} m/s)" if modes else "unstable at none of them"
-        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {what}")
+        stability = f"unstable at all of them ({modes} at {within:g} m/s)" if modes else "unstable at none of them"
+        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {stability}")
         return
     rows: list[list[Any]] = []
     begins = any(c.begins for speeds in critical.values() for c in speeds)

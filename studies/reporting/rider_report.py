@@ -28,16 +28,16 @@ WORDS = {
 }
 
 
-def save_figure(found: RiderOnBicycle, target: Path) -> None:
+def save_figure(cyclist: RiderOnBicycle, target: Path) -> None:
     """Draw a rider on a bicycle and save it as ``target`` .png and .svg."""
     with drawing(target, width=8.6, height=5.0) as figure:
         side, front = figure.subplots(1, 2, width_ratios=[2.4, 1], sharey=True)
-        _bicycle(side, front, found)
-        for segment in sorted(found.segments, key=_order):
+        _bicycle(side, front, cyclist)
+        for segment in sorted(cyclist.segments, key=_order):
             _outline(side, segment, SIDE)
             _outline(front, segment, FRONT)
-        whole, at = found.values, found.contacts
-        centres = [found.body.centre[[0, 2]], (found.frame["xB"], found.frame["zB"]), (whole["xB"], whole["zB"])]
+        whole, at = cyclist.values, cyclist.contacts
+        centres = [cyclist.body.centre[[0, 2]], (cyclist.frame["xB"], cyclist.frame["zB"]), (whole["xB"], whole["zB"])]
         for (x, z), marker, label in zip(np.array(centres), "o^*", ("rider", "rear frame", "both"), strict=True):
             side.plot(
                 x,
@@ -52,10 +52,10 @@ def save_figure(found: RiderOnBicycle, target: Path) -> None:
             )
         points = np.array([at.hip, at.pedals, at.hands])
         side.plot(*_up(points).T, "o", color="black", markersize=4, zorder=21)
-        knees, elbows = math.degrees(found.seated.knee_flexion), math.degrees(found.seated.elbow_flexion)
-        side.set_title(WORDS["title"].format(**_names(found), knees=knees, elbows=elbows))
+        knees, elbows = math.degrees(cyclist.seated.knee_flexion), math.degrees(cyclist.seated.elbow_flexion)
+        side.set_title(WORDS["title"].format(**_names(cyclist), knees=knees, elbows=elbows))
         side.set(xlabel="x forward of the rear contact, m", ylabel="height, m")
-        assumed = [key for key in found.geometry.assumed if key.endswith(("_m", "_deg"))]
+        assumed = [key for key in cyclist.geometry.assumed if key.endswith(("_m", "_deg"))]
         if assumed:
             side.text(
                 0.99,
@@ -75,9 +75,9 @@ def save_figure(found: RiderOnBicycle, target: Path) -> None:
             axes.axhline(0, color="black", linewidth=0.8)
 
 
-def _names(found: RiderOnBicycle) -> dict[str, Any]:
-    lean = math.degrees(found.angles.torso_lean)
-    return {"rider": found.rider.name, "frame": found.frame.name, "posture": found.posture, "lean": lean}
+def _names(cyclist: RiderOnBicycle) -> dict[str, Any]:
+    lean = math.degrees(cyclist.angles.torso_lean)
+    return {"rider": cyclist.rider.name, "frame": cyclist.frame.name, "posture": cyclist.posture, "lean": lean}
 
 
 def _order(segment: Segment) -> int:
@@ -108,9 +108,9 @@ def _outline(axes: Any, segment: Segment, plane: tuple[int, int]) -> None:
             axes.plot(*_up(edge).T, color=LINES, linewidth=0.9, zorder=style["zorder"])
 
 
-def _bicycle(side: Any, ahead: Any, found: RiderOnBicycle) -> None:
+def _bicycle(side: Any, front_view: Any, cyclist: RiderOnBicycle) -> None:
     """Wheels and the lines of frame and fork between measured points; the tubes are only for the eye."""
-    p, at = found.frame.values, found.contacts
+    p, at = cyclist.frame.values, cyclist.contacts
     rear, front = np.array([0.0, -p["rR"]]), np.array([p["w"], -p["rF"]])
     for hub, radius in ((rear, p["rR"]), (front, p["rF"])):
         turn = np.linspace(0, 2 * np.pi, 91)
@@ -129,60 +129,67 @@ def _bicycle(side: Any, ahead: Any, found: RiderOnBicycle) -> None:
         saddle,
     ):
         side.plot(*_up(np.array(line)).T, color=GREY, linewidth=2.2, solid_joinstyle="round")
-    ahead.plot([0, 0], [0, 2 * p["rF"]], color=GREY, linewidth=5, zorder=1)
-    ahead.plot([0, 0], [2 * p["rF"], -at.hands[1]], color=GREY, linewidth=2.2, zorder=1)
-    ahead.plot([-at.half_width, at.half_width], [-at.hands[1]] * 2, color=GREY, linewidth=3, zorder=30)
+    front_view.plot([0, 0], [0, 2 * p["rF"]], color=GREY, linewidth=5, zorder=1)
+    front_view.plot([0, 0], [2 * p["rF"], -at.hands[1]], color=GREY, linewidth=2.2, zorder=1)
+    front_view.plot([-at.half_width, at.half_width], [-at.hands[1]] * 2, color=GREY, linewidth=3, zorder=30)
 
 
 HEADERS = ("", "unit", "frame", "rider", "both", "sd", "sd mainly from")
 UNITS = ("m", "m", "kg", "kg m^2", "kg m^2", "kg m^2", "kg m^2")
 
 
-def with_provenance(found: RiderOnBicycle, name: str) -> Bicycle:
+def with_provenance(cyclist: RiderOnBicycle, name: str) -> Bicycle:
     """The bicycle with rider as a parameter set called ``name`` that says what it is and where it comes from."""
-    assumed, angles = found.geometry.assumed, found.angles._asdict()
+    assumed, angles = cyclist.geometry.assumed, cyclist.angles._asdict()
     source = WORDS["source"].format(
-        **_names(found),
-        frame_source=found.frame.source or "a file",
-        rider_source=found.rider.source,
+        **_names(cyclist),
+        frame_source=cyclist.frame.source or "a file",
+        rider_source=cyclist.rider.source,
         yeadon=yeadon_version(),
-        seat_source=found.geometry.source or "fit rule",
+        seat_source=cyclist.geometry.source or "fit rule",
         angles=", ".join(f"{n.replace('_', ' ')} {math.degrees(v):g} deg" for n, v in angles.items() if v),
         assumed=f"; assumed: {', '.join(assumed)}" if assumed else "",
     )
-    made = found.bicycle(name, WORDS["description"].format(**_names(found), mass=found.body.mass), source)
-    values = {k: float(f"{v:.7g}") if k in FRAME_KEYS else v for k, v in made.values.items()}
-    sd = {k: float(f"{v:.3g}") if k in FRAME_KEYS and k not in made.covariance.names else v for k, v in made.sd.items()}
-    return replace(made, values=values, sd=sd)
+    joined = cyclist.bicycle(name, WORDS["description"].format(**_names(cyclist), mass=cyclist.body.mass), source)
+    values = {k: float(f"{v:.7g}") if k in FRAME_KEYS else v for k, v in joined.values.items()}
+    sd = {
+        k: float(f"{v:.3g}") if k in FRAME_KEYS and k not in joined.covariance.names else v
+        for k, v in joined.sd.items()
+    }
+    return replace(joined, values=values, sd=sd)
 
 
-def file_text(found: RiderOnBicycle, bicycle: Bicycle, command: str) -> str:
+def file_text(cyclist: RiderOnBicycle, bicycle: Bicycle, command: str) -> str:
     """Text of the bicycle's file, with joint angles and the largest causes of uncertainty as comments."""
     correlations = "the sds are stated one by one; their correlations are left out"
-    said = [f"made by: {command}", *notes(found), *([] if bicycle.covariance.names else [correlations])]
-    said += [f"{key}: sd mainly from {cause}" for key, cause in main_causes(found)]
-    angles = {k: v for k, v in found.seated.configuration.items() if v and k[:2] not in ("CB", "B1", "PK", "K1")}
-    said.append("joint angles, deg (left side): " + ", ".join(f"{k} {math.degrees(v):.2f}" for k, v in angles.items()))
-    said.append("seat: " + ", ".join(f"{k} {v:.4g}" for k, v in found.geometry.values.items()))
-    return "".join(f"# {line}\n" for line in said) + "\n" + to_toml(bicycle)
+    comments = [f"made by: {command}", *notes(cyclist), *([] if bicycle.covariance.names else [correlations])]
+    comments += [f"{key}: sd mainly from {cause}" for key, cause in main_causes(cyclist)]
+    angles = {k: v for k, v in cyclist.seated.configuration.items() if v and k[:2] not in ("CB", "B1", "PK", "K1")}
+    comments.append(
+        "joint angles, deg (left side): " + ", ".join(f"{k} {math.degrees(v):.2f}" for k, v in angles.items())
+    )
+    comments.append("seat: " + ", ".join(f"{k} {v:.4g}" for k, v in cyclist.geometry.values.items()))
+    return "".join(f"# {line}\n" for line in comments) + "\n" + to_toml(bicycle)
 
 
-def notes(found: RiderOnBicycle) -> list[str]:
+def notes(cyclist: RiderOnBicycle) -> list[str]:
     """Notes on what is assumed or odd, one sentence each."""
-    assumed = [key.rpartition("_")[0].replace("_", " ") for key in found.geometry.assumed]
-    content = {"found": found, "assumed": assumed, "leg_share": LEG_SHARE, "usual": POSTURES[found.posture]}
-    content["lean"], content["elbows"] = np.degrees([found.angles.torso_lean, POSTURES[found.posture].elbow_flexion])
+    assumed = [key.rpartition("_")[0].replace("_", " ") for key in cyclist.geometry.assumed]
+    content = {"found": cyclist, "assumed": assumed, "leg_share": LEG_SHARE, "usual": POSTURES[cyclist.posture]}
+    content["lean"], content["elbows"] = np.degrees(
+        [cyclist.angles.torso_lean, POSTURES[cyclist.posture].elbow_flexion]
+    )
     return render_file("studies.reporting", "rider_notes.txt.j2", content, escaped=False).splitlines()
 
 
-def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:
+def main_causes(cyclist: RiderOnBicycle) -> list[tuple[str, str]]:
     """Key, and its two largest independent causes with their share of its variance, if that is 5 % or more."""
     rows = []
     for column, key in enumerate(FRAME_KEYS):
-        if key not in found.values:
+        if key not in cyclist.values:
             continue
         variance: dict[str, float] = {}
-        for cause, step in found.causes.items():
+        for cause, step in cyclist.causes.items():
             name = cause.partition(PART)[0]
             variance[name] = variance.get(name, 0.0) + float(step[column] ** 2)
         total = sum(variance.values())
@@ -192,28 +199,28 @@ def main_causes(found: RiderOnBicycle) -> list[tuple[str, str]]:
     return rows
 
 
-def table(found: RiderOnBicycle) -> list[list[Any]]:
+def table(cyclist: RiderOnBicycle) -> list[list[Any]]:
     """Rows of key, unit, frame alone, rider alone, both, sd, main causes."""
-    whole, sd, causes = found.values, found.sd, dict(main_causes(found))
-    inertia, centre = found.body.inertia, found.body.centre
+    whole, sd, causes = cyclist.values, cyclist.sd, dict(main_causes(cyclist))
+    inertia, centre = cyclist.body.inertia, cyclist.body.centre
     rider = dict(
         zip(
             FRAME_KEYS,
-            (centre[0], centre[2], found.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
+            (centre[0], centre[2], cyclist.body.mass, *inertia[(0, 1, 2), (0, 1, 2)], inertia[0, 2]),
             strict=True,
         )
     )
     return [
-        [key, unit, found.frame.values.get(key), float(rider[key]), whole[key], sd[key], causes[key]]
+        [key, unit, cyclist.frame.values.get(key), float(rider[key]), whole[key], sd[key], causes[key]]
         for key, unit in zip(FRAME_KEYS, UNITS, strict=True)
         if key in whole
     ]
 
 
-def loads(found: RiderOnBicycle, bicycle: Bicycle) -> list[tuple[str, float, float]]:
+def loads(cyclist: RiderOnBicycle, bicycle: Bicycle) -> list[tuple[str, float, float]]:
     """Wheel, static load and its sd (N) from the causes of mass and mass centre."""
-    mass, x = found.values["mB"], found.values["xB"]
-    steps = np.array(list(found.causes.values()))
+    mass, x = cyclist.values["mB"], cyclist.values["xB"]
+    steps = np.array(list(cyclist.causes.values()))
     moment = mass * steps[:, 0] + x * steps[:, 2]
     front = bicycle["g"] * moment / bicycle["w"]
     rear = bicycle["g"] * steps[:, 2] - front

@@ -80,7 +80,7 @@ class Uncertainty(UncertainModel):
 
     @property
     def given_anew(self) -> tuple[list[str], ParameterCovariance]:
-        """Parameters whose stated covariance does not hold, as their sd is given; and that covariance."""
+        """Parameters whose covariance in the model does not hold, as the user gives their sd; and that covariance."""
         covariance = self._stated.covariance
         origin = {key: deviation.origin for key, deviation in self._own.items()}
         return [
@@ -108,13 +108,13 @@ class Uncertainty(UncertainModel):
         return quantities + [quantity for output in outputs for quantity in self._of_output(output, v, z, max_speed)]
 
     def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
-        """Number of the drawn bicycles that are impossible and left out, by reason."""
+        """Count the drawn bicycles that are impossible and left out, by reason."""
         return self.filter_possible(self.draw(samples, seed))[1]
 
     def count_unlisted(
         self, quantities: Sequence[Quantity], *, max_speed: float = 60.0, samples: int = 2000, seed: int = 0
     ) -> int:
-        """Samples, at least, with critical speeds that the nominal model does not have."""
+        """Count the samples, at least, with critical speeds up to ``max_speed`` (m/s) that the nominal model lacks."""
         listed = {q.crossing: q.samples for q in quantities}
         crossings = {which: crossing for which, crossing in self.crossings(max_speed).items() if which in listed}
         z, _ = self.filter_possible(self.draw(samples, seed))
@@ -130,13 +130,16 @@ class Uncertainty(UncertainModel):
         return number
 
     def crossings(self, max_speed: float = 60.0) -> dict[CrossingIdentity, CriticalSpeed]:
-        """Critical speeds of the nominal model up to ``max_speed`` (m/s), each by what tells it from the others."""
+        """Critical speeds of the nominal model up to ``max_speed`` (m/s), by mode, direction and occurrence."""
         return by_identity(critical_speeds(self.nominal.linear_model(), max_speed=max_speed))
 
     def crossing_speeds(
         self, crossing: CriticalSpeed, slopes: Mapping[str, float], z: Array, max_speed: float
     ) -> Array:
-        """A critical speed (m,) in m/s of other bicycles, ``z`` (m, names); NaN where it has vanished."""
+        """Follow a critical speed to other bicycles ``z`` (m, names): (m,), m/s; NaN where it has vanished.
+
+        ``slopes`` are its derivatives with the free parameters, m/s each.
+        """
         start = np.maximum(crossing.speed + self.change(slopes, z), 0.2 * crossing.speed)
         omega = crossing.angular_frequency
         result, _ = self._newton(crossing, z, start, np.full(len(z), omega))
@@ -204,7 +207,7 @@ class Uncertainty(UncertainModel):
             yield Quantity(str(which), "m/s", crossing.speed, gradient, self.shares(gradient), samples, which)
 
     def _of_output(self, output: Output, speeds: Array, z: Array, max_speed: float) -> Iterator[Quantity]:
-        """Quantities of any output of one number; its gradient by central differences."""
+        """Yield an output of one number, at each of ``speeds`` (k,), m/s, if it has one; gradient by differences."""
         if output.by_speed and not speeds.size:
             raise InputError(f"output {output.name}: give --speeds (m/s) at which it is wanted")
         count = len(self.names)
@@ -217,7 +220,7 @@ class Uncertainty(UncertainModel):
             yield Quantity(label, output.unit, float(values[0, k]), gradient, self.shares(gradient), drawn[:, k])
 
     def _values(self, output: Output, speeds: Array, points: Points, count: int, max_speed: float) -> Array:
-        """An output (m, k) of bicycles, by speed if it is."""
+        """Evaluate an output (m, k) of ``count`` bicycles, at each speed if it has one, in its unit."""
         if output.source == ROOTS:
             polynomial, _ = ModelFamily(self.nominal).polynomials(points.harmless.values, count)
             return np.asarray(output.function(eigenvalues(polynomial(speeds[None]))))
@@ -228,7 +231,10 @@ class Uncertainty(UncertainModel):
 def total_effects(
     uncertainty: Uncertainty, name: str | CrossingIdentity, *, max_speed: float = 60.0, base: int = 512, seed: int = 0
 ) -> dict[str, tuple[float, float, float]]:
-    """Variance-based indices of a critical speed: which measurement would narrow it most (Saltelli et al. 2010)."""
+    """Compute by measurement the first-order and total index of a critical speed and the 95 % half width of the total.
+
+    Shares of its variance (Saltelli et al. 2010): which measurement would narrow it most.
+    """
     try:
         from SALib.analyze import sobol
         from SALib.sample import sobol as sampling
@@ -266,7 +272,7 @@ LEAST = 40  # draws, of which one lies below 2.5 % on average and one above 97.5
 
 
 def group_of(measurement: str) -> str:
-    """Group of a ``measurement``: a stiffness of the tyre, a kind of parameter of the bicycle, or the effect's name."""
+    """Name the group of a ``measurement``: a tyre's stiffness, a kind of parameter of the bicycle, or an effect."""
     key = measurement.split(", ")[0]
     if key not in UNITS:
         return ParameterKey.parse(key).effect if "." in key else measurement  # the latter of the tyre
@@ -276,7 +282,7 @@ def group_of(measurement: str) -> str:
 
 
 def by_group(shares: Mapping[str, float], group: Callable[[str], str] = group_of) -> dict[str, float]:
-    """Shares of the linear variance by group, from ``shares`` by measurement."""
+    """Sum the shares of the linear variance by group, from ``shares`` by measurement."""
     share_by_group: dict[str, float] = {}
     for measurement, share in shares.items():
         share_by_group[group(measurement)] = share_by_group.get(group(measurement), 0.0) + share
@@ -284,7 +290,10 @@ def by_group(shares: Mapping[str, float], group: Callable[[str], str] = group_of
 
 
 def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> dict[str, float]:
-    """Shares of a result's linear variance that go if one of the numbers known together is known exactly."""
+    """Compute by how much (share) a result's linear variance falls if one number of a ``measurement`` were exact.
+
+    ``gradient`` (names,) is that of the result in z; the largest first.
+    """
     rows = {key: model.jacobian[key] for key in model.measurements[measurement] if key in model.jacobian}
     total = gradient @ gradient
     shares = {k: float((row @ gradient) ** 2 / (row @ row) / total) for k, row in rows.items() if row.any() and total}
@@ -292,26 +301,26 @@ def known_exactly(model: UncertainModel, measurement: str, gradient: Array) -> d
 
 
 def counted_as_exact(model: UncertainModel) -> dict[str, str]:
-    """Parameters of the equations that have no standard deviation -> why not."""
+    """List the parameters of the equations that have no standard deviation, and why not."""
     entering = model.nominal.evaluator.symbolic.parameters
     reasons = {key: d.why for key, d in model.deviations.items() if d.origin == EXACT and key in entering}
     return reasons | dict.fromkeys(model.unstated_stiffnesses, AT_CONDITIONS)
 
 
 def assumed_sd(model: UncertainModel) -> dict[str, float]:
-    """Standard deviations (SI) that no source states, by parameter."""
+    """List the assumed standard deviations (SI), which no source states, by parameter."""
     entering = model.nominal.evaluator.symbolic.parameters
     return {key: d.sd for key, d in model.deviations.items() if d.origin == ASSUMED and key in entering}
 
 
 def remarks(quantities: Sequence[Quantity], unlisted: int, samples: int, max_speed: float) -> tuple[str, ...]:
-    """Remarks on what some samples do not have, and where linear propagation fails."""
+    """Write remarks on what some samples do not have, and where linear propagation fails; ``max_speed`` in m/s."""
     content = {"found": quantities, "unlisted": unlisted, "samples": samples, "max_speed": max_speed, "least": LEAST}
     return _render_lines("remarks", content | {"differs": differs})
 
 
 def describe_assumptions(model: UncertainModel) -> tuple[str, ...]:
-    """Lines on numbers that are counted as exact, by reason, and on deviations that are assumed."""
+    """Write lines on numbers that are treated as exact, by reason, and on deviations that are assumed."""
     exact: dict[str, list[str]] = {}
     for key, why in counted_as_exact(model).items():
         exact.setdefault(why, []).append(key)
@@ -328,7 +337,7 @@ def _render_lines(name: str, content: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def dropped_correlations(uncertainty: Uncertainty) -> tuple[str, ...]:
-    """Remarks on correlations that a model states of parameters whose sd is given anew."""
+    """Write remarks on correlations in a model that are dropped because the user gives an sd."""
     names, covariance = uncertainty.given_anew
     correlated = len(covariance.names) - len(names)
     return tuple(

@@ -139,7 +139,10 @@ class UncertainModel:
         return GIVEN if self._relative_given else ASSUMED
 
     def points(self, z: Array, *, linear: bool = False, share: float = 1.0) -> Points:
-        """Parameters of bicycles (m,) from standard normal numbers; what is impossible is marked."""
+        """Compute the parameters (SI) of bicycles from standard normal numbers ``z`` (m, names); impossible are marked.
+
+        ``linear``: mean + factor z; ``share``: of the way from the nominal bicycle.
+        """
         sampler = copy(self.sampler)
         sampler.sweep = replace(sampler.sweep, samples=max(len(z), 2))
         draws = dict(zip(self.names, np.ascontiguousarray(z.T), strict=True))
@@ -148,7 +151,7 @@ class UncertainModel:
             return replace(points, values={**points.values, **self.follow(points.values)})
 
     def filter_possible(self, z: Array) -> tuple[Array, dict[str, int]]:
-        """The rows of ``z`` (m, names) that make a bicycle, and how many of the others do not, by reason."""
+        """Select the rows of ``z`` (m, names) that make a bicycle; also count the others by reason."""
         possible, counts = [], Counter[str]()
         for start in range(0, len(z), BATCH):
             rows = z[start : start + BATCH]
@@ -164,14 +167,14 @@ class UncertainModel:
 
     @cached_property
     def jacobian(self) -> dict[str, Array]:
-        """Derivative (names,) of every parameter with respect to the standard normal numbers."""
+        """Derivative (names,) of every parameter, SI, with respect to the standard normal numbers."""
         steps = STEP * np.concatenate([np.eye(len(self.names)), -np.eye(len(self.names))])
         values = self.points(steps, linear=True).values
         halves = {key: np.broadcast_to(value, len(steps)).reshape(2, -1) for key, value in values.items()}
         return {key: (more - less) / (2 * STEP) for key, (more, less) in halves.items()}
 
     def covariance(self) -> tuple[tuple[str, ...], Array]:
-        """Free parameters that are uncertain, or follow others, and their covariance to first order, SI."""
+        """List the p free parameters that are uncertain, or follow others; and their covariance (p, p), linear, SI."""
         entering = self.nominal.evaluator.symbolic.parameters
         rows = {
             key: row
@@ -188,7 +191,7 @@ class UncertainModel:
         return (*stiffness_warnings(warnings, self.sampler.sweep.relative_cornering_stiffness_sd), *self.sampler.notes)
 
     def draw(self, samples: int, seed: int) -> Array:
-        """Standard normal numbers (samples, names): a number ``samples`` of rows, from ``seed``."""
+        """Draw standard normal numbers (samples, names) from ``seed``."""
         check_memory("samples", samples, 32 * len(self.names))  # 8 bytes each, drawn, turned, sorted out and matched
         return np.array([normal(seed=seed, name=name, start=0, stop=samples) for name in self.names]).T
 
@@ -197,7 +200,7 @@ class UncertainModel:
         return samples > len(self.names) + 1
 
     def matched_draw(self, samples: int, seed: int) -> Array:
-        """As :meth:`draw`, shifted and mixed so that their mean is 0 and their covariance 1 exactly."""
+        """Draw standard normal numbers (samples, names) whose mean is 0 and whose covariance is 1 exactly."""
         if not self.can_match(samples):
             raise InputError(f"{samples} samples of {len(self.names)} numbers cannot be matched; take more samples")
         z = self.draw(samples, seed)
@@ -205,12 +208,12 @@ class UncertainModel:
         return np.asarray(np.linalg.solve(np.linalg.cholesky(np.atleast_2d(np.cov(deviation.T))), deviation.T).T)
 
     def gradient(self, slopes: Mapping[str, Any]) -> Array:
-        """Derivative with respect to z (..., names) from derivatives ``slopes`` (...) in the free parameters."""
+        """Convert derivatives ``slopes`` (...) with the free parameters to derivatives (..., names) with z."""
         parts = (np.asarray(slope)[..., None] * self.jacobian[key] for key, slope in slopes.items())
         return np.asarray(sum(parts, 0.0))
 
     def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
-        """First-order changes (m, ...) of quantities, for drawn bicycles."""
+        """Compute first-order changes (m, ...) by derivatives ``slopes``, of drawn bicycles ``z`` (m, names)."""
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters
@@ -218,7 +221,7 @@ class UncertainModel:
         return np.asarray(sum(np.multiply.outer(change[key], slope) for key, slope in slopes.items()))
 
     def shares(self, gradient: Array) -> dict[str, float]:
-        """Share of the linear variance that each measurement causes, by the ``gradient`` (names,) of a result in z."""
+        """Compute the share of the linear variance of each measurement, from the ``gradient`` (names,) in z."""
         square, ends = gradient**2, np.cumsum([len(group) for group in self.measurements.values()])
         parts = zip(self.measurements, np.split(square, ends[:-1]), strict=True)
         return {name: float(part.sum() / max(square.sum(), np.finfo(float).tiny)) for name, part in parts}
@@ -226,7 +229,7 @@ class UncertainModel:
     def batches(
         self, z: Array, size: int = BATCH, *, share: float = 1.0
     ) -> Iterator[tuple[slice, SpeedPolynomial, NDArray[np.bool_], Mapping[str, Any]]]:
-        """State matrices of bicycles, in batches, which of them are impossible: not to be used, and parameters."""
+        """Yield batches of ``size``: rows of ``z``, state matrices, True where not to be used, parameters (SI)."""
         family = ModelFamily(self.nominal)
         if len(self.nominal.linear_model().ranges) > 1:
             raise InputError(
@@ -239,7 +242,7 @@ class UncertainModel:
             yield rows, polynomial, points.refused.mask | impossible, points.harmless.values
 
     def name_modes(self, z: Array, speeds: Array) -> Iterator[tuple[slice, Named, NDArray[np.bool_]]]:
-        """Roots (m, k, n) of bicycles with the places of their names at speeds (k,), in batches, and which to leave."""
+        """Yield batches: rows of ``z``, named roots (m, k, n) at ``speeds`` (k,), m/s, True where not to be used."""
         rules = Rules.of(self.nominal.linear_model())
         for rows, polynomial, impossible, values in self.batches(z, max(1, BATCH // len(speeds))):
             count = rows.stop - rows.start

@@ -114,7 +114,7 @@ def test_a_command_that_takes_long_counts_its_seconds_on_a_terminal(monkeypatch)
 
     for screen, shows in ((Terminal(), True), (io.StringIO(), False)):
         monkeypatch.setattr("sys.stderr", screen)
-        with working_told(after=0.05, every=0.02):
+        with working_told(after=0.05, interval=0.02):
             time.sleep(0.2)
         assert ("velotyre: 0 s" in screen.getvalue()) == shows
         assert screen.getvalue().endswith("\r\x1b[K" if shows else "")
