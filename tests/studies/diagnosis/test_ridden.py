@@ -141,7 +141,7 @@ def test_a_process_of_swaying_has_its_size_and_corner_frequency():
     own = riding.shapes("rider_sway", time, None)
     columns = np.repeat(np.hstack([own, 0 * own])[None] / noise, 4, axis=0)
     residual = (courses + noise * rng.standard_normal(courses.shape)) / noise
-    told = riding.sizes_of("rider_sway", [time] * 4, residual, columns, np.geomspace(0.5, 50.0, 25))
+    told = riding.estimate_sizes("rider_sway", [time] * 4, residual, columns, np.geomspace(0.5, 50.0, 25))
     value, sd, unit = told["lean_torque_rms"]
     assert (value, unit) == (pytest.approx(np.sqrt(np.mean(courses**2)), rel=0.01), "N m")
     hertz, sd, unit = told["corner_frequency"]
