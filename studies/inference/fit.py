@@ -146,13 +146,13 @@ def _given_up(
     return crept and fallen and decrement > negligible_decrease(objective)
 
 
-def drop_repeats(points: Iterable[Array], known: Sequence[Array] = ()) -> list[Array]:
-    """Drop repeated ``points`` (p,) and those equal to a ``known`` one: from one place there is one way."""
-    found: list[Array] = []
-    for x in points:
-        if not any(np.array_equal(x, other) for other in (*known, *found)):
-            found.append(x)
-    return found
+def drop_repeats(points: Iterable[Array]) -> list[Array]:
+    """Drop repeated ``points`` (p,): from one place there is one way."""
+    distinct: list[Array] = []
+    for point in points:
+        if not any(np.array_equal(point, other) for other in distinct):
+            distinct.append(point)
+    return distinct
 
 
 def spread(jacobian: Array) -> tuple[Array, float]:

@@ -18,7 +18,6 @@ from studies.inference.fit import (
     THOROUGH,
     Fit,
     default_starts,
-    drop_repeats,
     fit,
     negligible_decrease,
 )
@@ -179,10 +178,9 @@ def fit_hypothesis(
 
 
 def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
-    """Fit the null and each candidate of ``kind`` alone, and refit those that stopped in a local optimum.
+    """Fit the null and each candidate of ``kind`` alone; where none explains the data, the best are retried.
 
-    These are fits worse than the null, fits that are poor throughout, and the worse of one family. ``progress`` is
-    called with the name of each.
+    ``progress`` is called with the name of each.
     """
     progress("parameters only")
     null = fit(kind, patient=True)
@@ -197,21 +195,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
             starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_turns(kind)))
     hypotheses = Hypotheses(null, tuple(fits), kind)
-    return _refit_within_families(_retry_poor_fits(_refit_worse_than_parts(hypotheses)))
-
-
-def _refit_within_families(hypotheses: Hypotheses) -> Hypotheses:
-    """Refit single effects that fit clearly worse than the best of their family, from the parameters of that one."""
-    refits = []
-    for f in hypotheses.fits:
-        best = min((other for other in hypotheses.fits if other.family == f.family), key=lambda other: other.objective)
-        if math.isfinite(best.objective) and f.objective > best.objective + RULES.improved:
-            parameters = best.theta[: best.effect_columns.start]
-            starts = [np.concatenate([parameters, start]) for start in f.candidates[0].starts[:2]]
-            refits.append(
-                fit_hypothesis(hypotheses.kind, f.candidates, select_starts(hypotheses.kind, f.candidates, starts, 1))
-            )
-    return hypotheses.adopt_better(refits)
+    return _retry_poor_fits(hypotheses)
 
 
 def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypotheses:
@@ -224,7 +208,7 @@ def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypothe
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
         start = select_starts(kind, f.candidates, [f.theta, moved], 1)
         refits.append(fit_hypothesis(kind, f.candidates, start, turns=_turns(kind)))
-    return _refit_worse_than_parts(Hypotheses(null, tuple(refits), kind))
+    return Hypotheses(null, tuple(refits), kind)
 
 
 def _turns(kind: Kind) -> tuple[int, int]:
@@ -270,7 +254,10 @@ def _fit_easier_problem(easier: Kind, hypotheses: Hypotheses) -> list[Fit]:
 
 
 def _converge_leaders(hypotheses: Hypotheses) -> Hypotheses:
-    """Fit the most probable hypotheses until they converge."""
+    """Fit the most probable hypotheses until they converge.
+
+    Needed by test_search::test_the_most_probable_effect_is_fitted_until_it_converges.
+    """
     for _ in range(2):  # a refit may put others among the most probable
         best = min(f.objective for f in (hypotheses.null, *hypotheses.fits))
         unfinished = [f for f, _ in hypotheses.probabilities[: RULES.polished] if not f.converged]
@@ -304,7 +291,7 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
-    """Enlarge the best hypothesis by one effect at a time, as long as odds and held-out score clearly gain.
+    """Enlarge the best hypothesis by one effect at a time, as long as the odds clearly gain.
 
     Returns all hypotheses and their leader, None if nothing is to be explained.
     """
@@ -322,26 +309,17 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
         hypotheses = _adopt_noise(hypotheses, leader, progress)
         leader = hypotheses.find(leader.identifiers) or leader
 
-        # 3. These fits may have led another hypothesis of this size out of a local optimum.
-        #    TODO name the case: no test of the search fails without this step.
-        rival = _choose_leader(hypotheses.kind, hypotheses.rank(size))
-        if hypotheses.odds(rival, leader) > RULES.clear_odds:
-            leader = rival
-
-        # 4. Stop unless one effect more is clearly more probable and predicts better what was left out.
-        #    TODO name the case of the second condition: no test of the search fails without it.
+        # 3. Stop unless one effect more is clearly more probable.
         larger = _filter_nameable(hypotheses.kind, hypotheses.rank(size + 1))
         if not larger or hypotheses.odds(larger[0], leader) < RULES.clear_odds:
             break
-        if held_out(hypotheses.kind, larger[0]).log_score <= held_out(hypotheses.kind, leader).log_score:
-            break
 
-        # 5. An effect whose own fit went astray may be imitated by one of the leader's that excludes it.
+        # 4. An effect whose own fit went astray may be imitated by one of the leader's that excludes it.
         #    Needed by test_search::test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it.
         hypotheses, leader = exchange_effect(hypotheses, larger[0], progress)
 
-    # 6. Found together, each must still be needed beside the others.
-    #    Alone in test_search::test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own; TODO a search.
+    # 5. Fitted together, each must still be needed next to the others, by odds and by the held-out score. Needed by
+    #    test_search::test_no_effect_is_kept_because_the_rest_stopped_in_a_minimum_of_its_own.
     return drop_unsupported(hypotheses, leader)
 
 
@@ -473,7 +451,7 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
             joined = (*parent.candidates, candidate)
             progress(hypothesis_name(joined))
             enlarged.append(fit_hypothesis(hypotheses.kind, joined, _starts_of_enlarged(hypotheses, parent, candidate)))
-    return _refit_parts(_refit_worse_than_parts(hypotheses.replace_fits(enlarged), enlarged), enlarged)
+    return hypotheses.replace_fits(enlarged)
 
 
 def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
@@ -486,35 +464,6 @@ def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidat
         nuisances = single.theta[: single.effect_columns.start]
         starts.append(np.concatenate([nuisances, parent.theta[parent.effect_columns], sizes]))
     return select_starts(hypotheses.kind, (*parent.candidates, candidate), starts, 1 if hypotheses.kind.costly else 2)
-
-
-def _refit_worse_than_parts(hypotheses: Hypotheses, new: Sequence[Fit] | None = None) -> Hypotheses:
-    """Refit each hypothesis (each ``new`` one) whose objective exceeds that of a part of it, from where the part ended.
-
-    A hypothesis with one effect more can never fit worse. Hopeless ones stay as they are.
-    """
-    better: list[Fit] = []
-    for f in hypotheses.drop_hopeless(hypotheses.fits if new is None else new):
-        parts = [p for p in (hypotheses.null, *hypotheses.fits) if p.identifiers < f.identifiers]
-        best = min(parts, key=lambda p: p.objective)
-        if f.objective > best.objective + 2 * negligible_decrease(best.objective):
-            begins = [transfer_coordinates(best, f.candidates), transfer_coordinates(best, f.candidates, neutral=True)]
-            begins = drop_repeats(begins, f.begins)
-            refit = fit(hypotheses.kind, f.candidates, starts=begins, turns=ROUGH) if begins else f
-            better.append(refit if refit.objective < f.objective else f)
-    return hypotheses.replace_fits(better) if better else hypotheses
-
-
-def _refit_parts(hypotheses: Hypotheses, larger: Sequence[Fit]) -> Hypotheses:
-    """Refit parts of the best ``larger`` hypotheses, one effect less, from there, unless they fit the data."""
-    parts: list[Fit] = []
-    for f in sorted(larger, key=lambda f: -hypotheses.log_posterior(f))[: RULES.beam]:
-        for dropped in f.candidates:
-            remaining = tuple(c for c in f.candidates if c is not dropped)
-            earlier = hypotheses.find(frozenset(c.identifier for c in remaining))
-            if not hypotheses.kind.costly if earlier is None else not earlier.fits_data:
-                parts.append(fit_hypothesis(hypotheses.kind, remaining, [transfer_coordinates(f, remaining)]))
-    return hypotheses.adopt_better(parts)
 
 
 def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:

@@ -37,10 +37,10 @@ def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequenc
     return [starts[k] for k in np.argsort(values, kind="stable")[:most]]
 
 
-def transfer_coordinates(part: Fit, candidates: Sequence[Candidate], *, neutral: bool = False) -> Array:
-    """Coordinates (p,) for ``candidates`` from the fit ``part``; what it lacks at its smallest start or ``neutral``."""
+def transfer_coordinates(part: Fit, candidates: Sequence[Candidate]) -> Array:
+    """Coordinates (p,) for ``candidates`` from the fit ``part``; what it lacks at its smallest start."""
     theta = [part.theta[: part.effect_columns.start]]
     for c in candidates:
-        lacking = c.neutral if neutral else c.starts[0]
+        lacking = c.starts[0]
         theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
     return np.concatenate(theta)

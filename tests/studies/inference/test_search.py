@@ -334,3 +334,34 @@ def test_an_effect_that_was_lost_alone_takes_the_place_of_one_that_imitates_it(a
     assert leader.identifiers == {"wave", "cube"}
     assert leader.converged
     assert leader.theta == pytest.approx([0.3, 1.0, 1.0], abs=0.3)
+
+
+@dataclass(frozen=True)
+class Valley(inference.Kind):
+    """data = level + u x + steep (v - u^2) x^2 cos 9 x: the sizes u and v lie in a narrow curved valley (synthetic)."""
+
+    readings: np.ndarray
+    candidates: tuple
+    steep: float = 8_000.0
+    varied: bool = True
+    nuisances: tuple = (LEVEL,)
+    rows: inference.Rows = field(default_factory=lambda: inference.Rows(("x",) * 30, X, ("x",) * 30, np.arange(30) % 5))
+
+    def residual(self, candidates, theta, *, slopes=True):
+        computed, columns, across = np.full(30, theta[0]), [np.ones(30)], self.steep * X**2 * np.cos(9 * X)
+        for u, v in theta[1:].reshape(-1, 2):
+            computed = computed + u * X + across * (v - u**2)
+            columns += [X - 2 * u * across, across]
+        return (self.readings - computed) / 0.1, -np.stack(columns, 1) / 0.1
+
+
+@pytest.mark.parametrize("u", [3.0, 4.0, 5.0])
+def test_the_most_probable_effect_is_fitted_until_it_converges(u):
+    """The first fits of a search end early; what has not converged may not be named."""
+    sizes = (("u", 3.0), ("v", 9.0))
+    bent = inference.Candidate(
+        "bent", tuple(inference.UncertainParameter(k, "1", {k: 1.0}, 0.0, sd, size=True) for k, sd in sizes)
+    )
+    kind = Valley(0.3 + u * X + 0.1 * np.random.default_rng(1).standard_normal(30), (bent,))
+    assert not inference.fit(kind, (bent,), turns=inference.ROUGH).converged
+    assert inference.judge(kind).verdict.verdict == "named"
