@@ -83,7 +83,7 @@ def command(
     if not keys:
         raise InputError("--vary: give at least one parameter, for example --vary c,w")
     content, added = designs.with_effects(chosen.content, keys)
-    wanted = designs.Wanted(
+    wishes = designs.Wishes(
         numbers_by_name(costs, "--cost", "c=100", "cost", own_unit=False),
         numbers_by_name(sds, "--sd", "c=0.005", "standard deviation"),
         ranges_by_name(limits),
@@ -92,7 +92,7 @@ def command(
         samples=samples,
         seed=seed,
     )
-    design = designs.find_design(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wanted)
+    design = designs.find_design(content, keys, designs.demands(keep, damping_ratio), (low, up_to), wishes)
     if design.after.kept:
         options = " ".join(f"--keep {mode} {demand}" for mode, demand in keep) + f" --from {low:g} --up-to {up_to:g}"
         write_text(out, designs.model_text(design, out.parent, shlex.join(options.split())))

@@ -3,7 +3,7 @@
 from tyre.ground.door import room
 
 FILES = {
-    "design": ("Certainty", "Design", "Wanted", "find_design", "with_effects"),
+    "design": ("Certainty", "Design", "Wishes", "find_design", "with_effects"),
     "problem": ("BY_SD", "RELATIVE", "Demand", "Problem", "base_of", "cost_of", "demands", "expand_all_modes", "grid",
                 "limits_of", "search_cheapest"),
     "report": ("HEADERS", "lines", "model_text", "record", "remarks", "rows"),

@@ -33,24 +33,24 @@ class Certainty:
     refused: int  # draws that are no bicycle, left out
 
     @property
-    def known(self) -> Array:
+    def largest_misses(self) -> Array:
         """Largest miss (k,) of all demands of each draw of which it is told, 1/s."""
-        every = np.stack(list(self.excess.values()))
-        return np.asarray(every[:, ~np.isnan(every).any(0)].max(0))
+        misses = np.stack(list(self.excess.values()))
+        return np.asarray(misses[:, ~np.isnan(misses).any(0)].max(0))
 
     @property
     def probability(self) -> float:
         """Share of draws that keep every demand."""
-        return float((self.known <= 0).mean()) if self.known.size else math.nan
+        return float((self.largest_misses <= 0).mean()) if self.largest_misses.size else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
         """95 % interval of the probability (Wilson 1927), that cannot be told counted both ways."""
-        kept, count = int((self.known <= 0).sum()), self.known.size + self.unknown
+        keeping, count = int((self.largest_misses <= 0).sum()), self.largest_misses.size + self.unknown
         if not count:
             return 0.0, 1.0
         least, most = (
-            scipy.stats.binomtest(n, count).proportion_ci(method="wilson") for n in (kept, kept + self.unknown)
+            scipy.stats.binomtest(n, count).proportion_ci(method="wilson") for n in (keeping, keeping + self.unknown)
         )
         return float(least.low), float(most.high)
 
@@ -59,12 +59,12 @@ class Certainty:
     ) -> dict[Demand, float]:
         """Margins (1/s) with which that share of the same draws would have kept every demand."""
         spread = {demand: float(np.nanstd(values)) or 1e-12 for demand, values in self.excess.items()}
-        away = np.stack([(values - nominal[d]) / spread[d] for d, values in self.excess.items()])
-        for row, (demand, values) in zip(away, self.excess.items(), strict=True):
+        distances = np.stack([(values - nominal[d]) / spread[d] for d, values in self.excess.items()])
+        for row, (demand, values) in zip(distances, self.excess.items(), strict=True):
             # 1/s: a demand that is kept by more than this beyond its margin does not bind
             if nominal[demand] + margins.get(demand, 0.0) < -1e-2:
                 row[values <= 0] = -np.inf
-        beta = float(np.nanquantile(away.max(0), probability, method="higher"))
+        beta = float(np.nanquantile(distances.max(0), probability, method="higher"))
         return {demand: beta * size for demand, size in spread.items()}
 
 
@@ -85,8 +85,8 @@ def certainty(
     for rows, named, refused in uncertain.name_modes(z, speeds):
         for demand in demands:
             place = names.index(demand.mode)
-            own = (named.first == place) | (named.second == place)
-            missed = _top(speeds, np.where(own, demand.excess(named.values), -np.inf).max(2))
+            of_mode = (named.first == place) | (named.second == place)
+            missed = _top(speeds, np.where(of_mode, demand.excess(named.values), -np.inf).max(2))
             excess[demand][rows] = np.where(refused, np.nan, missed)
     return Certainty(excess, int(np.isnan(np.stack(list(excess.values()))).any(0).sum()), sum(left_out.values()))
 
@@ -100,8 +100,8 @@ def _top(speeds: Array, excess: Array) -> Array:
         bend = (right - left) / (c - a)
         slope = left + bend * (b - a)  # at the middle of the three
         top = fb - slope**2 / (4 * bend)
-    inside = np.isfinite(top) & (bend < 0) & (np.abs(slope) < -2 * bend * np.maximum(b - a, c - b))
-    return np.asarray(np.where(inside, np.maximum(top, excess.max(1)), excess.max(1)))
+    vertex_between = np.isfinite(top) & (bend < 0) & (np.abs(slope) < -2 * bend * np.maximum(b - a, c - b))
+    return np.asarray(np.where(vertex_between, np.maximum(top, excess.max(1)), excess.max(1)))
 
 
 BINDS = 1e-3  # 1/s: a demand kept by less binds
@@ -127,11 +127,11 @@ class Design:
     @property
     def binding(self) -> list[Peak]:
         """Peaks whose demand is kept by hardly more than asked for; if it cannot be kept, those missed most."""
-        found = [(p, p.excess + self.margins.get(p.demand, 0.0)) for p in self.after.peaks]
+        misses = [(p, p.excess + self.margins.get(p.demand, 0.0)) for p in self.after.peaks]
         if not self.after.kept:
-            most = max(missed for _, missed in found)
-            return [p for p, missed in found if missed > most - 10 * BINDS]
-        return [p for p, missed in found if abs(missed) < BINDS]
+            most = max(missed for _, missed in misses)
+            return [p for p, missed in misses if missed > most - 10 * BINDS]
+        return [p for p, missed in misses if abs(missed) < BINDS]
 
     @property
     def at_limit(self) -> list[tuple[str, float, str]]:
@@ -152,7 +152,7 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Wishes:
     """Wishes for a design besides demands: costs of a change by one unit, standard deviations (SI), limits by key."""
 
     costs: Mapping[str, float]  # key -> cost of a change by one unit of the key; empty: none is stated
@@ -166,14 +166,14 @@ class Wanted:
 
 def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """The content of a model file with the effects that keys name, without any influence yet, and which were added."""
-    known, tables, added = registry(), dict(content.get("effects", {})), []
+    kinds, tables, added = registry(), dict(content.get("effects", {})), []
     for key in keys:
         name = ParameterKey.parse(key).effect
-        if not name or name in tables or name not in known or known[name].slot is not None:
+        if not name or name in tables or name not in kinds or kinds[name].slot is not None:
             continue
-        neutral = {p.name: p.neutral for p in known[name].parameters if p.neutral is not None}
-        values = {own: value for own, value in neutral.items() if math.isfinite(value)}
-        if values and all(p.name in values or p.default is not None for p in known[name].parameters):
+        neutral = {p.name: p.neutral for p in kinds[name].parameters if p.neutral is not None}
+        values = {parameter: value for parameter, value in neutral.items() if math.isfinite(value)}
+        if values and all(p.name in values or p.default is not None for p in kinds[name].parameters):
             tables[name] = values
             added.append(name)
     return (dict(content) | {"effects": tables} if added else dict(content)), tuple(added)
@@ -182,55 +182,55 @@ def with_effects(content: Mapping[str, Any], keys: Sequence[str]) -> tuple[dict[
 def find_design(
     content: Mapping[str, Any],
     keys: Sequence[str],
-    asked: Sequence[Demand],
+    keep: Sequence[Demand],
     speeds: tuple[float, float],
-    wanted: Wanted,
+    wishes: Wishes,
 ) -> Design:
     """Find the smallest change of the numbers ``keys`` that keeps every demand between two ``speeds`` (m/s)."""
     effects = build_model(content).effects
-    for demand in asked:
+    for demand in keep:
         if demand.mode != posed.EVERY:
             refuse_impossible_mode(demand.mode, effects, where="--keep")
     space = ModelSpace(content, keys)
     space.refuse_switches()
     start, looked = posed.base_of(space), posed.grid(*speeds)
     space.linear.check_speeds(looked)
-    demands = posed.expand_all_modes(asked, space.linear, looked)
-    limits = posed.limits_of(space, wanted.limits)
-    cost = posed.cost_of(space, wanted.costs, wanted.sd, assume=wanted.assume)
+    demands = posed.expand_all_modes(keep, space.linear, looked)
+    limits = posed.limits_of(space, wishes.limits)
+    cost = posed.cost_of(space, wishes.costs, wishes.sd, assume=wishes.assume)
     space.refuse_impossible([start])
     problem = Problem(space, start, cost, limits, demands, looked)
     before = problem.answer(start, {})
-    uncertain = _uncertain(content, wanted)
-    if wanted.probability is not None and uncertain is None:
+    uncertain = _uncertain(content, wishes)
+    if wishes.probability is not None and uncertain is None:
         why = "nothing is uncertain; give --sd NAME=VALUE, or --assume"
-        raise InputError(f"--probability {wanted.probability:g}: {why}")
-    limited = [one for one in demands if one.amplitude]
-    if len(limited) > 1 or (limited and wanted.probability is not None):
-        kept = f"--keep {limited[0].mode} {limited[0].amplitude:g}deg"
-        raise InputError(f"{kept}: give one amplitude, without --probability")
+        raise InputError(f"--probability {wishes.probability:g}: {why}")
+    limited = [demand for demand in demands if demand.amplitude]
+    if len(limited) > 1 or (limited and wishes.probability is not None):
+        option = f"--keep {limited[0].mode} {limited[0].amplitude:g}deg"
+        raise InputError(f"{option}: give one amplitude, without --probability")
     margins: dict[Demand, float] = {}
-    after, agreed = _repeat_search(problem, margins, wanted.seed)
+    after, agreed = _repeat_search(problem, margins, wishes.seed)
     amplitude = None
     if limited:
-        problem, after, amplitude = _below_amplitude(problem, after, wanted)
-    if wanted.probability is not None and after.kept:
-        after, margins = _search_with_margins(problem, after, wanted, wanted.probability)
-    sure = None if uncertain is None else _certainty(problem, after, wanted, wanted.seed + 1)
+        problem, after, amplitude = _below_amplitude(problem, after, wishes)
+    if wishes.probability is not None and after.kept:
+        after, margins = _search_with_margins(problem, after, wishes, wishes.probability)
+    sure = None if uncertain is None else _certainty(problem, after, wishes, wishes.seed + 1)
     unstable = (_unstable_ranges(problem, start), _unstable_ranges(problem, after.x))
-    return Design(problem, before, after, agreed, unstable, sure, margins, wanted.probability, amplitude)
+    return Design(problem, before, after, agreed, unstable, sure, margins, wishes.probability, amplitude)
 
 
-def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[Problem, Answer, float]:
+def _below_amplitude(problem: Problem, stable: Answer, wishes: Wishes) -> tuple[Problem, Answer, float]:
     """The design that lets a mode grow as fast as its amplitude allows, the same at all speeds, and the amplitude.
 
     Beside a critical speed the square of the amplitude goes with the growth; each round corrects the growth by that.
     """
-    demand = next(one for one in problem.demands if one.amplitude)
+    demand = next(d for d in problem.demands if d.amplitude)
 
     def amplitude(x: Array) -> float:
-        found = find_limit_cycles(problem.space.model_at(x), max_speed=max(HIGHEST, problem.speeds[-1]))
-        sizes = [motion_at(found, speed, demand.mode) for speed in problem.speeds.tolist()]
+        cycles = find_limit_cycles(problem.space.model_at(x), max_speed=max(HIGHEST, problem.speeds[-1]))
+        sizes = [motion_at(cycles, speed, demand.mode) for speed in problem.speeds.tolist()]
         return float(np.nan_to_num(sizes, nan=math.inf).max())
 
     best, reached, first = (problem, stable), amplitude(stable.x), amplitude(problem.start)
@@ -243,12 +243,12 @@ def _below_amplitude(problem: Problem, stable: Answer, wanted: Wanted) -> tuple[
     growth = max(peak, CLEARLY) * float(np.clip(demand.amplitude / max(first, 1e-9), 0.05, 1.0)) ** 2
     low, high = 0.0, math.inf
     for _ in range(8):  # rounds
-        now = replace(demand, growth=growth + CLEARLY)
-        tried = replace(problem, demands=tuple(now if one == demand else one for one in problem.demands))
-        answer = search_cheapest(tried, {}, problem.start)
+        relaxed = replace(demand, growth=growth + CLEARLY)
+        relaxed_problem = replace(problem, demands=tuple(relaxed if d == demand else d for d in problem.demands))
+        answer = search_cheapest(relaxed_problem, {}, problem.start)
         last = amplitude(answer.x) if answer.cost else first
         if answer.kept and last <= demand.amplitude:
-            best, reached, low = (tried, answer), last, growth
+            best, reached, low = (relaxed_problem, answer), last, growth
             if answer.cost == 0 or last > 0.98 * demand.amplitude:
                 break
         else:
@@ -262,7 +262,7 @@ def _repeat_search(problem: Problem, margins: Mapping[Demand, float], seed: int)
     """Search from four beginnings: the cheapest answer, how many came to its cost, and how many came to an answer."""
     rng = np.random.default_rng(seed)
     low, high = problem.limits.low, problem.limits.high
-    found, refusal = list[Answer](), ""
+    answers, refusal = list[Answer](), ""
     for number in range(4):  # beginnings of the search: the model as it stands, and points within the limits
         begin = low + (high - low) * rng.uniform(size=len(low)) if number else problem.start
         try:
@@ -272,18 +272,18 @@ def _repeat_search(problem: Problem, margins: Mapping[Demand, float], seed: int)
         except (InputError, np.linalg.LinAlgError) as error:
             refusal = refusal or str(error)
             continue
-        found.append(answer)
+        answers.append(answer)
         if answer.cost == 0.0 and answer.kept:
             return answer, (1, 1)
-    if not found:
+    if not answers:
         raise InputError(f"every search came to numbers that make no bicycle ({refusal}); narrow the --limits")
-    best = min(found, key=lambda one: one.rank)
-    return best, (sum(one.kept and one.cost <= best.cost * 1.001 for one in found), len(found))
+    best = min(answers, key=lambda answer: answer.rank)
+    return best, (sum(answer.kept and answer.cost <= best.cost * 1.001 for answer in answers), len(answers))
 
 
-def _uncertain(content: Mapping[str, Any], wanted: Wanted) -> UncertainModel | None:
+def _uncertain(content: Mapping[str, Any], wishes: Wishes) -> UncertainModel | None:
     try:
-        return UncertainModel(content, sd=wanted.sd, defaults=wanted.assume)
+        return UncertainModel(content, sd=wishes.sd, defaults=wishes.assume)
     except InputError as error:
         if str(error).startswith("nothing is uncertain"):
             return None
@@ -291,47 +291,47 @@ def _uncertain(content: Mapping[str, Any], wanted: Wanted) -> UncertainModel | N
 
 
 def _certainty(
-    problem: Problem, answer: Answer, wanted: Wanted, seed: int, *, matched: bool = False
+    problem: Problem, answer: Answer, wishes: Wishes, seed: int, *, matched: bool = False
 ) -> Certainty | None:
-    uncertain = _uncertain(changed_content(problem.space, answer.x), wanted)
+    uncertain = _uncertain(changed_content(problem.space, answer.x), wishes)
     if uncertain is None:
         return None
     # speeds at which drawn bicycles are looked at, beside the worst ones of the design
     speeds = np.union1d(np.linspace(problem.speeds[0], problem.speeds[-1], 41), [peak.speed for peak in answer.peaks])
-    return certainty(uncertain, problem.demands, speeds, samples=wanted.samples, seed=seed, matched=matched)
+    return certainty(uncertain, problem.demands, speeds, samples=wishes.samples, seed=seed, matched=matched)
 
 
 def _search_with_margins(
-    problem: Problem, after: Answer, wanted: Wanted, probability: float
+    problem: Problem, after: Answer, wishes: Wishes, probability: float
 ) -> tuple[Answer, dict[Demand, float]]:
     """Search with margins (1/s) so large that the demands are kept with a ``probability``; answer and margins."""
     margins: dict[Demand, float] = {}
     best: tuple[Answer, dict[Demand, float]] | None = None
     for _ in range(8):
-        seen = _certainty(problem, after, wanted, wanted.seed, matched=True)
-        if seen is None:
+        draws = _certainty(problem, after, wishes, wishes.seed, matched=True)
+        if draws is None:
             break
-        if seen.probability >= probability and (best is None or after.cost < best[0].cost):
+        if draws.probability >= probability and (best is None or after.cost < best[0].cost):
             best = (after, margins)
         nominal = {d: max((p.excess for p in after.peaks if p.demand == d), default=-np.inf) for d in problem.demands}
-        now = seen.back_off(nominal, margins, probability)
-        if margins and all(abs(now[d] - margins[d]) <= 0.01 * abs(now[d]) + CLEARLY for d in now) and best:
+        needed = draws.back_off(nominal, margins, probability)
+        if margins and all(abs(needed[d] - margins[d]) <= 0.01 * abs(needed[d]) + CLEARLY for d in needed) and best:
             break
-        margins = {d: max(value, 0.0) for d, value in now.items()}
+        margins = {d: max(value, 0.0) for d, value in needed.items()}
         after = search_cheapest(problem, margins, after.x)
         if not after.kept:
-            after = min([after, _repeat_search(problem, margins, wanted.seed)[0]], key=lambda one: one.missed)
+            after = min([after, _repeat_search(problem, margins, wishes.seed)[0]], key=lambda answer: answer.missed)
         if not after.kept:
             return after, margins
     return best or (replace(after, missed=max(after.missed, 1.0)), margins)
 
 
 def _unstable_ranges(problem: Problem, x: Array) -> Unstable:
-    found: Unstable = {}
+    ranges: Unstable = {}
     for name, values in modes(problem.space.linear_at(x), problem.speeds).branches.items():
         real = np.where(np.isnan(values), -np.inf, values.real).max(1)
         bad = np.flatnonzero(real > CLEARLY)
         if bad.size:
             speeds = problem.speeds[bad]
-            found[name] = (float(speeds[0]), float(speeds[-1]), float(real[bad].max()))
-    return found
+            ranges[name] = (float(speeds[0]), float(speeds[-1]), float(real[bad].max()))
+    return ranges

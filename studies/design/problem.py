@@ -53,7 +53,7 @@ class Demand:
         turned = (root.conj() / np.maximum(np.abs(root), 1e-300))[:, None] * change
         return np.asarray(change.real + self.ratio * turned.real)
 
-    def worst(self, branches: Mapping[str, Complex]) -> tuple[Complex, NDArray[np.bool_]]:
+    def worst_roots(self, branches: Mapping[str, Complex]) -> tuple[Complex, NDArray[np.bool_]]:
         """At each speed the root that misses it most (m,), and whether there is one (m,)."""
         roots = members(branches, self.mode)
         excess = np.where(np.isnan(roots), -np.inf, self.excess(np.nan_to_num(roots)))
@@ -63,12 +63,12 @@ class Demand:
 
 def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tuple[Demand, ...]:
     """Demands as written: mode, and ``stable`` (of ``ratio``), a damping ratio, or an amplitude such as ``2deg``."""
-    found: dict[str, Demand] = {}
+    by_mode: dict[str, Demand] = {}
     most = math.degrees(LIMITS["steer"])
     for mode, word in keep:
         angle = re.fullmatch(r"(\d*\.?\d+)(deg|°)", word)
-        if angle and mode not in found and mode != EVERY and 0 < float(angle[1]) <= most:
-            found[mode] = Demand(mode, amplitude=float(angle[1]))
+        if angle and mode not in by_mode and mode != EVERY and 0 < float(angle[1]) <= most:
+            by_mode[mode] = Demand(mode, amplitude=float(angle[1]))
             continue
         try:
             number = (ratio or 0.0) if word == STABLE else read_number(word)
@@ -79,26 +79,26 @@ def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tupl
                 f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, a least damping ratio "
                 f"from 0 to below 1, or a largest amplitude at the bar of one mode such as 2deg, up to {most:g}deg"
             )
-        if mode in found:
+        if mode in by_mode:
             raise InputError(f"--keep {mode} is given twice; keep one")
-        found[mode] = Demand(mode, number)
-    return tuple(found.values())
+        by_mode[mode] = Demand(mode, number)
+    return tuple(by_mode.values())
 
 
-def expand_all_modes(asked: Sequence[Demand], linear: LinearModel, speeds: Array) -> tuple[Demand, ...]:
+def expand_all_modes(demands: Sequence[Demand], linear: LinearModel, speeds: Array) -> tuple[Demand, ...]:
     """Replace a demand on ``all`` by one on every mode of a model at speeds (m,), m/s; an unknown mode is refused."""
     names = [name for name in modes(linear, speeds).names if "+" not in name]
-    every = next((one for one in asked if one.mode == EVERY), None)
-    found = {one.mode: one for one in asked if one.mode != EVERY}
-    for name in found:
+    demand_on_all = next((demand for demand in demands if demand.mode == EVERY), None)
+    by_mode = {demand.mode: demand for demand in demands if demand.mode != EVERY}
+    for name in by_mode:
         if name not in names:
             raise InputError(
                 f"--keep {name}: the model has no such mode between {speeds.min():g} and {speeds.max():g} m/s; it has "
                 f"{', '.join(names)} ({EVERY} is every one)"
             )
-    if every is not None:
-        found = {name: found.get(name, Demand(name, every.ratio)) for name in names}
-    return tuple(found.values())
+    if demand_on_all is not None:
+        by_mode = {name: by_mode.get(name, Demand(name, demand_on_all.ratio)) for name in names}
+    return tuple(by_mode.values())
 
 
 def grid(low: float, high: float) -> Array:
@@ -108,9 +108,9 @@ def grid(low: float, high: float) -> Array:
 
 def members(branches: Mapping[str, Complex], mode: str) -> Complex:
     """Roots (m, k) in 1/s that are, or may be, of a mode; NaN where there are fewer."""
-    own = [values for name, values in branches.items() if mode in name.split("+")]
+    of_mode = [values for name, values in branches.items() if mode in name.split("+")]
     count = len(next(iter(branches.values())))
-    return np.concatenate(own, 1) if own else np.full((count, 1), complex(np.nan, np.nan))
+    return np.concatenate(of_mode, 1) if of_mode else np.full((count, 1), complex(np.nan, np.nan))
 
 
 @dataclass(frozen=True)
@@ -123,19 +123,19 @@ class Peak:
     excess: float  # 1/s, below 0: the demand is kept
 
 
-def peaks(linear: LinearModel, asked: Sequence[Demand], speeds: Array) -> list[Peak]:
+def peaks(linear: LinearModel, demands: Sequence[Demand], speeds: Array) -> list[Peak]:
     """Local maxima of the excess of every demand along rising speeds (m,), m/s, ends included and sharpened."""
     branches = modes(linear, speeds).branches
-    found = []
-    for demand in asked:
-        roots, there = demand.worst(branches)
-        excess = np.where(there, demand.excess(np.nan_to_num(roots)), -np.inf)
+    maxima = []
+    for demand in demands:
+        roots, exists = demand.worst_roots(branches)
+        excess = np.where(exists, demand.excess(np.nan_to_num(roots)), -np.inf)
         left, right = np.r_[-np.inf, excess[:-1]], np.r_[excess[1:], -np.inf]
-        for k in np.flatnonzero((excess >= left) & (excess >= right) & there).tolist():
-            near = slice(max(k - 1, 0), min(k + 1, len(speeds) - 1) + 1)
+        for k in np.flatnonzero((excess >= left) & (excess >= right) & exists).tolist():
+            neighbours = slice(max(k - 1, 0), min(k + 1, len(speeds) - 1) + 1)
             peak = Peak(demand, float(speeds[k]), complex(roots[k]), float(excess[k]))
-            found.append(_sharpen_peak(linear, peak, speeds[near], roots[near]))
-    return found
+            maxima.append(_sharpen_peak(linear, peak, speeds[neighbours], roots[neighbours]))
+    return maxima
 
 
 def _sharpen_peak(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex) -> Peak:
@@ -144,30 +144,30 @@ def _sharpen_peak(linear: LinearModel, peak: Peak, speeds: Array, roots: Complex
         return peak
 
     def root(speed: float) -> complex:
-        near = np.interp(speed, speeds, roots.real) + 1j * np.interp(speed, speeds, roots.imag)
+        guess = np.interp(speed, speeds, roots.real) + 1j * np.interp(speed, speeds, roots.imag)
         values = linear.eigenvalues(speed)
-        return complex(values[np.abs(values - near).argmin()])
+        return complex(values[np.abs(values - guess).argmin()])
 
-    found = scipy.optimize.minimize_scalar(
+    optimum = scipy.optimize.minimize_scalar(
         lambda v: -float(peak.demand.excess(root(v))),
         bounds=(speeds[0], speeds[-1]),
         method="bounded",
         options={"xatol": 1e-7 * peak.speed + 1e-9, "maxiter": 60},
     )
-    best = root(float(found.x))
+    best = root(float(optimum.x))
     excess = float(peak.demand.excess(best))
-    return Peak(peak.demand, float(found.x), best, excess) if excess > peak.excess else peak
+    return Peak(peak.demand, float(optimum.x), best, excess) if excess > peak.excess else peak
 
 
-def at_speeds(linear: LinearModel, asked: Sequence[tuple[Demand, float]]) -> list[Peak]:
+def at_speeds(linear: LinearModel, demand_speeds: Sequence[tuple[Demand, float]]) -> list[Peak]:
     """The root that misses a demand most at given speeds (m/s), if there is one."""
-    branches = modes(linear, np.array([speed for _, speed in asked])).branches
-    found = []
-    for k, (demand, speed) in enumerate(asked):
-        roots, there = demand.worst({name: values[k : k + 1] for name, values in branches.items()})
-        if there[0]:
-            found.append(Peak(demand, speed, complex(roots[0]), float(demand.excess(roots[0]))))
-    return found
+    branches = modes(linear, np.array([speed for _, speed in demand_speeds])).branches
+    missed_most = []
+    for k, (demand, speed) in enumerate(demand_speeds):
+        roots, exists = demand.worst_roots({name: values[k : k + 1] for name, values in branches.items()})
+        if exists[0]:
+            missed_most.append(Peak(demand, speed, complex(roots[0]), float(demand.excess(roots[0]))))
+    return missed_most
 
 
 ROUNDS = 8
@@ -195,7 +195,7 @@ class Cost:
     scale: Array  # (d,), each in the unit of its number
     kind: str  # BY_COST, BY_SD or RELATIVE
 
-    def of(self, change: Array) -> float:
+    def evaluate(self, change: Array) -> float:
         """Cost of a ``change`` (d,) in the units of the numbers: the root of the sum of squares."""
         return float(np.linalg.norm(change / self.scale))
 
@@ -213,14 +213,14 @@ def base_of(space: ModelSpace) -> Array:
     return space.base
 
 
-def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Limits:
+def limits_of(space: ModelSpace, stated_limits: Mapping[str, tuple[float, float]]) -> Limits:
     """Limits of each number: as given, else what is measured of a tyre, else what is typical and possible."""
     keys = [axis.key for axis in space.axes]
-    refuse_unknown("varied parameter", given, keys, where="--limits")
+    refuse_unknown("varied parameter", stated_limits, keys, where="--limits")
     low, high, why = [], [], []
     for axis, base in zip(space.axes, space.base, strict=True):
-        if axis.key in given:
-            ends, reason = given[axis.key], "given"
+        if axis.key in stated_limits:
+            ends, reason = stated_limits[axis.key], "given"
             if not (axis.bounds[0] <= ends[0] <= ends[1] <= axis.bounds[1]):
                 raise InputError(
                     f"--limits {axis.key}={ends[0]:g}:{ends[1]:g}: possible are {axis.bounds[0]:g} to "
@@ -238,7 +238,7 @@ def limits_of(space: ModelSpace, given: Mapping[str, tuple[float, float]]) -> Li
         else:
             typical, reason = of_kind(space.model.bicycle.kind)[0], "typical"
             ends = typical[axis.key] if axis.key in UNITS else typical_range(space.model, axis)
-        reason += ", and the model's value" * (axis.key not in given and not ends[0] <= base <= ends[1])
+        reason += ", and the model's value" * (axis.key not in stated_limits and not ends[0] <= base <= ends[1])
         if axis.key in POSITIVE:
             ends = (max(ends[0], 1e-6 * base), ends[1])  # of a value that must be positive: its lowest
         low.append(max(min(ends[0], base), axis.bounds[0]))
@@ -258,10 +258,12 @@ def cost_of(space: ModelSpace, costs: Mapping[str, float], sd: Mapping[str, floa
         if min(costs.values()) <= 0:
             raise InputError("--cost: a change must cost more than 0; keep a parameter out of --vary or limit it")
         return Cost(np.array([1 / costs[key] for key in keys]), BY_COST)
-    known = standard_deviations(space.model, sd, assume=assume)
-    stated = [max(float(getattr(known.get(one), "sd", 0.0)) for one in entries) for entries in space.entries]
-    if all(stated):
-        return Cost(np.array(stated), BY_SD)
+    uncertainties = standard_deviations(space.model, sd, assume=assume)
+    largest_sd = [
+        max(float(getattr(uncertainties.get(entry), "sd", 0.0)) for entry in entries) for entries in space.entries
+    ]
+    if all(largest_sd):
+        return Cost(np.array(largest_sd), BY_SD)
     sizes = [
         abs(float(base)) or max(map(abs, typical_range(space.model, axis)))
         for axis, base in zip(space.axes, space.base, strict=True)
@@ -282,9 +284,9 @@ class Problem:
 
     def answer(self, x: Array, margins: Mapping[Demand, float]) -> "Answer":
         """Cost and misses of numbers (d,), in their units, with margins (1/s) by which demands are to be kept."""
-        found = peaks(self.space.linear_at(x), self.demands, self.speeds)
-        missed = max((peak.excess + margins.get(peak.demand, 0.0) for peak in found), default=-np.inf)
-        return Answer(x, self.cost.of(x - self.start), tuple(found), missed)
+        maxima = peaks(self.space.linear_at(x), self.demands, self.speeds)
+        missed = max((peak.excess + margins.get(peak.demand, 0.0) for peak in maxima), default=-np.inf)
+        return Answer(x, self.cost.evaluate(x - self.start), tuple(maxima), missed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,21 +320,21 @@ class Misses:
         self.problem, self.speeds = problem, speeds
         margin = [margins.get(demand, 0.0) + CLEARLY for demand in problem.demands]
         self.margin = np.repeat(margin, len(speeds))  # (demands * m,), 1/s, by which each is to be kept
-        self.at = lru_cache(maxsize=4)(self._at)  # scipy asks for values and derivatives in turn
+        self.evaluate = lru_cache(maxsize=4)(self._evaluate)  # scipy asks for values and derivatives in turn
 
     def __call__(self, y: Array) -> Array:
         """Misses (demands * m,), 1/s; below 0: kept."""
-        return self.at(tuple(y))[0]
+        return self.evaluate(tuple(y))[0]
 
     def slopes(self, y: Array) -> Array:
         """Their derivatives (demands * m, d)."""
-        return self.at(tuple(y))[1]
+        return self.evaluate(tuple(y))[1]
 
-    def largest(self, x: Array) -> float:
+    def largest_miss(self, x: Array) -> float:
         """Largest miss, 1/s, at numbers ``x`` (d,) in their units."""
         return float(self((x - self.problem.start) / self.problem.cost.scale).max())
 
-    def _at(self, y: tuple[float, ...]) -> tuple[Array, Array]:
+    def _evaluate(self, y: tuple[float, ...]) -> tuple[Array, Array]:
         space, scale = self.problem.space, self.problem.cost.scale
         x = self.problem.start + scale * np.array(y)
         try:
@@ -346,11 +348,11 @@ class Misses:
         row = np.arange(len(self.speeds))
         misses, slopes = [], []
         for demand in self.problem.demands:
-            roots, there = demand.worst(branches)
-            own = np.abs(values - np.nan_to_num(roots)[:, None]).argmin(1)
-            root, change = values[row, own], changes[row, own]
-            misses.append(np.where(there, demand.excess(root), -np.inf))
-            slopes.append(np.where(there[:, None], demand.slope(root, change) * scale, 0.0))
+            roots, exists = demand.worst_roots(branches)
+            nearest = np.abs(values - np.nan_to_num(roots)[:, None]).argmin(1)
+            root, change = values[row, nearest], changes[row, nearest]
+            misses.append(np.where(exists, demand.excess(root), -np.inf))
+            slopes.append(np.where(exists[:, None], demand.slope(root, change) * scale, 0.0))
         missed = np.concatenate(misses) + self.margin
         return np.maximum(missed, KEPT), np.where(missed[:, None] > KEPT, np.concatenate(slopes), 0.0)
 
@@ -365,14 +367,14 @@ def search_cheapest(problem: Problem, margins: Mapping[Demand, float], begin: Ar
         misses = Misses(problem, speeds, margins)
         x = _minimise_cost(problem, misses, x)
         answer = problem.answer(x, margins)
-        best = min(best, answer, key=lambda one: one.rank)
+        best = min(best, answer, key=lambda answer: answer.rank)
         if answer.kept:
             break
-        if misses.largest(x) > BESIDE:
+        if misses.largest_miss(x) > BESIDE:
             x = _minimise_miss(problem, misses, x)
             answer = problem.answer(x, margins)
-            best = min(best, answer, key=lambda one: one.rank)
-            if misses.largest(x) > BESIDE and answer.missed <= misses.largest(x) + BESIDE:
+            best = min(best, answer, key=lambda answer: answer.rank)
+            if misses.largest_miss(x) > BESIDE and answer.missed <= misses.largest_miss(x) + BESIDE:
                 break  # no change keeps the demands at these speeds, and none is missed more between them
         # The worst speeds lie between those of the grid: the demands are to be kept there too.
         speeds = np.union1d(speeds, [peak.speed for peak in answer.peaks])
@@ -394,8 +396,8 @@ def _minimise_cost(problem: Problem, misses: Misses, begin: Array) -> Array:
         missed = misses(y)
         if not 0 < missed.max() < BESIDE:
             break
-        away = missed > 0
-        y = np.clip(y - np.linalg.pinv(misses.slopes(y)[away]) @ missed[away], *_ends(problem))
+        violated = missed > 0
+        y = np.clip(y - np.linalg.pinv(misses.slopes(y)[violated]) @ missed[violated], *_ends(problem))
     return problem.start + problem.cost.scale * y
 
 

@@ -47,17 +47,17 @@ def lines(design: Design) -> list[str]:
     """Lines on what the design does, what binds and how sure it is."""
     by_demand = {demand: [p for p in design.after.peaks if p.demand == demand] for demand in design.problem.demands}
     before = {p.demand: p.root.real for p in sorted(design.before.peaks, key=lambda p: p.root.real)}  # the last stays
-    reached = {demand: max(own, key=lambda p: p.excess) for demand, own in by_demand.items() if own}
-    return _rendered("lines", design, reached=reached, before=dict.fromkeys(by_demand, np.nan) | before)
+    reached = {demand: max(peaks, key=lambda p: p.excess) for demand, peaks in by_demand.items() if peaks}
+    return _render("lines", design, reached=reached, before=dict.fromkeys(by_demand, np.nan) | before)
 
 
 def remarks(design: Design) -> list[str]:
     """Remarks on what else changed and was not asked for: modes that are unstable now, or more than before."""
     demanded, (before, after) = {demand.mode for demand in design.problem.demands}, design.unstable
-    return _rendered("remarks", design, demanded=demanded, unstable_before=before, unstable_after=after)
+    return _render("remarks", design, demanded=demanded, unstable_before=before, unstable_after=after)
 
 
-def _rendered(name: str, design: Design, **more: Any) -> list[str]:
+def _render(name: str, design: Design, **more: Any) -> list[str]:
     content = {"design": design, "problem": design.problem, "after": design.after, **more}
     filters = {"hertz": lambda root: abs(float(frequency_hz(root))), "ratio": damping_ratio}
     return render_file("studies.design", f"{name}.txt.j2", content, escaped=False, filters=filters).splitlines()
@@ -115,7 +115,7 @@ def record(design: Design) -> dict[str, Any]:
         else {
             "kept": sure.probability,
             "interval_95": list(sure.interval),
-            "draws": sure.known.size + sure.unknown,
+            "draws": sure.largest_misses.size + sure.unknown,
             "not_told": sure.unknown,
             "left_out": sure.refused,
         },

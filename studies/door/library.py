@@ -496,11 +496,11 @@ def design(
         ``after.kept``, the numbers ``after.x``, and ``content`` of the changed model file, for ``build_model``.
     """
     from bicycle.parameters.bicycle import canonical
-    from studies.design import Wanted, demands, find_design, with_effects
+    from studies.design import Wishes, demands, find_design, with_effects
 
     keys = [canonical(key) for key in vary]
     content, _ = with_effects(content_of(model), keys)
-    wanted = Wanted(
+    wanted = Wishes(
         {},
         by_key(sd or {}),
         {canonical(key): ends for key, ends in (limits or {}).items()},

@@ -13,7 +13,7 @@ from bicycle.motion import find_limit_cycles
 from bicycle.stability import critical_speeds
 from studies import design
 from studies.cli import main
-from studies.design import Demand, Wanted, demands, find_design, grid, lines
+from studies.design import Demand, Wishes, demands, find_design, grid, lines
 from studies.model_space import ModelSpace
 from tyre.ground import InputError
 
@@ -42,7 +42,7 @@ FASTER = 2 * np.pi * 4.5  # rad/s: of these bicycles only wobble is slower than 
 
 
 def nothing(**more):
-    return Wanted(**({"costs": {}, "sd": {}, "limits": {}, "samples": 50} | more))
+    return Wishes(**({"costs": {}, "sd": {}, "limits": {}, "samples": 50} | more))
 
 
 def wobble_growth(content, numbers, speeds=SPEEDS):
