@@ -89,7 +89,7 @@ class Histories(BicycleKind, kind="histories"):
     unseen: tuple[Run, ...] = ()  # runs that are held out of every fit; filled by :meth:`prepare`
     # by channel that is compared, rough until the first fit unless stated; filled by :meth:`prepare`
     noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
-    ridden: tuple[Candidates, Array] | None = None  # model with which torques of the ride are estimated
+    ride_model: tuple[Candidates, Array] | None = None  # model with which torques of the ride are estimated
     courses: Mapping[str, Course] | None = None  # size of each torque of the ride; None: estimated when first asked
 
     @classmethod
@@ -113,7 +113,7 @@ class Histories(BicycleKind, kind="histories"):
             if not bias_sd:
                 unplaced.append(channel)
             elif channel in noise_sd:
-                noise[channel] = ChannelNoise(noise_sd[channel], given=True)
+                noise[channel] = ChannelNoise(noise_sd[channel], stated=True)
             else:
                 noise[channel] = rough_noise([run.channels[channel] for run in fitted])
         if unplaced:
@@ -224,11 +224,11 @@ class Histories(BicycleKind, kind="histories"):
     @cached_property
     def _estimated_courses(self) -> dict[str, Course]:
         """Most probable sd and cadence of each torque of the ride by identifier, with the base model or ``ridden``."""
-        candidates, theta = self.ridden or ((), self.nominal)
+        candidates, theta = self.ride_model or ((), self.nominal)
         courses = {
             torque.identifier: self._estimate_course(torque, candidates, theta) for torque in riding_candidates()
         }
-        if self.ridden is None:
+        if self.ride_model is None:
             for torque in riding_candidates():
                 courses = self._settle_course(torque, courses)
         return courses
@@ -273,10 +273,10 @@ class Histories(BicycleKind, kind="histories"):
         marginal, columns = self._respond_to_torque(torques[name], others, theta)
         slopes = self._white_slopes(self.family(candidates), theta, self.initial_states(candidates, theta))
         slopes = marginal.integrate_out(slopes) * [u.scale for u in self.unknowns(candidates)]
-        free = integrate_starts_out(slopes, marginal.residual[..., None])  # the coordinates as well
-        sizes = sum(self.model.bicycle.static_loads) * SIZES
+        theta_marginal = integrate_starts_out(slopes, marginal.residual[..., None])  # the coordinates as well
+        sds = sum(self.model.bicycle.static_loads) * SIZES
         times = [run.time for run in self.runs]
-        return estimate_sizes(name, times, free.residual, free.integrate_out(columns), sizes)
+        return estimate_sizes(name, times, theta_marginal.residual, theta_marginal.integrate_out(columns), sds)
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
@@ -391,17 +391,17 @@ class Histories(BicycleKind, kind="histories"):
             white *= self._recorded[..., None]
         return white.reshape(len(white), -1, white.shape[-1])
 
-    def _integrate_out(self, free: Array, white: Array, candidates: Candidates, states: Array) -> Marginal:
+    def _integrate_out(self, free: Array, white: Array, candidates: Candidates, state_sds: Array) -> Marginal:
         """Integrate initial states, and a bias or drift among ``candidates``, out of ``white`` runs (R, C T, 1).
 
         ``free`` (R, C, T, k) are responses to initial states, ``states`` (n,) the prior sd of the first n.
         """
-        scale = start_scale(states, free.shape[-1])
+        scale = start_scale(state_sds, free.shape[-1])
         phi = self._whiten(free) * scale
         n = phi.shape[-1]
         if {"bias", "drift"} & {c.identifier for c in candidates}:
-            slow = self._bias_signals(self._unit_replay.length, tuple(self.noise), candidates)
-            phi = np.concatenate([phi, self._whiten(slow)], -1)
+            biases = self._bias_signals(self._unit_replay.length, tuple(self.noise), candidates)
+            phi = np.concatenate([phi, self._whiten(biases)], -1)
         marginal = integrate_starts_out(phi, white)
         return marginal._replace(start=marginal.start[:, :n] * scale)
 
@@ -422,10 +422,10 @@ class Histories(BicycleKind, kind="histories"):
     @property
     def varied(self) -> bool:
         """True if the runs have two speeds or two inputs."""
-        acting: set[str] = set()
+        varying: set[str] = set()
         for run in self.runs:
-            acting |= {name for name, u in run.inputs.items() if np.ptp(u) > 0}
-        return len(about_one_speed(self.speeds.tolist())) > 1 or len(acting) > 1
+            varying |= {name for name, u in run.inputs.items() if np.ptp(u) > 0}
+        return len(about_one_speed(self.speeds.tolist())) > 1 or len(varying) > 1
 
     def easier_problems(self) -> tuple["Histories", ...]:
         """One problem: runs cut in pieces, each with its own initial state (multiple shooting); none if runs are short.
@@ -443,8 +443,8 @@ class Histories(BicycleKind, kind="histories"):
         """
         series = np.array(self.rows.series)
         noise = {}
-        for name, rough in self.noise.items():
-            noise[name] = rough.estimate([best.residual[series == f"{run.name} {name}"] for run in self.runs])
+        for name, old in self.noise.items():
+            noise[name] = old.estimate([best.residual[series == f"{run.name} {name}"] for run in self.runs])
         absorbed = isinstance(best, Fit) and (not best.candidates or any(c.absorbs for c in best.candidates))
         if not absorbed:  # its effect may stand for a torque of the ride, whose size is not known with it
             return replace(self, noise=noise)
@@ -452,7 +452,7 @@ class Histories(BicycleKind, kind="histories"):
         theta = list(best.theta[: best.effect_columns.start])
         for c in named:
             theta += best.theta[best.columns(c)].tolist()
-        return replace(self, noise=noise, ridden=(tuple(named), np.array(theta)))
+        return replace(self, noise=noise, ride_model=(tuple(named), np.array(theta)))
 
     # ---- what to measure next ----
 
@@ -493,9 +493,9 @@ class Histories(BicycleKind, kind="histories"):
         uncertain, last = free.shape[-1] - len(states), marginal.start.shape[1]
         places = [*range(len(states)), *range(last - uncertain, last)]  # filters of the recorded channels lie between
         follow, spread = -marginal.shift_starts(white)[:, places], marginal.spread[:, places]
-        slow = self._bias_signals(free.shape[1], (channel,), candidates)[:, 0]
+        biases = self._bias_signals(free.shape[1], (channel,), candidates)[:, 0]
         lengths = [len(run.time) for run in self.runs]
-        spreads = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, slow, lengths, strict=True)]
+        spreads = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, biases, lengths, strict=True)]
         followed = np.vstack([f[:n] @ s for f, s, n in zip(free, follow, lengths, strict=True)])
         return followed / sd, block_diag(*spreads) / sd
 
@@ -524,7 +524,7 @@ class Histories(BicycleKind, kind="histories"):
                 if len(residual) >= 20:
                     signal = run.channels[name]
                     squares.append([third_difference_noise(signal) ** 2, third_difference_noise(residual) ** 2])
-            if squares and not noise.given:
+            if squares and not noise.stated:
                 noise_sds[name] = (noise.sd, float(np.sqrt(np.mean(squares, axis=0).min())))
         return noise_sds
 

@@ -66,22 +66,22 @@ NOISE = number(
 RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
 
 
-def _or_empty(check: Check) -> Check:
+def _allow_empty(check: Check) -> Check:
     """Check that turns an empty cell into NaN (not measured or not known) and passes others to ``check``."""
     return lambda cell: np.nan if cell == "" else check(cell)
 
 
 NUMBERS: dict[str, Check] = {
     "speed_m_s": SPEED,
-    "real_1_s": _or_empty(number(least=-FASTEST_ROOT, most=FASTEST_ROOT)),
-    "imag_rad_s": _or_empty(
+    "real_1_s": _allow_empty(number(least=-FASTEST_ROOT, most=FASTEST_ROOT)),
+    "imag_rad_s": _allow_empty(
         number(
             least=0,
             most=FASTEST_ROOT,
             outside=f"is outside 0 .. {FASTEST_ROOT:g}: give the root with imag_rad_s >= 0, in rad/s and not in Hz",
         )
     ),
-    **dict.fromkeys((*SD, SPEED_SD), _or_empty(NOISE)),
+    **dict.fromkeys((*SD, SPEED_SD), _allow_empty(NOISE)),
     **{f"{ratio}_{part}": NOISE if part == "sd" else RATIO for ratio in RATIOS for part in ("re", "im", "sd")},
     **dict.fromkeys(UNUSED, number()),
 }
@@ -107,11 +107,11 @@ class ModalPoint:
         sd = (abs(real) * self.sd[0], abs(imag) * self.sd[1])
         return replace(self, eigenvalue=root, sd=sd, speed=speed * self.speed)
 
-    def without_frequency(self) -> "ModalPoint":
+    def drop_frequency(self) -> "ModalPoint":
         """Copy whose imaginary part is NaN: not measured."""
         return replace(self, eigenvalue=complex(self.eigenvalue.real, np.nan))
 
-    def with_ratios(self, names: Mapping[str, str], factor: float) -> "ModalPoint":
+    def rename_ratios(self, names: Mapping[str, str], factor: float) -> "ModalPoint":
         """Copy with each ratio that is a key of ``names`` renamed to its value and times ``factor``; others stay."""
         renamed = {names[n]: (factor * x, abs(factor) * sd) for n, (x, sd) in self.ratios.items() if n in names}
         return replace(self, ratios={**self.ratios, **renamed})
@@ -239,39 +239,44 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     identification that are among the coordinates act on both.
     """
     speeds = np.unique(wanted.speed)
-    bicycle = MatrixSlopes(family, theta, speeds, slopes)
-    system = bicycle.system
+    matrices = MatrixSlopes(family, theta, speeds, slopes)
+    system = matrices.system
     names = family.symbolic.outputs
     values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
     chosen = match_roots(wanted, speeds, values)
-    at = np.searchsorted(speeds, wanted.speed)
-    rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]
-    root, x = values[at, chosen], right[at, :, chosen]
-    c = system.output[0, at][:, rows]
+    speed_index = np.searchsorted(speeds, wanted.speed)
+    output_rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]
+    root, x = values[speed_index, chosen], right[speed_index, :, chosen]
+    c = system.output[0, speed_index][:, output_rows]
     signals = np.einsum("mri,mi->mr", c, x)
     ratio = signals[:, 1:] / signals[:, :1]
-    number = np.concatenate([root[:, None], ratio], axis=1)
-    slope = np.zeros((*number.shape, len(bicycle.steps)), complex)
-    if slope.size:
-        force = bicycle.force(at, x[..., None], root)[..., 0].swapaxes(1, 2)
-        projected = left[at] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
-        gap = root[:, None] - values[at]
-        point = np.arange(len(at))
+    computed = np.concatenate([root[:, None], ratio], axis=1)
+    derivatives = np.zeros((*computed.shape, len(matrices.steps)), complex)
+    if derivatives.size:
+        force = matrices.force(speed_index, x[..., None], root)[..., 0].swapaxes(1, 2)
+        projected = left[speed_index] @ force  # u_i (dF - lambda dE) x / (u_i E x_i)
+        gap = root[:, None] - values[speed_index]
+        point = np.arange(len(speed_index))
         gap[point, chosen] = np.inf
-        dx = right[at] @ (projected / gap[:, :, None])
-        dsignals = c @ dx + bicycle.apply("output", at, x[..., None], rows)[..., 0].swapaxes(1, 2)
-        slope[:, 0] = projected[point, chosen]
-        slope[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
+        dx = right[speed_index] @ (projected / gap[:, :, None])
+        dsignals = c @ dx + matrices.apply("output", speed_index, x[..., None], output_rows)[..., 0].swapaxes(1, 2)
+        derivatives[:, 0] = projected[point, chosen]
+        derivatives[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
     errors = family.coordinates(theta)
-    turn_ratios(number[:, 1:], slope[:, 1:], errors)
+    turn_ratios(computed[:, 1:], derivatives[:, 1:], errors)
     for r, name in enumerate(RATIOS, 1):
         for signal, power in ((name, 1), (LEAN, -1)):
             sensor_errors = errors_of(errors, signal)
             apply_sensor(
-                number[:, r], slope[:, r], number[:, 0].copy(), sensor_errors, s_slope=slope[:, 0], power=power
+                computed[:, r],
+                derivatives[:, r],
+                computed[:, 0].copy(),
+                sensor_errors,
+                s_slope=derivatives[:, 0],
+                power=power,
             )
-    apply_identification_errors(number[:, 0], slope[:, 0], errors)
-    return number, slope
+    apply_identification_errors(computed[:, 0], derivatives[:, 0], errors)
+    return computed, derivatives
 
 
 PAIRING = (
@@ -327,7 +332,7 @@ class Modal(BicycleKind, kind="modal"):
         return list(dict.fromkeys(chain.from_iterable(p.ratios for p in self.points)))
 
     @cached_property
-    def _wanted(self) -> list[tuple[Settings, NDArray[np.intp], Wanted]]:
+    def _settings_groups(self) -> list[tuple[Settings, NDArray[np.intp], Wanted]]:
         """Triples, one for each settings of the table: these, the indices of their points, and the modes there."""
         groups = []
         for settings in dict.fromkeys(p.settings for p in self.points):
@@ -344,20 +349,20 @@ class Modal(BicycleKind, kind="modal"):
         parts = np.array([[p.eigenvalue.real, p.eigenvalue.imag] for p in self.points])
         for k in np.flatnonzero(np.isnan(parts).any(1)).tolist():
             p = self.points[k]
-            lacking = np.isnan(parts[k])
+            missing = np.isnan(parts[k])
             mode = modes(self.model.linear_model(), [p.speed]).branches.get(p.mode, np.zeros((1, 1), complex))[0, 0]
-            parts[k, lacking] = np.nan_to_num([mode.real, abs(mode.imag)])[lacking]
+            parts[k, missing] = np.nan_to_num([mode.real, abs(mode.imag)])[missing]
         return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
     def _predict_points(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
         """Eigenvalue (1/s) and ratios (m, 3) of all m points in their order, and derivatives (m, 3, p)."""
         parts = [
             predict(self.family(candidates, settings), wanted, theta, slopes=slopes)
-            for settings, _, wanted in self._wanted
+            for settings, _, wanted in self._settings_groups
         ]
-        order = np.argsort(np.concatenate([indices for _, indices, _ in self._wanted]))
-        number, slope = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
-        return number, slope
+        order = np.argsort(np.concatenate([indices for _, indices, _ in self._settings_groups]))
+        computed, derivatives = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
+        return computed, derivatives
 
     @cached_property
     def data(self) -> tuple[Array, Array]:
@@ -371,10 +376,10 @@ class Modal(BicycleKind, kind="modal"):
         for row, p in zip(parts, self.points, strict=True):
             frequency = p.eigenvalue.imag if p.sd[1] else np.nan
             row[0] = [(p.eigenvalue.real, p.sd[0]), (frequency, p.sd[1])]
-            for place, name in enumerate(RATIOS, 1):
+            for column, name in enumerate(RATIOS, 1):
                 if name in p.ratios:
                     value, sd = p.ratios[name]
-                    row[place] = [(value.real, sd), (value.imag, sd)]
+                    row[column] = [(value.real, sd), (value.imag, sd)]
         return parts
 
     @cached_property
@@ -384,13 +389,13 @@ class Modal(BicycleKind, kind="modal"):
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         """Computed parts (n,) of the model with ``candidates`` at ``theta`` (p,), as :attr:`data` has them."""
-        number, _ = self._predict_points(candidates, theta, slopes=False)
-        return np.stack([number.real, number.imag], -1)[self._is_measured]
+        computed, _ = self._predict_points(candidates, theta, slopes=False)
+        return np.stack([computed.real, computed.imag], -1)[self._is_measured]
 
     def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
         """Computed parts (n,) and their exact derivatives (n, p) at ``theta`` (p,)."""
-        number, slope = self._predict_points(candidates, theta)
-        parts, slopes = flat_parts(number.ravel(), slope.reshape(number.size, -1))
+        computed, derivatives = self._predict_points(candidates, theta)
+        parts, slopes = flat_parts(computed.ravel(), derivatives.reshape(computed.size, -1))
         return parts[self._is_measured.ravel()], slopes[self._is_measured.ravel()]
 
     @cached_property
@@ -437,7 +442,7 @@ class Modal(BicycleKind, kind="modal"):
         final = self._count_other_roots(judgement.final)
         sentences = []
         for other in find_other_roots(self.points, base_roots, self.model):
-            lies = " and ".join(other.lies_on) or "a root without a name"
+            root_names = " and ".join(other.lies_on) or "a root without a name"
             if other.more_chi2 is None:
                 by_name = f"it has no {other.mode} there"
             else:
@@ -445,7 +450,7 @@ class Modal(BicycleKind, kind="modal"):
                     f"with the roots called {other.mode} its chi^2 is {chi2 + other.more_chi2:.5g}, not {chi2:.5g}"
                 )
             sentences.append(
-                f"{other} are compared with another root of the base model, which is nearer ({lies}); {by_name}; "
+                f"{other} are compared with another root of the base model, which is nearer ({root_names}); {by_name}; "
                 f"of the final model {final.get(other.mode, 'none is')}"
             )
         return tuple(sentences)
@@ -472,11 +477,11 @@ class Modal(BicycleKind, kind="modal"):
         slowest, fastest = float(self.speeds.min()), float(self.speeds.max())
         last = self.points[-1]
         proposals: list[Proposal] = []
-        for place, ratio in enumerate(RATIOS, 1):
+        for column, ratio in enumerate(RATIOS, 1):
             if ratio not in self._ratio_names:
                 title = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
                 sds = np.full(2 * len(self.points), DEFAULT_RATIO_SD)
-                proposals.append(Proposal(title, sds, partial(self._predict_ratio, place)))
+                proposals.append(Proposal(title, sds, partial(self._predict_ratio, column)))
         for factor in (0.8, 1.25, 1.5, 2.0):
             speed = factor * (fastest if factor > 1 else slowest)
             title = f"{last.label} at {speed:.3g} m/s, 6 runs"
@@ -484,56 +489,62 @@ class Modal(BicycleKind, kind="modal"):
             proposals.append(Proposal(title, sds_of_mean, partial(self._predict_mode, last, speed)))
         return (*proposals, *self.propose_forced_response(fastest))
 
-    def _predict_ratio(self, place: int, candidates: Candidates, theta: Array) -> base.Prediction:
+    def _predict_ratio(self, column: int, candidates: Candidates, theta: Array) -> base.Prediction:
         """Parts (2 m,), real and imaginary, of the ratio number ``place`` (1, 2) at all points, and derivatives."""
-        number, slope = _discard_if_damped(*self._predict_points(candidates, theta))
-        return flat_parts(number[:, place], slope[:, place])
+        computed, derivatives = _discard_if_damped(*self._predict_points(candidates, theta))
+        return flat_parts(computed[:, column], derivatives[:, column])
 
-    def _predict_mode(self, like: ModalPoint, speed: float, candidates: Candidates, theta: Array) -> base.Prediction:
+    def _predict_mode(self, point: ModalPoint, speed: float, candidates: Candidates, theta: Array) -> base.Prediction:
         """Real and imaginary part (2,), 1/s and rad/s, of a point's mode at ``speed`` (m/s), and derivatives (2, p).
 
         The root is followed in small steps from the nearest speed at which this mode was measured.
         """
-        family = self.family(candidates, like.settings)
-        measured = (p for p in self.points if (p.mode, p.settings) == (like.mode, like.settings))
-        nearest = min(measured, key=lambda p: abs(p.speed - speed))
+        family = self.family(candidates, point.settings)
+        points_of_mode = (p for p in self.points if (p.mode, p.settings) == (point.mode, point.settings))
+        nearest = min(points_of_mode, key=lambda p: abs(p.speed - speed))
         root = self._measured_roots[self.points.index(nearest)]
         for v in np.linspace(nearest.speed, speed, 12):
             system = family(theta[None], np.array([v]))
             values = eigensystem(system.dynamics[0], mass=system.mass[0]).values[0]
             cost = np.where(values.imag >= 0, np.abs(values - root), np.inf)
             root = values[int(cost.argmin())]
-        wanted = Wanted(np.array([speed]), (like.mode,), np.array([root]))
-        number, slope = _discard_if_damped(*predict(family, wanted, theta))
-        return flat_parts(number[:, 0], slope[:, 0])
+        wanted = Wanted(np.array([speed]), (point.mode,), np.array([root]))
+        computed, derivatives = _discard_if_damped(*predict(family, wanted, theta))
+        return flat_parts(computed[:, 0], derivatives[:, 0])
 
     # ---- other readings ----
 
     def misreadings(self) -> Iterator[tuple[str, "Modal"]]:
         """Pairs of another reading in words and the points read so: units and signs, and two ratios swapped."""
 
-        def read(change: Callable[[ModalPoint], ModalPoint]) -> Modal:
+        def reinterpret(change: Callable[[ModalPoint], ModalPoint]) -> Modal:
             return replace(self, points=tuple(map(change, self.points)))
 
         for reading, factor in SPEEDS.items():
-            yield reading, read(partial(ModalPoint.scale, speed=factor))
+            yield reading, reinterpret(partial(ModalPoint.scale, speed=factor))
         for reading, factor in FREQUENCIES.items():
-            yield f"imag_rad_s {reading}", read(partial(ModalPoint.scale, imag=factor))
-        yield "real_1_s of the opposite sign", read(partial(ModalPoint.scale, real=-1.0))
+            yield f"imag_rad_s {reading}", reinterpret(partial(ModalPoint.scale, imag=factor))
+        yield "real_1_s of the opposite sign", reinterpret(partial(ModalPoint.scale, real=-1.0))
         names = self._ratio_names
         for name in names:
             for reading, factor in ANGLES.items():
-                yield f"{name} {reading}", read(partial(ModalPoint.with_ratios, names={name: name}, factor=factor))
+                yield (
+                    f"{name} {reading}",
+                    reinterpret(partial(ModalPoint.rename_ratios, names={name: name}, factor=factor)),
+                )
         if len(names) == 2:
             swap = dict(zip(names, names[::-1], strict=True))
-            yield f"{' and '.join(names)} swapped", read(partial(ModalPoint.with_ratios, names=swap, factor=1.0))
+            yield (
+                f"{' and '.join(names)} swapped",
+                reinterpret(partial(ModalPoint.rename_ratios, names=swap, factor=1.0)),
+            )
 
 
-def _discard_if_damped(number: Complex, slope: Complex) -> tuple[Complex, Complex]:
+def _discard_if_damped(computed: Complex, derivatives: Complex) -> tuple[Complex, Complex]:
     """``number`` (m, 3) and ``slope`` (m, 3, p); ``number`` becomes NaN, in place, if a damping ratio exceeds 0.7.
 
     Such a mode is not seen in a free decay.
     """
-    if (np.abs(number[:, 0].real) > 0.7 * np.abs(number[:, 0])).any():
-        number[:] = np.nan
-    return number, slope
+    if (np.abs(computed[:, 0].real) > 0.7 * np.abs(computed[:, 0])).any():
+        computed[:] = np.nan
+    return computed, derivatives

@@ -26,9 +26,7 @@ def fill_sd(points: tuple["ModalPoint", ...], has_sd: Sequence[bool]) -> tuple[t
     ``has_sd``: the table states that of the real part, of the imaginary part. A real root gets 0 for its frequency.
     """
     is_real = np.array([point.eigenvalue.imag == 0 and point.sd[1] == 0 for point in points])
-    oscillating = tuple(
-        point.without_frequency() if real else point for point, real in zip(points, is_real, strict=True)
-    )
+    oscillating = tuple(point.drop_frequency() if real else point for point, real in zip(points, is_real, strict=True))
     real_sd, real_notes = _sd_of_part(points, 0, stated=has_sd[0])
     imag_sd, imag_notes = _sd_of_part(oscillating, 1, stated=has_sd[1])
     imag_sd = np.where(is_real, 0.0, imag_sd)
@@ -72,7 +70,7 @@ def _sd_of_part(points: tuple["ModalPoint", ...], part: int, *, stated: bool) ->
     groups = _group_repeats(points, parts[:, part], stated_sd)
     scatters = [(group.rows, group.scatter) for group in groups]
     freedom = sum(scatter.freedom for _, scatter in scatters)
-    if stated and (freedom < FEWEST_REPEATS or not _refute_stated_sd(groups)):
+    if stated and (freedom < FEWEST_REPEATS or not _is_sd_refuted(groups)):
         return np.where(stated_sd > 0, stated_sd, default), []
     if freedom < FEWEST_REPEATS:
         reason = (
@@ -83,14 +81,14 @@ def _sd_of_part(points: tuple["ModalPoint", ...], part: int, *, stated: bool) ->
     for rows, scatter in scatters:
         if stated or scatter.freedom:
             sd[rows] = scatter.sd
-    lone = sd == 0  # a mode without repeats among others with
-    sd[lone] = default[lone]
-    if lone.all():  # a real mode has no frequency that could scatter
+    assumed = sd == 0  # a mode without repeats among others with
+    sd[assumed] = default[assumed]
+    if assumed.all():  # a real mode has no frequency that could scatter
         notes = [f"{name} is missing and repeats do not differ: {DEFAULT_SD:.0%} of |eigenvalue| is assumed"]
     elif stated:
         notes = _describe_widening(name, sd, stated_sd)
     else:
-        notes = _describe_scatter(name, sd, lone, freedom)
+        notes = _describe_scatter(name, sd, assumed, freedom)
     for rows, scatter in scatters:
         for place in scatter.aside:
             point = points[rows[place]]
@@ -112,7 +110,7 @@ def _group_repeats(points: tuple["ModalPoint", ...], values: Array, stated_sd: A
     ]
 
 
-def _refute_stated_sd(groups: Sequence[_ModeRows]) -> bool:
+def _is_sd_refuted(groups: Sequence[_ModeRows]) -> bool:
     """True if repeats of all modes scatter more than chance (1 %) allows with the stated sd."""
     surprises = [surprise(group.speeds, group.values, group.stated_sd, tolerance=0.01) for group in groups]
     chi2 = sum(squares for squares, _ in surprises)
@@ -120,11 +118,13 @@ def _refute_stated_sd(groups: Sequence[_ModeRows]) -> bool:
     return bool(chdtrc(freedom, chi2) < 0.01)
 
 
-def _describe_scatter(name: str, sd: Array, lone: NDArray[np.bool_], freedom: int) -> list[str]:
-    """Notes on a missing sd that repeats gave; ``lone`` (n,) are the rows where they do not differ."""
-    notes = [f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, {_range(sd[~lone])}"]
-    if lone.any():
-        notes.append(f"{name}: {lone.sum()} rows of modes without repeats; {DEFAULT_SD:.0%} is assumed there")
+def _describe_scatter(name: str, sd: Array, assumed: NDArray[np.bool_], freedom: int) -> list[str]:
+    """Notes on a missing sd that repeats gave; ``assumed`` (n,) are the rows where they do not differ."""
+    notes = [
+        f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, {_extremes(sd[~assumed])}"
+    ]
+    if assumed.any():
+        notes.append(f"{name}: {assumed.sum()} rows of modes without repeats; {DEFAULT_SD:.0%} is assumed there")
     return notes
 
 
@@ -134,10 +134,10 @@ def _describe_widening(name: str, sd: Array, stated_sd: Array) -> list[str]:
     if not wider.any():
         return []
     return [
-        f"repeats scatter more than {name} says: {wider.sum()} of {len(sd)} rows are widened, to {_range(sd[wider])}"
+        f"repeats scatter more than {name} says: {wider.sum()} of {len(sd)} rows are widened, to {_extremes(sd[wider])}"
     ]
 
 
-def _range(values: Array) -> str:
+def _extremes(values: Array) -> str:
     """Smallest and largest of ``values`` (n,) as text, once if they print alike."""
     return " to ".join(dict.fromkeys((f"{values.min():.3g}", f"{values.max():.3g}")))

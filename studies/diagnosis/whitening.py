@@ -26,7 +26,7 @@ class ChannelNoise:
 
     sd: float  # marginal, in the unit of the channel
     colour: float = 0.0  # autoregressive coefficient
-    given: bool = False  # the user states the sd: it is never estimated
+    stated: bool = False  # the user states the sd: it is never estimated
 
     def whiten(self, signal: Array) -> Array:
         """Whitened ``signal`` (n, ...): along its first axis, in time, this noise becomes white noise of sd 1."""
@@ -51,12 +51,12 @@ class ChannelNoise:
         return float(self.sd * np.sqrt((1 + 2 * np.sum((1 - lag / count) * colour**lag)) / count))
 
     def estimate(self, series: list[Array]) -> "ChannelNoise":
-        """Noise with the sd (unless given) and colour of residuals that this noise whitened to ``series`` (n,)."""
+        """Noise with the sd (unless stated) and colour of residuals that this noise whitened to ``series`` (n,)."""
         residuals = [self.colour_again(white) for white in series]
         level = float(np.sqrt(np.mean([np.mean(r**2) for r in residuals])))
         change = float(np.mean([np.mean(np.diff(r) ** 2) for r in residuals]))
-        sd = self.sd if self.given else level
-        return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), 0.0, 0.98)), self.given)
+        sd = self.sd if self.stated else level
+        return ChannelNoise(sd, float(np.clip(1 - change / (2 * sd**2), 0.0, 0.98)), self.stated)
 
 
 def rough_noise(channels: list[Array]) -> ChannelNoise:

@@ -48,10 +48,14 @@ class Hypotheses:
         k = len(hypothesis.candidates)
         if not k:
             return hypothesis.log_evidence + math.log(0.5)
-        shares = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._sum_of_weight_products(k))
+        log_share = sum(math.log(c.weight) for c in hypothesis.candidates) - math.log(self._sum_of_weight_products(k))
         seldom = sum(any(u.widened > 1 for u in c.unknowns) for c in hypothesis.candidates)
         return (
-            hypothesis.log_evidence + math.log(0.5) + shares - (k - 1) * math.log(2) + seldom * math.log(RULES.seldom)
+            hypothesis.log_evidence
+            + math.log(0.5)
+            + log_share
+            - (k - 1) * math.log(2)
+            + seldom * math.log(RULES.seldom)
         )
 
     def _sum_of_weight_products(self, effects: int) -> float:
@@ -65,13 +69,13 @@ class Hypotheses:
     @property
     def probabilities(self) -> list[tuple[Fit, float]]:
         """Each hypothesis with its probability, most probable first."""
-        every = (self.null, *self.fits)
-        logs = np.array([self.log_posterior(hypothesis) for hypothesis in every])
+        hypotheses = (self.null, *self.fits)
+        logs = np.array([self.log_posterior(hypothesis) for hypothesis in hypotheses])
         if not np.isfinite(logs).any():
             logs = np.where(np.arange(len(logs)) == 0, 0.0, -np.inf)
         weight = np.exp(logs - logs.max())
-        share = weight / weight.sum()
-        return [(every[k], float(share[k])) for k in np.argsort(-share, kind="stable")]
+        probability = weight / weight.sum()
+        return [(hypotheses[k], float(probability[k])) for k in np.argsort(-probability, kind="stable")]
 
     @property
     def posterior(self) -> dict[str, float]:
@@ -85,8 +89,8 @@ class Hypotheses:
 
     def rank(self, effects: int | None = None) -> list[Fit]:
         """Sort the fits with effects (only those with this number of ``effects``, if given), most probable first."""
-        kept = [f for f in self.fits if effects is None or len(f.candidates) == effects]
-        return sorted(kept, key=lambda f: -self.log_posterior(f))
+        fits = [f for f in self.fits if effects is None or len(f.candidates) == effects]
+        return sorted(fits, key=lambda f: -self.log_posterior(f))
 
     def find_extensions(self, hypothesis: Fit) -> list[Fit]:
         """Find physical fits with more effects that a ``hypothesis`` does not clearly beat in odds, best first."""
@@ -99,10 +103,10 @@ class Hypotheses:
 
     def odds(self, first: Fit, second: Fit) -> float:
         """Posterior odds of the ``first`` against the ``second``; infinite if only the second is impossible."""
-        one, other = self.log_posterior(first), self.log_posterior(second)
-        if math.isinf(other):
-            return math.inf if math.isfinite(one) else 1.0
-        return math.exp(min(one - other, 700.0))
+        first_log, second_log = self.log_posterior(first), self.log_posterior(second)
+        if math.isinf(second_log):
+            return math.inf if math.isfinite(first_log) else 1.0
+        return math.exp(min(first_log - second_log, 700.0))
 
     def find(self, identifiers: frozenset[str]) -> Fit | None:
         """The fit of these ``identifiers``; the null of none."""
@@ -124,7 +128,7 @@ class Hypotheses:
         return self.replace_fits(better) if better else self
 
     @property
-    def least_promise(self) -> float:
+    def required_decrease(self) -> float:
         """Decrease of the objective that a first step must promise before an effect is added and fitted.
 
         Where a fit is dear, it is the decrease that clear odds ask for.
@@ -141,9 +145,9 @@ class Hypotheses:
 
     def drop_hopeless(self, fits: Iterable[Fit]) -> list[Fit]:
         """Drop those of the ``fits`` whose log posterior is far behind one that explains the data."""
-        reached = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
-        least = max(reached, default=-math.inf) - RULES.behind
-        return [f for f in fits if self.log_posterior(f) > least]
+        explaining = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
+        lowest = max(explaining, default=-math.inf) - RULES.behind
+        return [f for f in fits if self.log_posterior(f) > lowest]
 
     def refit_with_wider_priors(self, leaders: Sequence[Fit]) -> "Hypotheses":
         """Refit the null and the ``leaders`` with a wider prior of the nuisances; hypotheses of these alone."""
@@ -193,7 +197,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
             starts += nominal[1:]
         else:
             starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
-        fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_turns(kind)))
+        fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_iteration_limits(kind)))
     hypotheses = Hypotheses(null, tuple(fits), kind)
     return _retry_poor_fits(hypotheses)
 
@@ -207,11 +211,11 @@ def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypothe
         progress(f.name)
         moved = np.concatenate([null.theta, f.theta[f.effect_columns]])  # what adds little moves as the null did
         start = select_starts(kind, f.candidates, [f.theta, moved], 1)
-        refits.append(fit_hypothesis(kind, f.candidates, start, turns=_turns(kind)))
+        refits.append(fit_hypothesis(kind, f.candidates, start, turns=_iteration_limits(kind)))
     return Hypotheses(null, tuple(refits), kind)
 
 
-def _turns(kind: Kind) -> tuple[int, int]:
+def _iteration_limits(kind: Kind) -> tuple[int, int]:
     """Most iterations of a first fit of a hypothesis, and of one that is still poor then."""
     return THOROUGH if kind.thorough else ROUGH
 
@@ -223,21 +227,29 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
     easier = hypotheses.kind.easier_problems()
     if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.places):
-        ways = _fit_easier_problem(easier[0], hypotheses)
+        guides = _fit_easier_problem(easier[0], hypotheses)
     else:
-        ways = [fit(hypotheses.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
+        guides = [fit(hypotheses.kind, f.candidates, patient=True, turns=ROUGH) for f in order[: RULES.retried]]
     hypotheses = hypotheses.adopt_better(
-        [fit_hypothesis(hypotheses.kind, way.candidates, [way.theta], turns=ROUGH) for way in ways]
+        [fit_hypothesis(hypotheses.kind, guide.candidates, [guide.theta], turns=ROUGH) for guide in guides]
     )
     if hypotheses.any_fits_data:
         return hypotheses
-    given_up = [f for f in hypotheses.fits if not f.converged and math.isfinite(f.objective)]
-    hypotheses = hypotheses.adopt_better([fit_hypothesis(hypotheses.kind, f.candidates, [f.theta]) for f in given_up])
+    unconverged = [f for f in hypotheses.fits if not f.converged and math.isfinite(f.objective)]
+    hypotheses = hypotheses.adopt_better(
+        [fit_hypothesis(hypotheses.kind, f.candidates, [f.theta]) for f in unconverged]
+    )
     if hypotheses.any_fits_data:
         return hypotheses
-    typical = {f: default_starts(hypotheses.kind, f.candidates)[1:2] for f in hypotheses.fits if f.sizes_at_bound()}
+    typical_starts = {
+        f: default_starts(hypotheses.kind, f.candidates)[1:2] for f in hypotheses.fits if f.sizes_at_bound()
+    }
     return hypotheses.adopt_better(
-        [fit_hypothesis(hypotheses.kind, f.candidates, starts, turns=ROUGH) for f, starts in typical.items() if starts]
+        [
+            fit_hypothesis(hypotheses.kind, f.candidates, starts, turns=ROUGH)
+            for f, starts in typical_starts.items()
+            if starts
+        ]
     )
 
 
@@ -277,11 +289,11 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
     """
     if hypotheses.kind.costly:  # much data: the search on a part of them has found the softness
         return hypotheses
-    enough = hypotheses.null.objective - RULES.improved
+    objective_limit = hypotheses.null.objective - RULES.improved
     refits = []
     for f in hypotheses.fits:
         ladder = f.candidates[0].ladder
-        if len(f.candidates) == 1 and ladder and f.objective < enough:
+        if len(f.candidates) == 1 and ladder and f.objective < objective_limit:
             starts = [np.concatenate([hypotheses.null.theta, softness]) for softness in ladder]
             refits.append(fit_hypothesis(hypotheses.kind, f.candidates, starts))
     return hypotheses.adopt_better(refits)
@@ -336,24 +348,24 @@ def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
 
 
 def refine_on_all_data(
-    kind: Kind, few: Hypotheses, leader: Fit | None, progress: Progress
+    kind: Kind, preliminary: Hypotheses, leader: Fit | None, progress: Progress
 ) -> tuple[Hypotheses, Fit | None]:
     """Refit the ``leader`` and rivals of a search in ``few`` data to all data of a ``kind``, and search on from there.
 
     Returns the hypotheses on all data and their leader, None if nothing leads the null.
     """
-    best = leader or next(iter(few.rank()), few.null)
+    best = leader or next(iter(preliminary.rank()), preliminary.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
     for _ in range(2):  # the noise is what the best leaves: where it ended in few data, then where it ends in all
         kind = kind.estimate_noise(replace(best, residual=residual))
         progress(f"{best.name}, on all data")
         best = fit(kind, best.candidates, starts=[best.theta])
         residual = best.residual
-    least = few.log_posterior(few.find(best.identifiers) or few.null) - RULES.behind
-    wanted = [f for f, _ in few.probabilities[: RULES.polished] if few.log_posterior(f) > least]
-    wanted += [f for f in few.fits if f.identifiers < best.identifiers]
+    lowest = preliminary.log_posterior(preliminary.find(best.identifiers) or preliminary.null) - RULES.behind
+    rivals = [f for f, _ in preliminary.probabilities[: RULES.polished] if preliminary.log_posterior(f) > lowest]
+    rivals += [f for f in preliminary.fits if f.identifiers < best.identifiers]
     fits = {best.identifiers: best}
-    for f in (few.null, *wanted):
+    for f in (preliminary.null, *rivals):
         if f.identifiers not in fits:
             progress(f"{f.name}, on all data")
             fits[f.identifiers] = fit(kind, f.candidates, starts=[f.theta], turns=ROUGH)
@@ -374,24 +386,24 @@ def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> 
     """
     if hypotheses.null.converged:
         return hypotheses, leader
-    lost = [f.candidates[0] for f in hypotheses.rank(1) if not f.converged and f.candidates[0].unknowns]
-    centre, exchanged = np.array([u.centre for u in hypotheses.kind.nuisances]), []
+    unconverged = [f.candidates[0] for f in hypotheses.rank(1) if not f.converged and f.candidates[0].unknowns]
+    centre, exchanges = np.array([u.centre for u in hypotheses.kind.nuisances]), []
     for dropped in leader.candidates:
         remaining = tuple(c for c in leader.candidates if c is not dropped)
         sizes = [leader.theta[leader.columns(c)] for c in remaining]
-        for c in lost:
-            joined = (*remaining, c)
-            earlier = hypotheses.find(frozenset(one.identifier for one in joined))
-            if (earlier is not None and earlier.converged) or c.identifier in leader.identifiers:
+        for replacement in unconverged:
+            joined = (*remaining, replacement)
+            earlier = hypotheses.find(frozenset(candidate.identifier for candidate in joined))
+            if (earlier is not None and earlier.converged) or replacement.identifier in leader.identifiers:
                 continue
-            if hypotheses.kind.compatible((*leader.candidates, c)) or not hypotheses.kind.compatible(joined):
+            if hypotheses.kind.compatible((*leader.candidates, replacement)) or not hypotheses.kind.compatible(joined):
                 continue
             progress(hypothesis_name(joined))
-            typical = c.starts[1:] or c.starts  # a small one shrinks to nothing
-            begins = (leader.theta[: len(centre)], centre)
-            starts = [np.concatenate([x, *sizes, size]) for x in begins for size in typical]
-            exchanged.append(fit_hypothesis(hypotheses.kind, joined, select_starts(hypotheses.kind, joined, starts)))
-    hypotheses = hypotheses.adopt_better(exchanged)
+            typical = replacement.starts[1:] or replacement.starts  # a small one shrinks to nothing
+            nuisances = (leader.theta[: len(centre)], centre)
+            starts = [np.concatenate([x, *sizes, size]) for x in nuisances for size in typical]
+            exchanges.append(fit_hypothesis(hypotheses.kind, joined, select_starts(hypotheses.kind, joined, starts)))
+    hypotheses = hypotheses.adopt_better(exchanges)
     rival = _choose_leader(hypotheses.kind, hypotheses.rank(len(leader.candidates)))
     return hypotheses, rival if hypotheses.odds(rival, leader) > RULES.clear_odds else leader
 
@@ -431,12 +443,12 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
     tried = {f.identifiers for f in hypotheses.fits}
     enlarged: list[Fit] = []
     parents = list(parents)
-    nearest = min((parent.objective for parent in parents), default=math.inf)
+    lowest = min((parent.objective for parent in parents), default=math.inf)
     for parent in parents:
         first_steps: list[tuple[float, int, Candidate]] = []
-        far = not hypotheses.drop_hopeless([parent])
-        enough = parent.objective - max(
-            hypotheses.least_promise, RULES.closed * (parent.objective - nearest) if far else 0.0
+        hopeless = not hypotheses.drop_hopeless([parent])
+        objective_limit = parent.objective - max(
+            hypotheses.required_decrease, RULES.closed * (parent.objective - lowest) if hopeless else 0.0
         )
         for candidate in (*hypotheses.kind.candidates, *hypotheses.kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
@@ -445,16 +457,18 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
             if hypotheses.kind.compatible((*parent.candidates, candidate)):
                 first_steps.append((preview_objective(hypotheses.kind, parent, candidate), len(first_steps), candidate))
         for promised, _, candidate in sorted(first_steps)[: 2 if hypotheses.kind.costly else RULES.most_tried]:
-            if not promised < enough and candidate.unknowns:
+            if not promised < objective_limit and candidate.unknowns:
                 continue
             tried.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(hypothesis_name(joined))
-            enlarged.append(fit_hypothesis(hypotheses.kind, joined, _starts_of_enlarged(hypotheses, parent, candidate)))
+            enlarged.append(
+                fit_hypothesis(hypotheses.kind, joined, _select_enlarged_starts(hypotheses, parent, candidate))
+            )
     return hypotheses.replace_fits(enlarged)
 
 
-def _starts_of_enlarged(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
+def _select_enlarged_starts(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
     """Starts (p,) of a parent with one ``candidate`` more: of a small size, and of that fitted to it alone."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
     single = hypotheses.find(frozenset({candidate.identifier}))
@@ -471,15 +485,17 @@ def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, F
 
     Returns all hypotheses, with the parts that were fitted for it, and the leader that remains.
     """
-    nothing = held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
+    null_score = (
+        held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
+    )
     while len(leader.candidates) > 1:
         score, weak = held_out(hypotheses.kind, leader).log_score, []
         for dropped in leader.candidates:
-            hypotheses, part = _find_without(hypotheses, leader, dropped)
-            odds = hypotheses.odds(leader, part)
-            alone = len(leader.candidates) < RULES.many or beats_null(hypotheses, dropped, nothing)
-            if odds < RULES.clear_odds or held_out(hypotheses.kind, part).log_score >= score or not alone:
-                weak.append((odds, part))
+            hypotheses, reduced = _find_without(hypotheses, leader, dropped)
+            odds = hypotheses.odds(leader, reduced)
+            stands_alone = len(leader.candidates) < RULES.many or beats_null(hypotheses, dropped, null_score)
+            if odds < RULES.clear_odds or held_out(hypotheses.kind, reduced).log_score >= score or not stands_alone:
+                weak.append((odds, reduced))
         if not weak:
             break
         leader = min(weak, key=lambda item: item[0])[1]
@@ -492,22 +508,24 @@ def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tu
     Returns all hypotheses and this part: its earlier end may be a local minimum.
     """
     remaining = tuple(c for c in leader.candidates if c is not dropped)
-    part = hypotheses.find(frozenset(c.identifier for c in remaining))
-    if part is not None and part.converged and part.fits_data:
-        return hypotheses, part
+    earlier = hypotheses.find(frozenset(c.identifier for c in remaining))
+    if earlier is not None and earlier.converged and earlier.fits_data:
+        return hypotheses, earlier
     trial = fit_hypothesis(hypotheses.kind, remaining, [transfer_coordinates(leader, remaining)])
     hypotheses = (
-        hypotheses.replace_fits([trial]) if part is None or not part.converged else hypotheses.adopt_better([trial])
+        hypotheses.replace_fits([trial])
+        if earlier is None or not earlier.converged
+        else hypotheses.adopt_better([trial])
     )
     return hypotheses, hypotheses.find(trial.identifiers) or trial
 
 
-def beats_null(hypotheses: Hypotheses, candidate: Candidate, nothing: float) -> bool:
+def beats_null(hypotheses: Hypotheses, candidate: Candidate, null_score: float) -> bool:
     """True if a ``candidate`` alone beats the null in odds and held-out log score (``nothing`` is the null's)."""
     single = hypotheses.find(frozenset({candidate.identifier}))
     if single is None or hypotheses.odds(single, hypotheses.null) < RULES.clear_odds:
         return False
-    return held_out(hypotheses.kind, single).log_score > nothing
+    return held_out(hypotheses.kind, single).log_score > null_score
 
 
 # ---------------------------------------------------------------------- why not in its place

@@ -110,16 +110,16 @@ def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():
     assert fits.gap == {"nominal": None, "final": None}
 
 
-@pytest.mark.parametrize("given", [False, True])
-def test_what_an_estimated_noise_holds_beyond_the_sensors_is_told_from_it(given):
+@pytest.mark.parametrize("stated", [False, True])
+def test_what_an_estimated_noise_holds_beyond_the_sensors_is_told_from_it(stated):
     """The base model leaves twice and three times what was added (0.01 rad/s, 0.002 rad), with noise of ten times."""
     measurement = read_measurement("synthetic_kicks")
     unseen = measurement.prepare().held_out_data()
-    unseen = replace(unseen, noise={n: ChannelNoise(10 * a.sd, given=given) for n, a in unseen.noise.items()})
+    unseen = replace(unseen, noise={n: ChannelNoise(10 * a.sd, stated=stated) for n, a in unseen.noise.items()})
     base = (), {u.name: np.array([u.centre]) for u in unseen.nuisances}
     (one,) = predict(unseen, {"nuisance_only": base, "final": base})
-    assert one.loud == ([] if given else ["roll_rate_rad_s", "steer_rad"])
-    if not given:
+    assert one.loud == ([] if stated else ["roll_rate_rad_s", "steer_rad"])
+    if not stated:
         shown = [rough for _, rough in one.noise.values()]
         np.testing.assert_allclose(shown, [0.01, 0.002], rtol=0.15)  # 484 samples of each
         assert one.noise["steer_rad"][0] == 10 * 0.002

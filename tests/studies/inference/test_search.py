@@ -83,7 +83,7 @@ def test_much_data_are_judged_though_the_library_is_empty(level, verdict):
     assert kind.costly
     found = inference.judge(kind)
     assert found.verdict.verdict == verdict
-    assert found.hypotheses.least_promise == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
+    assert found.hypotheses.required_decrease == pytest.approx(2 * math.log(40))  # of one rival, odds of 20
 
 
 @pytest.mark.parametrize("n", [8_000, 8_001])
