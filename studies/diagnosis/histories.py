@@ -74,8 +74,8 @@ SENSORS = {
 
 # ---- the kind ----
 
-SIZES = np.geomspace(3e-4, 0.2, 20)  # sd of a lean torque of the ride, weights times m
-ROUNDS = 6  # fits by which the size of a torque settles where the base model is far off
+SIZES = np.geomspace(3e-4, 0.2, 20)  # sd that are tried for a torque of the ride, weights times m (a force: weights)
+ROUNDS = 6  # most fits by which the size of a torque settles where the base model is far off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ class Histories(BicycleKind, kind="histories"):
     unseen: tuple[Run, ...] = ()  # runs that are held out of every fit; filled by :meth:`prepare`
     # by channel that is compared, rough until the first fit unless stated; filled by :meth:`prepare`
     noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
-    ride_model: tuple[Candidates, Array] | None = None  # model with which torques of the ride are estimated
+    ride_model: tuple[Candidates, Array] | None = None  # and theta (p,), to estimate torques of the ride with
     courses: Mapping[str, Course] | None = None  # size of each torque of the ride; None: estimated when first asked
 
     @classmethod
@@ -123,7 +123,7 @@ class Histories(BicycleKind, kind="histories"):
         )
 
     def _average_blocks(self) -> tuple[tuple[Run, ...], Mapping[str, float], list[str]]:
-        """Runs, their stated noise sd by channel, and notes; means of blocks replace much data of short steps."""
+        """Runs, stated noise sd by channel, and notes; of many short steps, means of blocks replace samples and sd."""
         numbers = sum(len(run.time) * len(run.channels) for run in self.runs)
         step = max(run.step for run in self.runs)
         count = min(int(RULES.block / step + 1e-6), min(len(run.time) for run in self.runs) // FEWEST)
@@ -165,7 +165,7 @@ class Histories(BicycleKind, kind="histories"):
         gyros = [name for name in BOX if name in channels]
         if gyros:
             mounting_sds = [m.sd for m in run.mountings if m.sd > 0]
-            errors += [rotation_error(*mounting_sds[:1]), leaning_error()][: len(gyros)]  # both gyros tell the lean
+            errors += [rotation_error(*mounting_sds[:1]), leaning_error()][: len(gyros)]  # only two gyros show a lean
         if gyros and len(channels) + len(run.inputs) > len(gyros):
             errors.append(clock_error())
         errors += [coasting(), *riding_candidates(), friction_candidate()]
@@ -203,12 +203,12 @@ class Histories(BicycleKind, kind="histories"):
 
     @cached_property
     def _replay(self) -> Replay:
-        """The runs with the channels that are compared and torques of the ride of the sizes found."""
+        """Replay of the runs with the compared channels; torques of the ride have their most probable sizes."""
         return self.replay_of(tuple(self.noise))
 
     @cached_property
     def _unit_replay(self) -> Replay:
-        """The runs with the channels that are compared and torques of the ride of 1 N m (1 N)."""
+        """Replay of the runs with the compared channels; torques of the ride have an sd of 1 N m (a force 1 N)."""
         return Replay(self.runs, tuple(self.noise))
 
     def replay_of(self, channels: tuple[str, ...]) -> Replay:
@@ -223,7 +223,7 @@ class Histories(BicycleKind, kind="histories"):
 
     @cached_property
     def _estimated_courses(self) -> dict[str, Course]:
-        """Most probable sd and cadence of each torque of the ride by identifier, with the base model or ``ridden``."""
+        """Most probable sd and cadence of each torque of the ride, by identifier; with ``ride_model`` or base model."""
         candidates, theta = self.ride_model or ((), self.nominal)
         courses = {
             torque.identifier: self._estimate_course(torque, candidates, theta) for torque in riding_candidates()
@@ -254,7 +254,7 @@ class Histories(BicycleKind, kind="histories"):
         return find_course(torque.identifier, marginal.residual, columns, weight * SIZES)
 
     def _respond_to_torque(self, torque: Candidate, candidates: Candidates, theta: Array) -> tuple[Marginal, Array]:
-        """Runs with starts integrated out, and whitened responses (R, C T, k) to each coefficient of a unit ``torque``.
+        """Runs, and whitened responses (R, C T, k) to k coefficients of a unit ``torque``; starts integrated out.
 
         Both are of the model with ``candidates`` at ``theta`` (p,), which do not include the torque.
         """
@@ -265,7 +265,7 @@ class Histories(BicycleKind, kind="histories"):
         return marginal, marginal.integrate_out(self._whiten(free[..., count:]))
 
     def marginalised_sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
-        """Root mean squares (N m or N) and frequency (Hz) of a torque of the ride by name: value, sd and unit."""
+        """Value, sd, unit of each rms (N m or N) and frequency (Hz) of the torque ``name``; empty if there is none."""
         torques = {torque.identifier: torque for torque in riding_candidates()}
         if name not in torques:
             return {}
@@ -280,7 +280,7 @@ class Histories(BicycleKind, kind="histories"):
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
-        """Places, series and folds of the n residuals: run by run, in a run channel by channel, in time."""
+        """Places, speeds, series, folds and whitened inputs of the n residuals: by run, by channel, in time."""
         labels, series, group, repeat, speed, inputs = [], [], [], [], [], []
         for run in self.runs:
             for name, noise in self.noise.items():
@@ -332,14 +332,17 @@ class Histories(BicycleKind, kind="histories"):
 
     @cached_property
     def _last_marginal(self) -> LastAnswer[Marginal]:
-        """Last result of :meth:`_integrate_starts`: residuals and slopes are asked for at the same point."""
+        """Memory of the last :meth:`_integrate_starts`: a fit needs residuals and slopes at the same point."""
         return LastAnswer()
 
     def log_determinant(self, candidates: Candidates, theta: Array) -> float:
-        """Sum of ln(1 + s^2) over starts of all runs, s the response to 1 prior sd; more if cadences were chosen."""
+        """Sum of ln(1 + s^2), s the singular values of whitened responses to 1 prior sd of all that is integrated out.
+
+        Pedalling adds 2 ln(number of cadences) for each run: it chose its cadence among these.
+        """
         gain = self._integrate_starts(self.family(candidates), candidates, theta).gain
         log_cadences = 0.0
-        if any(c.identifier == "pedalling" for c in candidates):  # each run chose its cadence among these
+        if any(c.identifier == "pedalling" for c in candidates):
             log_cadences = 2 * len(self.runs) * np.log(len(CADENCE_HZ))
         return float(log_cadences - 2 * np.log1p(gain).sum())
 
@@ -355,7 +358,10 @@ class Histories(BicycleKind, kind="histories"):
         return self.replay_of(channels)(self.family(candidates), at, self.initial_states(candidates, theta))
 
     def initial_states(self, candidates: Candidates, theta: Array) -> Array:
-        """Most probable initial states (R, states) with ``candidates`` at ``theta`` (p,), in the units of the model."""
+        """Most probable starts (R, k) at ``theta`` (p,): states in the model's scaled units, then others in prior sd.
+
+        The others are the states of filters and the coefficients of torques of the ride.
+        """
         return self._integrate_starts(self.family(candidates), candidates, theta).start
 
     def residual_signals(self, candidates: Candidates, theta: Array) -> list[Array]:
@@ -394,7 +400,7 @@ class Histories(BicycleKind, kind="histories"):
     def _integrate_out(self, free: Array, white: Array, candidates: Candidates, state_sds: Array) -> Marginal:
         """Integrate initial states, and a bias or drift among ``candidates``, out of ``white`` runs (R, C T, 1).
 
-        ``free`` (R, C, T, k) are responses to initial states, ``states`` (n,) the prior sd of the first n.
+        ``free`` (R, C, T, k): responses to unit starts; ``state_sds`` (n,): prior sd of the first n, of others it is 1.
         """
         scale = start_scale(state_sds, free.shape[-1])
         phi = self._whiten(free) * scale
@@ -406,7 +412,7 @@ class Histories(BicycleKind, kind="histories"):
         return marginal._replace(start=marginal.start[:, :n] * scale)
 
     def _bias_signals(self, length: int, channels: Sequence[str], candidates: Candidates) -> Array:
-        """Signals (R, C, T, columns) of 1 prior sd of the bias, or bias and drift, of each of C ``channels``."""
+        """Signals (R, C, T, columns), T = ``length``, of 1 prior sd of bias, or bias and drift, of C ``channels``."""
         names = [c.identifier for c in candidates]
         kinds = 2 if "drift" in names else int("bias" in names)
         signals = np.zeros((len(self.runs), len(channels), length, kinds * len(channels)))
@@ -421,7 +427,7 @@ class Histories(BicycleKind, kind="histories"):
 
     @property
     def varied(self) -> bool:
-        """True if the runs have two speeds or two inputs."""
+        """True if the runs have two or more speeds, or two or more inputs that vary."""
         varying: set[str] = set()
         for run in self.runs:
             varying |= {name for name, u in run.inputs.items() if np.ptp(u) > 0}
@@ -438,8 +444,7 @@ class Histories(BicycleKind, kind="histories"):
     def estimate_noise(self, best: Any) -> "Histories":
         """Copy with sd (unless stated) and colour of the noise as in ``best.residual`` (n,), whitened by the old noise.
 
-        Sizes of torques of the ride are estimated next to the effects of ``best`` from then on, if it may be trusted in
-        that: it has no effect, or such a torque.
+        If ``best`` has no effect, or has a torque of the ride, it becomes the ``ride_model``, without such torques.
         """
         series = np.array(self.rows.series)
         noise = {}
@@ -480,9 +485,9 @@ class Histories(BicycleKind, kind="histories"):
         return flat[0], central_differences(flat, steps)
 
     def _predict_start_effects(self, channel: str, sd: float, candidates: Candidates, theta: Array) -> Prediction:
-        """Effects of initial states and of a bias on a further ``channel`` of m samples, in units of its noise ``sd``.
+        """Effects of starts on a further ``channel`` (m,), over its noise ``sd``: derivatives (m, p), spread (m, k).
 
-        Derivatives (m, p) through the starts that follow ``theta`` (p,), and effects (m, k) of 1 sd of what stays free.
+        Derivatives of what the most probable starts do, by ``theta`` (p,); spread: 1 posterior sd of starts, 1 of bias.
         """
         family = self.family(candidates)
         marginal = self._integrate_starts(family, candidates, theta)
@@ -515,11 +520,11 @@ class Histories(BicycleKind, kind="histories"):
         return dict(zip(self.noise, residuals.T, strict=True))
 
     def channel_noise_sd(self, residuals: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
-        """Estimated sd of each channel without a stated one, and that of third differences, in its unit."""
+        """Noise sd of each channel without a stated one: as estimated, and by third differences, in its unit."""
         ends = np.cumsum([len(run.time) for run in self.runs])[:-1]
         noise_sds = {}
         for name, noise in self.noise.items():
-            squares = []  # variances by third differences of the signals and of the residuals
+            squares = []  # variances by third differences of signal and of residual; the lower counts
             for run, residual in zip(self.runs, np.split(residuals[name], ends), strict=True):
                 if len(residual) >= 20:
                     signal = run.channels[name]
@@ -531,12 +536,12 @@ class Histories(BicycleKind, kind="histories"):
     # ---- doubts ----
 
     def doubts(self, judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
-        """Sentences about channels without a signal, a rider who may steer, and torques taken as held."""
+        """Sentences about channels without a signal, a rider who may steer, and torques read as piecewise constant."""
         return (*faint_channels(self), *unrecorded_rider(self, judgement), *held_torques(self, judgement, torque))
 
     @property
     def taken_as_held(self) -> bool:
-        """True if torques are held from sample to sample because most repeat and the file does not state it."""
+        """True if torques are replayed as piecewise constant as most samples repeat, and the file does not state it."""
         return not self.runs[0].between and self._replay.held
 
     def misreadings(self) -> Iterator[tuple[str, Self]]:

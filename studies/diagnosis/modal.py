@@ -67,7 +67,7 @@ RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
 
 
 def _allow_empty(check: Check) -> Check:
-    """Check that turns an empty cell into NaN (not measured or not known) and passes others to ``check``."""
+    """Check that reads an empty cell as NaN (not measured or not known), and any other as ``check`` does."""
     return lambda cell: np.nan if cell == "" else check(cell)
 
 
@@ -102,7 +102,7 @@ class ModalPoint:
     settings: Settings = ()  # (EFFECT.PARAMETER, value in SI), set in this row other than in the base model
 
     def scale(self, real: float = 1.0, imag: float = 1.0, speed: float = 1.0) -> "ModalPoint":
-        """Copy with the real and imaginary part of its eigenvalue, their sd, and its speed times these factors."""
+        """Copy with these factors on the parts of the eigenvalue, on the speed, and, without sign, on the parts' sd."""
         root = complex(real * self.eigenvalue.real, imag * self.eigenvalue.imag)
         sd = (abs(real) * self.sd[0], abs(imag) * self.sd[1])
         return replace(self, eigenvalue=root, sd=sd, speed=speed * self.speed)
@@ -126,7 +126,7 @@ class ModalPoint:
 def _read_points(
     content: Any, folder: Path, model: Model, uncertainty: Mapping[str, float]
 ) -> tuple[tuple[ModalPoint, ...], list[str]]:
-    """Points of the modal table that ``content`` names, one a row with sd filled in, and notes for the report."""
+    """Points of the modal table that ``content`` names, one for each row, with sd filled in; and notes."""
     path = folder / content["table"]
     settable: dict[str, str] = {}  # unit of each parameter of the model's effects, which may have a column
     for effect in model.effects:
@@ -163,7 +163,10 @@ def _read_points(
 def _read_settings(
     path: Path, columns: Columns, model: Model, settable: Sequence[str], uncertainty: Mapping[str, float]
 ) -> list[Settings]:
-    """Settings (EFFECT.PARAMETER, SI) of each row, from columns of parameters such as a controller's gain."""
+    """Settings (EFFECT.PARAMETER, SI) of each row, from columns of parameters such as a controller's gain.
+
+    InputError if a value is out of range, or if such a parameter has an sd (SI) in ``uncertainty`` as well.
+    """
     entries_by_column = {name: entries_of(name, model.parameters) for name in settable if name in columns.numbers}
     keys = list(chain.from_iterable(entries_by_column.values()))
     for key in keys:
@@ -306,7 +309,7 @@ class Modal(BicycleKind, kind="modal"):
         return cls(**{**common, "uncertainty": uncertainty}, points=points, notes=tuple(notes))
 
     def prepare(self, **how: Any) -> Self:
-        """Copy with nuisances and candidates, its points sorted by mode, settings and speed."""
+        """Copy with nuisances, candidates, points sorted by mode, settings and speed, and notes on misnamed modes."""
         points = tuple(sorted(self.points, key=lambda p: (p.mode, p.settings, p.speed)))
         prepared = super(Modal, replace(self, points=points)).prepare(**how)
         return replace(prepared, notes=(*prepared.notes, *note_misnamed_modes(points, self.model)))
@@ -333,7 +336,7 @@ class Modal(BicycleKind, kind="modal"):
 
     @cached_property
     def _settings_groups(self) -> list[tuple[Settings, NDArray[np.intp], Wanted]]:
-        """Triples, one for each settings of the table: these, the indices of their points, and the modes there."""
+        """Groups of points with the same settings: the settings, indices of the points, and modes to predict."""
         groups = []
         for settings in dict.fromkeys(p.settings for p in self.points):
             indices = [i for i, p in enumerate(self.points) if p.settings == settings]
@@ -345,7 +348,7 @@ class Modal(BicycleKind, kind="modal"):
 
     @cached_property
     def _measured_roots(self) -> Complex:
-        """Measured eigenvalues (m,), 1/s; a part that was not measured is that of the base model's mode of the name."""
+        """Measured eigenvalues (m,), 1/s; a part not measured is the base model's for this mode, 0 if it has none."""
         parts = np.array([[p.eigenvalue.real, p.eigenvalue.imag] for p in self.points])
         for k in np.flatnonzero(np.isnan(parts).any(1)).tolist():
             p = self.points[k]
@@ -355,7 +358,7 @@ class Modal(BicycleKind, kind="modal"):
         return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
     def _predict_points(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> tuple[Complex, Complex]:
-        """Eigenvalue (1/s) and ratios (m, 3) of all m points in their order, and derivatives (m, 3, p)."""
+        """Computed eigenvalue (1/s) and both ratios (m, 3) of all m points, and derivatives (m, 3, p)."""
         parts = [
             predict(self.family(candidates, settings), wanted, theta, slopes=slopes)
             for settings, _, wanted in self._settings_groups
@@ -436,7 +439,7 @@ class Modal(BicycleKind, kind="modal"):
         return (PAIRING,)
 
     def find_mispairings(self, judgement: Judgement) -> tuple[str, ...]:
-        """Sentences, one for each mode with rows that the base model is compared with at a root of another name."""
+        """Sentences, one for each mode with rows compared with a root that the base model calls otherwise."""
         base_roots = self._predict_points((), self.nominal, slopes=False)[0][:, 0]
         chi2 = float(judgement.nominal @ judgement.nominal)
         final = self._count_other_roots(judgement.final)
@@ -456,7 +459,7 @@ class Modal(BicycleKind, kind="modal"):
         return tuple(sentences)
 
     def _count_other_roots(self, final: Fit) -> dict[str, str]:
-        """Count in words, by mode, of the rows that the ``final`` model is compared with at a root of another name."""
+        """End of a sentence, by mode: how many of its rows the ``final`` model compares with a root of another name."""
         if any(c.effect is None for c in final.candidates):  # an error moves what is measured away from the root
             return dict.fromkeys(
                 (p.mode for p in self.points), "it is not known, for an error of the measurement is in it"
@@ -471,7 +474,7 @@ class Modal(BicycleKind, kind="modal"):
     # ---- what to measure next ----
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
-        """Further measurements: ratios that lack, the last mode at other speeds (six runs each), a forced response."""
+        """Further measurements: missing ratios, the last point's mode at other speeds (6 runs), a forced response."""
         stated_sds = chain.from_iterable(p.sd for p in self.points)
         sd = float(np.median([s for s in stated_sds if s]))
         slowest, fastest = float(self.speeds.min()), float(self.speeds.max())
@@ -490,14 +493,17 @@ class Modal(BicycleKind, kind="modal"):
         return (*proposals, *self.propose_forced_response(fastest))
 
     def _predict_ratio(self, column: int, candidates: Candidates, theta: Array) -> base.Prediction:
-        """Parts (2 m,), real and imaginary, of the ratio number ``place`` (1, 2) at all points, and derivatives."""
+        """Parts (2 m,), real and imaginary, of ratio 1 or 2 (``column``) at all points, and derivatives (2 m, p).
+
+        All are NaN if a mode is damped too much to be seen.
+        """
         computed, derivatives = _discard_if_damped(*self._predict_points(candidates, theta))
         return flat_parts(computed[:, column], derivatives[:, column])
 
     def _predict_mode(self, point: ModalPoint, speed: float, candidates: Candidates, theta: Array) -> base.Prediction:
         """Real and imaginary part (2,), 1/s and rad/s, of a point's mode at ``speed`` (m/s), and derivatives (2, p).
 
-        The root is followed in small steps from the nearest speed at which this mode was measured.
+        The root is followed in small steps from the nearest speed at which it was measured. NaN if damped too much.
         """
         family = self.family(candidates, point.settings)
         points_of_mode = (p for p in self.points if (p.mode, p.settings) == (point.mode, point.settings))
@@ -541,7 +547,7 @@ class Modal(BicycleKind, kind="modal"):
 
 
 def _discard_if_damped(computed: Complex, derivatives: Complex) -> tuple[Complex, Complex]:
-    """``number`` (m, 3) and ``slope`` (m, 3, p); ``number`` becomes NaN, in place, if a damping ratio exceeds 0.7.
+    """``computed`` (m, 3) and ``derivatives`` (m, 3, p); the first all NaN, in place, if a damping ratio exceeds 0.7.
 
     Such a mode is not seen in a free decay.
     """

@@ -21,7 +21,7 @@ FEWEST_REPEATS = 5  # degrees of freedom of all repeats together
 
 
 def fill_sd(points: tuple["ModalPoint", ...], has_sd: Sequence[bool]) -> tuple[tuple["ModalPoint", ...], list[str]]:
-    """Points whose missing standard deviations are filled in and refuted ones widened by repeats, and notes.
+    """Points with missing standard deviations filled in, by repeats or default, and refuted ones widened; and notes.
 
     ``has_sd``: the table states that of the real part, of the imaginary part. A real root gets 0 for its frequency.
     """
@@ -55,7 +55,7 @@ class _ModeRows:
 
     @property
     def scatter(self) -> Repeats:
-        """Sd of each row by its scatter about the law of its neighbours in speed, degrees of freedom, and outliers."""
+        """Scatter of repeats about a smooth law in speed: sd of each row, degrees of freedom, and outliers."""
         return repeats(self.speeds, self.values, self.stated_sd)
 
 
@@ -100,7 +100,7 @@ def _sd_of_part(points: tuple["ModalPoint", ...], part: int, *, stated: bool) ->
 
 
 def _group_repeats(points: tuple["ModalPoint", ...], values: Array, stated_sd: Array) -> list[_ModeRows]:
-    """Rows with a value (n,), not NaN, by mode and settings, in the order in which these first occur."""
+    """Group the rows whose value (n,) is not NaN by mode and settings, in the order in which these first occur."""
     rows_by_mode: dict[str, list[int]] = {}
     for row in np.flatnonzero(~np.isnan(values)).tolist():
         rows_by_mode.setdefault(points[row].label, []).append(row)
@@ -119,7 +119,7 @@ def _is_sd_refuted(groups: Sequence[_ModeRows]) -> bool:
 
 
 def _describe_scatter(name: str, sd: Array, assumed: NDArray[np.bool_], freedom: int) -> list[str]:
-    """Notes on a missing sd that repeats gave; ``assumed`` (n,) are the rows where they do not differ."""
+    """Notes on missing sd that repeats gave, with ``freedom`` degrees; in ``assumed`` rows (n,) the default stands."""
     notes = [
         f"{name} is missing: the scatter of repeats ({freedom} degrees of freedom) is used, {_extremes(sd[~assumed])}"
     ]
@@ -129,7 +129,7 @@ def _describe_scatter(name: str, sd: Array, assumed: NDArray[np.bool_], freedom:
 
 
 def _describe_widening(name: str, sd: Array, stated_sd: Array) -> list[str]:
-    """Note on the rows whose stated sd repeats widened by 0.1 % or more; none if there is none."""
+    """Note on rows whose ``stated_sd`` (n,) repeats widened to ``sd`` by 0.1 % or more; empty if there is none."""
     wider = sd > 1.001 * stated_sd
     if not wider.any():
         return []

@@ -1,8 +1,8 @@
 """Search of hypotheses: the null, each effect alone, then the best enlarged by one effect at a time, and back again.
 
-A fit may stop in a local optimum. It is found out by comparing nested hypotheses: a hypothesis with one effect more
-can never fit worse, and one effect less is also tried from where the larger one ended. Only what is far behind an
-explanation of the data is left where it stopped.
+A fit may stop in a local optimum. So, where no effect explains the data, the best are fitted from other starts; the
+most probable hypotheses are fitted until they converge, and one effect fewer also from where the larger one ended.
+Only what is far behind an explanation of the data stays where it stopped.
 """
 
 import math
@@ -33,7 +33,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """All fits: ``null`` ("parameters only"), ``fits`` with effects, singles first; of a ``kind``."""
+    """Fits to the data of a ``kind``: the ``null``, with nuisances only, and ``fits`` with effects, singles first."""
 
     null: Fit
     fits: tuple[Fit, ...]
@@ -59,7 +59,7 @@ class Hypotheses:
         )
 
     def _sum_of_weight_products(self, effects: int) -> float:
-        """Sum, over all sets of ``effects`` candidates of the library, of the product of their prior weights."""
+        """Sum over all sets of ``effects`` candidates of the library: product of their prior weights; 1 if zero."""
         sums = np.zeros(effects + 1)
         sums[0] = 1.0
         for candidate in self.kind.library:
@@ -68,7 +68,10 @@ class Hypotheses:
 
     @property
     def probabilities(self) -> list[tuple[Fit, float]]:
-        """Each hypothesis with its probability, most probable first."""
+        """Each hypothesis with its posterior probability (their sum is 1), most probable first.
+
+        The null has 1 if the evidence of all is not finite.
+        """
         hypotheses = (self.null, *self.fits)
         logs = np.array([self.log_posterior(hypothesis) for hypothesis in hypotheses])
         if not np.isfinite(logs).any():
@@ -79,7 +82,7 @@ class Hypotheses:
 
     @property
     def posterior(self) -> dict[str, float]:
-        """Probability by the name of the hypothesis, most probable first."""
+        """Posterior probability by the name of the hypothesis, most probable first."""
         return {hypothesis.name: share for hypothesis, share in self.probabilities}
 
     @property
@@ -93,23 +96,26 @@ class Hypotheses:
         return sorted(fits, key=lambda f: -self.log_posterior(f))
 
     def find_extensions(self, hypothesis: Fit) -> list[Fit]:
-        """Find physical fits with more effects that a ``hypothesis`` does not clearly beat in odds, best first."""
+        """Find fits with all effects of a ``hypothesis`` and more that it does not clearly beat in odds, best first.
+
+        Only physical ones: converged, inside their bounds, of sizes that usually occur.
+        """
         more = [f for f in self.rank() if hypothesis.identifiers < f.identifiers and f.physical]
         return [f for f in more if self.odds(hypothesis, f) < RULES.clear_odds]
 
     def find_likelier_extensions(self, hypothesis: Fit) -> list[Fit]:
-        """Find those extensions that are more probable than the ``hypothesis``, even if not clearly; best first."""
+        """Find those extensions whose odds against the ``hypothesis`` exceed RULES.likelier_odds, best first."""
         return [f for f in self.find_extensions(hypothesis) if self.odds(f, hypothesis) > RULES.likelier_odds]
 
     def odds(self, first: Fit, second: Fit) -> float:
-        """Posterior odds of the ``first`` against the ``second``; infinite if only the second is impossible."""
+        """Posterior odds of ``first`` to ``second``; infinite if only the second is impossible, 1 if both are."""
         first_log, second_log = self.log_posterior(first), self.log_posterior(second)
         if math.isinf(second_log):
             return math.inf if math.isfinite(first_log) else 1.0
         return math.exp(min(first_log - second_log, 700.0))
 
     def find(self, identifiers: frozenset[str]) -> Fit | None:
-        """The fit of these ``identifiers``; the null of none."""
+        """The fit whose effects have exactly these ``identifiers`` (the null has none); None if it was not fitted."""
         return next((f for f in (self.null, *self.fits) if f.identifiers == identifiers), None)
 
     def replace_fits(self, better: Sequence[Fit]) -> "Hypotheses":
@@ -129,9 +135,9 @@ class Hypotheses:
 
     @property
     def required_decrease(self) -> float:
-        """Decrease of the objective that a first step must promise before an effect is added and fitted.
+        """Decrease of the objective (-2 ln p) that a first step must promise before an effect is added and fitted.
 
-        Where a fit is dear, it is the decrease that clear odds ask for.
+        Of a costly kind, it is the decrease that clear odds need.
         """
         if not self.kind.costly:
             return RULES.worth_a_fit
@@ -140,17 +146,20 @@ class Hypotheses:
 
     @property
     def any_fits_data(self) -> bool:
-        """True if the null or any other hypothesis fits the data."""
+        """True if the null or any other hypothesis explains the data (p of chi^2 above RULES.poor_fit)."""
         return any(f.fits_data for f in (self.null, *self.fits))
 
     def drop_hopeless(self, fits: Iterable[Fit]) -> list[Fit]:
-        """Drop those of the ``fits`` whose log posterior is far behind one that explains the data."""
+        """Drop those of the ``fits`` whose log posterior is RULES.behind less than the best that explains the data.
+
+        Only those of no finite evidence are dropped if no effects explain the data.
+        """
         explaining = [self.log_posterior(f) for f in self.fits if f.admissible and f.fits_data]
         lowest = max(explaining, default=-math.inf) - RULES.behind
         return [f for f in fits if self.log_posterior(f) > lowest]
 
     def refit_with_wider_priors(self, leaders: Sequence[Fit]) -> "Hypotheses":
-        """Refit the null and the ``leaders`` with a wider prior of the nuisances; hypotheses of these alone."""
+        """Hypotheses of null and ``leaders`` alone, refitted with RULES.wider times the prior sd of nuisances."""
         null = fit(self.kind, starts=[self.null.theta], nuisance_scale=RULES.wider)
         fits = [fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider) for f in leaders]
         return Hypotheses(null, tuple(fits), self.kind)
@@ -166,6 +175,7 @@ def fit_hypothesis(
     """Fit a hypothesis from ``starts`` (p,), with a wider prior of one effect's sizes where that is more probable.
 
     The wider prior, for sizes that seldom occur, is tried if exactly one effect ended beyond the sizes that occur.
+    ``turns`` are the limits of iterations, as of :func:`_iteration_limits`.
     """
     usual_fit = fit(kind, candidates, starts=starts, turns=turns)
     beyond = {name.split(".")[0] for name in usual_fit.sizes_beyond_usual()}
@@ -216,12 +226,12 @@ def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypothe
 
 
 def _iteration_limits(kind: Kind) -> tuple[int, int]:
-    """Most iterations of a first fit of a hypothesis, and of one that is still poor then."""
+    """Most iterations of a fit to a ``kind``, and the number after which a fit that is still poor is given up."""
     return THOROUGH if kind.thorough else ROUGH
 
 
 def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
-    """If no single effect fits the data, refit the best ones from other starts, until one fits the data."""
+    """Refit the best hypotheses from other starts, until one explains the data; unchanged if one does already."""
     if not hypotheses.fits or hypotheses.any_fits_data:
         return hypotheses
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
@@ -254,7 +264,10 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def _fit_easier_problem(easier: Kind, hypotheses: Hypotheses) -> list[Fit]:
-    """Fit to an ``easier`` problem the single effects whose first step promises most there, and soft joints."""
+    """Fit single effects to an ``easier`` problem: those whose first step promises most there, and all soft joints.
+
+    Returns fits to the easier problem, whose coordinates are starts for the full one.
+    """
     null = fit(easier, turns=GUIDE)
     promised = {
         f: preview_objective(easier, null, f.candidates[0]) for f in hypotheses.fits if f.candidates[0].unknowns
@@ -266,7 +279,7 @@ def _fit_easier_problem(easier: Kind, hypotheses: Hypotheses) -> list[Fit]:
 
 
 def _converge_leaders(hypotheses: Hypotheses) -> Hypotheses:
-    """Fit the most probable hypotheses until they converge.
+    """Refit the most probable hypotheses that did not converge, from where they ended, with more iterations.
 
     Needed by test_search::test_the_most_probable_effect_is_fitted_until_it_converges.
     """
@@ -285,6 +298,7 @@ def _converge_leaders(hypotheses: Hypotheses) -> Hypotheses:
 def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
     """Refit each soft joint that alone fits better than the null from several softnesses: each has its resonance.
 
+    Hypotheses of a costly kind stay as they are.
     Needed by test_on_a_spring::test_the_softness_is_found_though_a_slight_and_a_typical_one_lead_elsewhere.
     """
     if hypotheses.kind.costly:  # much data: the search on a part of them has found the softness
@@ -305,7 +319,7 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
     """Enlarge the best hypothesis by one effect at a time, as long as the odds clearly gain.
 
-    Returns all hypotheses and their leader, None if nothing is to be explained.
+    Returns all hypotheses and their leader, None if P(nothing is missing) is RULES.nothing or more.
     """
     hypotheses = _retry_soft_joints(_converge_leaders(hypotheses))
     if not hypotheses.fits or hypotheses.p_nothing >= RULES.nothing:
@@ -336,7 +350,7 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
 
 def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
-    """Choose what is enlarged: the leader, its best rivals with as many effects, and the most probable of these."""
+    """Choose the fits to enlarge: the leader, its best rivals with as many effects, and the most probable of these."""
     same_size = hypotheses.rank(len(leader.candidates))
     nameable = _filter_nameable(hypotheses.kind, same_size)
     parents = list(dict.fromkeys([leader, *nameable]))[: RULES.beam]
@@ -350,9 +364,9 @@ def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
 def refine_on_all_data(
     kind: Kind, preliminary: Hypotheses, leader: Fit | None, progress: Progress
 ) -> tuple[Hypotheses, Fit | None]:
-    """Refit the ``leader`` and rivals of a search in ``few`` data to all data of a ``kind``, and search on from there.
+    """Refit the ``leader`` and its rivals, and the noise, to all data of a ``kind``, and search on from there.
 
-    Returns the hypotheses on all data and their leader, None if nothing leads the null.
+    ``preliminary`` hypotheses and leader were fitted to a part of the data. Returns what :func:`search` returns.
     """
     best = leader or next(iter(preliminary.rank()), preliminary.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
@@ -380,9 +394,9 @@ def refine_on_all_data(
 
 
 def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> tuple[Hypotheses, Fit]:
-    """Put effects that did not converge alone in the place of those of the leader that exclude them, if that is better.
+    """Exchange an effect of the leader for one it excludes, whose fit alone did not converge, if clearly better.
 
-    Tried only if the null did not converge either. Returns all hypotheses and the leader, exchanged if clearly better.
+    Tried only if the null did not converge either. Returns all hypotheses and the leader, old or new.
     """
     if hypotheses.null.converged:
         return hypotheses, leader
@@ -426,19 +440,20 @@ def _choose_leader(kind: Kind, fits: Sequence[Fit]) -> Fit:
 
 
 def _filter_nameable(kind: Kind, fits: Iterable[Fit]) -> list[Fit]:
-    """Keep the admissible ``fits`` of a size that occurs, or of one that seldom occurs and explains the data."""
+    """Keep admissible ``fits`` of usual sizes, or that explain the data with one effect of unusual size, in order."""
     return [f for f in fits if f.admissible and (f.physical or _explains_at_unusual_size(kind, f))]
 
 
 def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
-    """True if one size of ``f`` seldom occurs, it fits the data and its residuals are white."""
+    """True if exactly one effect of ``f`` has a size that seldom occurs, it fits the data, and residuals are white."""
     return f.seldom_count == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
 
 
 def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -> Hypotheses:
     """Copy of ``hypotheses`` with each parent enlarged by one candidate: by those whose first step promises most.
 
-    Enlarged ones that fit worse than their parts, and parts that may fit better, are refitted as well.
+    These are RULES.most_tried for each parent (2 of a costly kind) at most, among those compatible with it and those
+    that it makes possible.
     """
     tried = {f.identifiers for f in hypotheses.fits}
     enlarged: list[Fit] = []
@@ -469,7 +484,7 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
 
 
 def _select_enlarged_starts(hypotheses: Hypotheses, parent: Fit, candidate: Candidate) -> list[Array]:
-    """Starts (p,) of a parent with one ``candidate`` more: of a small size, and of that fitted to it alone."""
+    """Select at most two starts (p,) of a parent with a ``candidate`` more: of a small size, or as fitted alone."""
     starts = [np.concatenate([parent.theta, start]) for start in candidate.first_starts]
     single = hypotheses.find(frozenset({candidate.identifier}))
     if single is not None and math.isfinite(single.objective):
@@ -483,7 +498,8 @@ def _select_enlarged_starts(hypotheses: Hypotheses, parent: Fit, candidate: Cand
 def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, Fit]:
     """Remove from the ``leader``, one by one, effects that its odds or its held-out score do not need.
 
-    Returns all hypotheses, with the parts that were fitted for it, and the leader that remains.
+    Of RULES.many effects or more, each must also beat the null alone. Returns all hypotheses, with those of one effect
+    fewer that were fitted for it, and the leader that remains.
     """
     null_score = (
         held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
@@ -503,9 +519,9 @@ def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, F
 
 
 def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tuple[Hypotheses, Fit]:
-    """Find or fit the leader without the effect ``dropped``; a fit that does not explain the data is tried anew.
+    """Find the leader without the effect ``dropped``; it is fitted from there unless a fit explains the data already.
 
-    Returns all hypotheses and this part: its earlier end may be a local minimum.
+    Returns all hypotheses and this fit: an earlier one may have ended in a local minimum.
     """
     remaining = tuple(c for c in leader.candidates if c is not dropped)
     earlier = hypotheses.find(frozenset(c.identifier for c in remaining))
@@ -521,7 +537,7 @@ def _find_without(hypotheses: Hypotheses, leader: Fit, dropped: Candidate) -> tu
 
 
 def beats_null(hypotheses: Hypotheses, candidate: Candidate, null_score: float) -> bool:
-    """True if a ``candidate`` alone beats the null in odds and held-out log score (``nothing`` is the null's)."""
+    """True if a ``candidate`` alone clearly beats the null in odds, and ``null_score`` in held-out log score."""
     single = hypotheses.find(frozenset({candidate.identifier}))
     if single is None or hypotheses.odds(single, hypotheses.null) < RULES.clear_odds:
         return False
@@ -532,7 +548,10 @@ def beats_null(hypotheses: Hypotheses, candidate: Candidate, null_score: float) 
 
 
 def reason_against(hypotheses: Hypotheses, f: Fit, leader: Fit | None = None) -> Reason:
-    """Reason why ``f``, more probable than the ``leader``, does not lead: its first fault or the search's rule."""
+    """Reason why ``f`` does not lead, though more probable than the ``leader``: its first fault.
+
+    Without a fault: the rule by which the search adds an effect. Odds are not compared without a leader.
+    """
     sizes, misfit = ", ".join(f.sizes_beyond_usual()), not f.fits_data
     faults = {
         "not converged": not f.converged,
