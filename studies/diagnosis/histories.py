@@ -414,11 +414,11 @@ class Histories(BicycleKind, kind="histories"):
     def _bias_signals(self, length: int, channels: Sequence[str], candidates: Candidates) -> Array:
         """Signals (R, C, T, columns), T = ``length``, of 1 prior sd of bias, or bias and drift, of C ``channels``."""
         names = [c.identifier for c in candidates]
-        kinds = 2 if "drift" in names else int("bias" in names)
-        signals = np.zeros((len(self.runs), len(channels), length, kinds * len(channels)))
+        shape_count = 2 if "drift" in names else int("bias" in names)
+        signals = np.zeros((len(self.runs), len(channels), length, shape_count * len(channels)))
         for r, run in enumerate(self.runs):
             n = len(run.time)
-            for k, shape in enumerate([np.ones(n), np.linspace(-1.0, 1.0, n)][:kinds]):
+            for k, shape in enumerate([np.ones(n), np.linspace(-1.0, 1.0, n)][:shape_count]):
                 for c, name in enumerate(channels):
                     signals[r, c, :n, c + k * len(channels)] = SENSORS[name][1] * shape
         return signals
@@ -450,14 +450,14 @@ class Histories(BicycleKind, kind="histories"):
         noise = {}
         for name, old in self.noise.items():
             noise[name] = old.estimate([best.residual[series == f"{run.name} {name}"] for run in self.runs])
-        absorbed = isinstance(best, Fit) and (not best.candidates or any(c.absorbs for c in best.candidates))
-        if not absorbed:  # its effect may stand for a torque of the ride, whose size is not known with it
+        trusted = isinstance(best, Fit) and (not best.candidates or any(c.absorbs for c in best.candidates))
+        if not trusted:  # its effect may stand for a torque of the ride, whose size is not known with it
             return replace(self, noise=noise)
-        named = [c for c in best.candidates if not c.absorbs]
+        effects = [c for c in best.candidates if not c.absorbs]
         theta = list(best.theta[: best.effect_columns.start])
-        for c in named:
+        for c in effects:
             theta += best.theta[best.columns(c)].tolist()
-        return replace(self, noise=noise, ride_model=(tuple(named), np.array(theta)))
+        return replace(self, noise=noise, ride_model=(tuple(effects), np.array(theta)))
 
     # ---- what to measure next ----
 
@@ -491,18 +491,21 @@ class Histories(BicycleKind, kind="histories"):
         """
         family = self.family(candidates)
         marginal = self._integrate_starts(family, candidates, theta)
-        states = start_sd(family)
+        state_sds = start_sd(family)
         free = self.replay_of((channel,)).free(family, theta)[1][:, 0]
-        free = free * start_scale(states, free.shape[-1])
+        free = free * start_scale(state_sds, free.shape[-1])
         white = self._white_slopes(family, theta, marginal.start)
-        uncertain, last = free.shape[-1] - len(states), marginal.start.shape[1]
-        places = [*range(len(states)), *range(last - uncertain, last)]  # filters of the recorded channels lie between
-        follow, spread = -marginal.shift_starts(white)[:, places], marginal.spread[:, places]
+        # Columns of the starts that act on this channel too; those of filters of the recorded channels lie between.
+        states, starts = len(state_sds), marginal.start.shape[1]
+        uncertain = free.shape[-1] - states
+        acting = [*range(states), *range(starts - uncertain, starts)]
+        start_slopes = -marginal.shift_starts(white)[:, acting]
+        spread = marginal.spread[:, acting]
         biases = self._bias_signals(free.shape[1], (channel,), candidates)[:, 0]
         lengths = [len(run.time) for run in self.runs]
-        spreads = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, biases, lengths, strict=True)]
-        followed = np.vstack([f[:n] @ s for f, s, n in zip(free, follow, lengths, strict=True)])
-        return followed / sd, block_diag(*spreads) / sd
+        effects = [np.hstack([f[:n] @ s, e[:n]]) for f, s, e, n in zip(free, spread, biases, lengths, strict=True)]
+        slopes = np.vstack([f[:n] @ s for f, s, n in zip(free, start_slopes, lengths, strict=True)])
+        return slopes / sd, block_diag(*effects) / sd
 
     # ---- report ----
 
@@ -573,19 +576,17 @@ class Histories(BicycleKind, kind="histories"):
             return self
         samples = most // len(self.noise)
         lengths = [len(run.time) for run in self.runs]
-        whole = self.prescribed
         count = min(len(self.runs), max(8, round(samples / np.median(lengths))))
         order = np.argsort(self.speeds, kind="stable")
         chosen = [self.runs[k] for k in sorted(order[np.linspace(0, len(order) - 1, count).round().astype(int)])]
-        runs = chosen if whole else [cut_loudest(run, self.noise, samples // count) for run in chosen]
+        runs = chosen if self.prescribed else [cut_loudest(run, self.noise, samples // count) for run in chosen]
         return replace(self, runs=tuple(runs))
 
     def simplify(self) -> "Histories":
         """Copy with eight runs at most, cut in pieces; with three whole ones if the steer angle is prescribed."""
-        whole = self.prescribed
         thinned = self.thin(RULES.thinned)
-        thinned = replace(thinned, runs=thinned.runs[:: -(-len(thinned.runs) // (3 if whole else 8))])
-        return thinned if whole else (thinned.easier_problems() or (thinned,))[-1]
+        thinned = replace(thinned, runs=thinned.runs[:: -(-len(thinned.runs) // (3 if self.prescribed else 8))])
+        return thinned if self.prescribed else (thinned.easier_problems() or (thinned,))[-1]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -442,7 +442,7 @@ class Modal(BicycleKind, kind="modal"):
         """Sentences, one for each mode with rows compared with a root that the base model calls otherwise."""
         base_roots = self._predict_points((), self.nominal, slopes=False)[0][:, 0]
         chi2 = float(judgement.nominal @ judgement.nominal)
-        final = self._count_other_roots(judgement.final)
+        final_counts = self._count_other_roots(judgement.final)
         sentences = []
         for other in find_other_roots(self.points, base_roots, self.model):
             root_names = " and ".join(other.lies_on) or "a root without a name"
@@ -454,7 +454,7 @@ class Modal(BicycleKind, kind="modal"):
                 )
             sentences.append(
                 f"{other} are compared with another root of the base model, which is nearer ({root_names}); {by_name}; "
-                f"of the final model {final.get(other.mode, 'none is')}"
+                f"of the final model {final_counts.get(other.mode, 'none is')}"
             )
         return tuple(sentences)
 

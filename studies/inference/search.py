@@ -83,12 +83,12 @@ class Hypotheses:
     @property
     def posterior(self) -> dict[str, float]:
         """Posterior probability by the name of the hypothesis, most probable first."""
-        return {hypothesis.name: share for hypothesis, share in self.probabilities}
+        return {hypothesis.name: probability for hypothesis, probability in self.probabilities}
 
     @property
     def p_nothing(self) -> float:
         """P(nothing is missing): posterior probability of the null, 0 to 1."""
-        return next(share for hypothesis, share in self.probabilities if hypothesis is self.null)
+        return next(probability for hypothesis, probability in self.probabilities if hypothesis is self.null)
 
     def rank(self, effects: int | None = None) -> list[Fit]:
         """Sort the fits with effects (only those with this number of ``effects``, if given), most probable first."""
@@ -406,17 +406,21 @@ def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> 
         remaining = tuple(c for c in leader.candidates if c is not dropped)
         sizes = [leader.theta[leader.columns(c)] for c in remaining]
         for replacement in unconverged:
-            joined = (*remaining, replacement)
-            earlier = hypotheses.find(frozenset(candidate.identifier for candidate in joined))
+            exchanged = (*remaining, replacement)
+            earlier = hypotheses.find(frozenset(candidate.identifier for candidate in exchanged))
             if (earlier is not None and earlier.converged) or replacement.identifier in leader.identifiers:
                 continue
-            if hypotheses.kind.compatible((*leader.candidates, replacement)) or not hypotheses.kind.compatible(joined):
+            if hypotheses.kind.compatible((*leader.candidates, replacement)) or not hypotheses.kind.compatible(
+                exchanged
+            ):
                 continue
-            progress(hypothesis_name(joined))
-            typical = replacement.starts[1:] or replacement.starts  # a small one shrinks to nothing
+            progress(hypothesis_name(exchanged))
+            typical_sizes = replacement.starts[1:] or replacement.starts  # a small one shrinks to nothing
             nuisances = (leader.theta[: len(centre)], centre)
-            starts = [np.concatenate([x, *sizes, size]) for x in nuisances for size in typical]
-            exchanges.append(fit_hypothesis(hypotheses.kind, joined, select_starts(hypotheses.kind, joined, starts)))
+            starts = [np.concatenate([x, *sizes, size]) for x in nuisances for size in typical_sizes]
+            exchanges.append(
+                fit_hypothesis(hypotheses.kind, exchanged, select_starts(hypotheses.kind, exchanged, starts))
+            )
     hypotheses = hypotheses.adopt_better(exchanges)
     rival = _choose_leader(hypotheses.kind, hypotheses.rank(len(leader.candidates)))
     return hypotheses, rival if hypotheses.odds(rival, leader) > RULES.clear_odds else leader
