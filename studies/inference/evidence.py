@@ -53,17 +53,17 @@ def held_out(kind: Kind, hypothesis: Fit) -> HeldOut:
     if len(numbers) == 1:
         return HeldOut(0.0, hypothesis.residual, possible=False)
     for number in numbers:
-        out = kind.rows.fold == number
-        rest = fit(
+        in_fold = kind.rows.fold == number
+        refit = fit(
             kind,
             hypothesis.candidates,
             starts=[hypothesis.theta],
-            rows=~out,
+            rows=~in_fold,
             nuisance_scale=hypothesis.nuisance_scale,
         )
-        r, j = rest.residual[out], rest.jacobian[out]
-        score += log_normal(r, j, rest.covariance)
-        residual[out] = r
+        r, j = refit.residual[in_fold], refit.jacobian[in_fold]
+        score += log_normal(r, j, refit.covariance)
+        residual[in_fold] = r
     return HeldOut(score, residual)
 
 
@@ -85,8 +85,8 @@ def within_uncertainty(hypothesis: Fit) -> float:
     count = hypothesis.effect_columns.start
     sd = hypothesis.nuisance_scale * np.array([u.scale for u in hypothesis.nuisances])
     went = (hypothesis.theta[:count] - np.array([u.centre for u in hypothesis.nuisances])) / sd
-    known = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
-    free = np.clip(np.linalg.eigvalsh(known), 0.0, 1.0)
+    narrowing = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
+    free = np.clip(np.linalg.eigvalsh(narrowing), 0.0, 1.0)
     mean, variance = float(free.sum()), 2 * float((free**2).sum())
     return _p_larger(float(went @ went), mean, variance) if variance > 1e-12 else 1.0
 
@@ -117,17 +117,17 @@ def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
     if not len(moving) or not np.isfinite(residual).all():
         return None
     t = t[:, moving] / size[moving]
-    score, taken = t.T @ residual, t.T @ hypothesis.jacobian
-    spread = t.T @ t - taken @ hypothesis.covariance @ taken.T
+    score, projected = t.T @ residual, t.T @ hypothesis.jacobian
+    spread = t.T @ t - projected @ hypothesis.covariance @ projected.T
     free, axes = np.linalg.eigh(spread)
     least = 1e-4  # of the square of a direction: less than that left by the hypothesis says nothing about it
-    told = free > least
-    if not told.any():
+    informative = free > least
+    if not informative.any():
         return None
-    together = float(((axes.T @ score)[told] ** 2 / free[told]).sum())
-    each = np.where(spread.diagonal() > least, score**2 / np.maximum(spread.diagonal(), least), 0.0)
-    most = int(np.argmax(each))
-    p = chdtrc(int(told.sum()), together), len(each) * chdtrc(1, each[most])
+    together = float(((axes.T @ score)[informative] ** 2 / free[informative]).sum())
+    single_scores = np.where(spread.diagonal() > least, score**2 / np.maximum(spread.diagonal(), least), 0.0)
+    most = int(np.argmax(single_scores))
+    p = chdtrc(int(informative.sum()), together), len(single_scores) * chdtrc(1, single_scores[most])
     return float(min(1.0, 2 * min(p))), terms[moving[most]].identifier
 
 
@@ -141,15 +141,15 @@ def whiteness(kind: Kind, hypothesis: Fit) -> float:
     noise = np.random.default_rng(0).standard_normal((len(hypothesis.residual), 200))
     noise = kind.marginalise_noise(hypothesis.candidates, hypothesis.theta, noise)
     noise -= hypothesis.jacobian @ (hypothesis.covariance @ (hypothesis.jacobian.T @ noise))
-    every = np.column_stack([hypothesis.residual, noise])
-    statistics = [_ljung_box(rows, every)]
+    residual_and_draws = np.column_stack([hypothesis.residual, noise])
+    statistics = [_ljung_box(rows, residual_and_draws)]
     if kind.rows.inputs is not None:
-        statistics.append(_input_correlation(rows, every, kind.rows.inputs))
+        statistics.append(_input_correlation(rows, residual_and_draws, kind.rows.inputs))
     values = []
     for statistic in statistics:
         mean, variance = float(statistic[1:].mean()), float(statistic[1:].var(ddof=1))
-        known = variance > 0 and math.isfinite(statistic[0])
-        values.append(_p_larger(float(statistic[0]), mean, variance) if known else 1.0)
+        has_spread = variance > 0 and math.isfinite(statistic[0])
+        values.append(_p_larger(float(statistic[0]), mean, variance) if has_spread else 1.0)
     return min(1.0, len(values) * min(values))
 
 

@@ -72,14 +72,14 @@ def minimise(
     z = np.clip(z, lower, upper)
     residual, jacobian = evaluate(z, slopes=True)
     objective, damping, decrement = _objective(residual[rows], z), 1e-3, np.inf
-    near = as_promised = fallen = False  # as_promised: the last step gained what a whole one promises
+    small_promise = as_promised = fallen = False  # as_promised: the last step gained what a whole one promises
     past: list[float] = []
     for _ in range(turns[0]):
         if not (np.isfinite(objective) and np.isfinite(jacobian[rows]).all()):
             return End(z, np.inf, residual, jacobian, np.inf)
         gradient = jacobian[rows].T @ residual[rows] + z
-        held = ((z <= lower) & (gradient > 0)) | ((z >= upper) & (gradient < 0))
-        free = np.flatnonzero(~held)
+        at_bound = ((z <= lower) & (gradient > 0)) | ((z >= upper) & (gradient < 0))
+        free = np.flatnonzero(~at_bound)
         if not len(free):
             return End(z, objective, residual, jacobian, 0.0)
         data = _triangle(jacobian[rows] if len(free) == len(z) else jacobian[rows][:, free])
@@ -90,7 +90,7 @@ def minimise(
         if _given_up(past, decrement, turns, int(used.sum()), reached, fallen=fallen):
             break
         # a promise as small as a minimum's after such a one was a slow beginning: a valley, not a minimum
-        valley, near = near, decrement <= negligible_decrease(objective)
+        valley, small_promise = small_promise, decrement <= negligible_decrease(objective)
         last = decrement <= 0.1 * negligible_decrease(objective)
         if last and valley:
             break
@@ -103,23 +103,23 @@ def minimise(
             straight = np.zeros(len(z))
             straight[free] = -step
             trial = z + straight
-            if valley or not (near or as_promised):
+            if valley or not (small_promise or as_promised):
                 probe = np.clip(z + PROBE * straight, lower, upper)
-                further = evaluate(probe, slopes=False)[0][rows]
-                bend = 2 / PROBE**2 * (further - residual[rows] - jacobian[rows] @ (probe - z))
+                probe_residual = evaluate(probe, slopes=False)[0][rows]
+                bend = 2 / PROBE**2 * (probe_residual - residual[rows] - jacobian[rows] @ (probe - z))
                 trial[free] += _acceleration(damped[1], (jacobian[rows].T @ bend)[free], size, step)
             trial = np.clip(trial, lower, upper)
-            tried = evaluate(trial, slopes=eager)
-            new = _objective(tried[0][rows], trial)
+            evaluated = evaluate(trial, slopes=eager)
+            new = _objective(evaluated[0][rows], trial)
             fallen = fallen or not np.isfinite(new)
             if new < objective:
                 gained = objective - new
                 improved, z, objective = True, trial, new
                 if last and as_promised:  # slopes no longer change
-                    residual = tried[0]
+                    residual = evaluated[0]
                     break
                 as_promised = gained > 0.75 * decrement
-                residual, jacobian = tried if eager else evaluate(z, slopes=True)
+                residual, jacobian = evaluated if eager else evaluate(z, slopes=True)
                 if gained > 0.75 * expected:
                     damping = max(damping / 10, 1e-9)
                 elif gained < 0.25 * expected:
@@ -150,7 +150,7 @@ def drop_repeats(points: Iterable[Array]) -> list[Array]:
     """Drop repeated ``points`` (p,): from one place there is one way."""
     distinct: list[Array] = []
     for point in points:
-        if not any(np.array_equal(point, other) for other in distinct):
+        if not any(np.array_equal(point, earlier) for earlier in distinct):
             distinct.append(point)
     return distinct
 
@@ -170,8 +170,8 @@ def _triangle(matrix: Array) -> Array:
     if not matrix.size:
         return np.zeros((min(matrix.shape), matrix.shape[1]))
     # panels of 8 columns: LAPACK's own choice takes narrow matrices column by column
-    both = dgeqrt(min(8, *matrix.shape), matrix)[0][: matrix.shape[1]]
-    return np.where(_below(*both.shape), 0.0, both)
+    factors = dgeqrt(min(8, *matrix.shape), matrix)[0][: matrix.shape[1]]
+    return np.where(_below(*factors.shape), 0.0, factors)
 
 
 @cache
@@ -180,8 +180,8 @@ def _below(rows: int, columns: int) -> NDArray[np.bool_]:
     return np.tri(rows, columns, -1, dtype=bool)
 
 
-def _objective(kept: Array, z: Array) -> float:
-    value = float(kept @ kept + z @ z)
+def _objective(residual: Array, z: Array) -> float:
+    value = float(residual @ residual + z @ z)
     return value if np.isfinite(value) else np.inf
 
 
@@ -266,10 +266,10 @@ class Fit:
     def columns(self, candidate: Candidate) -> slice:
         """Columns of the unknowns of one ``candidate``."""
         start = self.effect_columns.start
-        for other in self.candidates:
-            if other.identifier == candidate.identifier:
-                return slice(start, start + len(other.unknowns))
-            start += len(other.unknowns)
+        for c in self.candidates:
+            if c.identifier == candidate.identifier:
+                return slice(start, start + len(c.unknowns))
+            start += len(c.unknowns)
         raise KeyError(candidate.identifier)
 
     def values(self, candidate: Candidate) -> list[tuple[UncertainParameter, float]]:
@@ -302,22 +302,22 @@ class Fit:
 
     def sizes_at_bound(self) -> list[str]:
         """Names (effect.size) of sizes that ended at a bound."""
-        near = 1e-3  # of the prior sd
+        tolerance = 1e-3  # of the prior sd
         return [
             f"{name}.{u.name}"
             for name, u, x in self._sizes()
-            if x <= u.lowest + near * u.scale or x >= u.highest - near * u.scale
+            if x <= u.lowest + tolerance * u.scale or x >= u.highest - tolerance * u.scale
         ]
 
     def effects_within_sd(self) -> list[str]:
         """Identifiers of candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
         spread = np.sqrt(np.maximum(self.covariance.diagonal(), 0.0) * self.misfit)
-        found = []
+        names = []
         for c in self.candidates:
             sizes = zip(self.values(c), spread[self.columns(c)], strict=True)
-            known = [abs(x - u.centre) > sd for (u, x), sd in sizes if u.size]
-            found += [c.identifier] if known and not any(known) else []
-        return found
+            exceeds = [abs(x - u.centre) > sd for (u, x), sd in sizes if u.size]
+            names += [c.identifier] if exceeds and not any(exceeds) else []
+        return names
 
     @property
     def family(self) -> frozenset[str]:
@@ -480,26 +480,26 @@ def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
     unknowns = final.unknowns[: final.effect_columns.start]
     count = len(unknowns)
     centre = np.array([u.centre for u in unknowns])
-    stated, alone, fitted = values_of(unknowns, np.stack([centre, null.theta[:count], final.theta[:count]], 1)).T
+    prior_values, null_values, final_values = values_of(unknowns, np.stack([centre, null.theta[:count], final.theta[:count]], 1)).T
     slopes = slopes_of(unknowns, final.theta[:count])
     sd = np.sqrt(np.maximum(np.diag(slopes @ final.covariance[:count, :count] @ slopes.T), 0.0))
-    found = []
+    moved = []
     for k, u in enumerate(unknowns):
         if u.coupling is None:
             ways = (null.theta[k] - u.centre) / u.scale, (final.theta[k] - u.centre) / u.scale
         else:  # its own coordinate moves others as well
-            ways = (alone[k] - stated[k]) / u.scale, (fitted[k] - stated[k]) / u.scale
-        found.append(
+            ways = (null_values[k] - prior_values[k]) / u.scale, (final_values[k] - prior_values[k]) / u.scale
+        moved.append(
             Moved(
                 u.name,
                 u.unit,
-                prior=float(stated[k]),
+                prior=float(prior_values[k]),
                 prior_sd=u.slope(u.centre) * u.scale,
-                value=float(fitted[k]),
+                value=float(final_values[k]),
                 sd=float(sd[k]),
                 alone=float(ways[0]),
                 shift=float(ways[1]),
                 assumed=u.assumed,
             )
         )
-    return tuple(sorted(found, key=lambda one: -abs(one.shift)))
+    return tuple(sorted(moved, key=lambda m: -abs(m.shift)))

@@ -198,15 +198,15 @@ class Joint(Kind):
         """Names in part ``number`` of ``candidates`` that it does not refuse or that the others make possible."""
         part = self.parts[number]
         names = frozenset(name for c in candidates if (name := part.part_name(c.identifier)) is not None)
-        refused = names.intersection(part.kind.refused)
-        if not refused:
+        refused_names = names.intersection(part.kind.refused)
+        if not refused_names:
             return names
 
         def find_enabled() -> frozenset[str]:
             present = tuple(c for c in part.kind.candidates if c.identifier in names)
             return frozenset(c.identifier for c in part.kind.enabled_by(present))
 
-        return (names - refused) | (refused & self._recently_enabled.get((number, names), find_enabled))
+        return (names - refused_names) | (refused_names & self._recently_enabled.get((number, names), find_enabled))
 
     @cached_property
     def _recently_enabled(self) -> RecentAnswers[frozenset[str]]:

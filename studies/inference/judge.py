@@ -62,7 +62,7 @@ def accept(hypotheses: Hypotheses, leader: Fit | None) -> Acceptance:
     score = held_out(hypotheses.kind, leader)
     rules = check_rules(hypotheses, leader, (score, null_score), wide)
     checks = tuple(check for group in rules.values() for check in group)
-    met = {group: all(check.passed for check in some) for group, some in rules.items()}
+    met = {group: all(check.passed for check in group_checks) for group, group_checks in rules.items()}
     scores = {"nuisance_only": null_score, "final": score}
     alike = len({f.family for f in members}) == 1
     if all(met.values()):
@@ -115,10 +115,10 @@ def _class_of(hypotheses: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], H
     wide = hypotheses.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
     best = wide.rank()[0]
     for f in wide.rank() if wide.p_nothing < RULES.nothing else ():  # else the reservation says it
-        own, odds = hypotheses.find(f.identifiers), wide.odds(best, f)
-        if own is not None and own not in members and f.physical and odds < RULES.clear_odds:
+        original, odds = hypotheses.find(f.identifiers), wide.odds(best, f)
+        if original is not None and original not in members and f.physical and odds < RULES.clear_odds:
             # no name may hang on the priors
-            members[own] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
+            members[original] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
     return members, wide
 
 
@@ -163,9 +163,9 @@ def check_rules(
 
     shift_p, white_p = within_uncertainty(leader), whiteness(kind, leader)
     no_reservation = [AcceptanceCheck("parameters", f"{shift_p:.2g}", shift_p > RULES.poor_fit)]
-    left = _check_what_is_left(kind, leader)
-    if left is not None:
-        no_reservation.append(left)
+    remainder_check = _check_what_is_left(kind, leader)
+    if remainder_check is not None:
+        no_reservation.append(remainder_check)
 
     return {
         "any name": tuple(any_name),
@@ -193,12 +193,12 @@ def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
     kind = hypotheses.kind.thin(RULES.thinned)
     terms = kind.directions()
     fits = [leader if kind is hypotheses.kind else fit(kind, leader.candidates, starts=[leader.theta])]
-    for kept in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
-        if all(c.mistake for c in leader.candidates if c not in kept):
+    for remaining in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
+        if all(c.mistake for c in leader.candidates if c not in remaining):
             continue
         for term in terms:
-            if kind.compatible((*kept, term)):
-                fits.append(fit(kind, (*kept, term), starts=[transfer_coordinates(leader, (*kept, term))]))
+            if kind.compatible((*remaining, term)):
+                fits.append(fit(kind, (*remaining, term), starts=[transfer_coordinates(leader, (*remaining, term))]))
     best = max(fits, key=hypotheses.log_posterior)
     if best is fits[0] or hypotheses.odds(best, fits[0]) <= RULES.likelier_odds * len(terms):
         return ""
@@ -210,10 +210,10 @@ def _check_what_is_left(kind: Kind, leader: Fit) -> AcceptanceCheck | None:
     rough = [c.identifier for c in leader.candidates if c.approximate]
     if rough:
         return AcceptanceCheck("nothing_left", f"not asked: {' and '.join(rough)} is modelled roughly", True)
-    left = left_over(kind, leader)
-    if left is None:
+    score_test = left_over(kind, leader)
+    if score_test is None:
         return None
-    p, term = left
+    p, term = score_test
     if p > RULES.poor_fit:
         return AcceptanceCheck("nothing_left", f"{p:.2g}", True)
     return AcceptanceCheck("nothing_left", f"{p:.2g}, mostly {term}", False, culprit=_describe_term(term))
@@ -269,12 +269,12 @@ def decide(kind: Kind, progress: Progress | None = None) -> tuple[Hypotheses, Ac
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{names.count(name)} candidates are called {name!r}; give each an identifier of its own")
-    advance = progress or (lambda what: None)
-    few = kind.thin(RULES.thinned)
-    hypotheses, leader, acceptance = _search_plain_first(few, advance)
-    if few is not kind:  # much data are searched in a part, and the leaders refined on all
-        tried = {c.identifier for c in hypotheses.kind.candidates}
-        whole = kind.with_candidates(tuple(c for c in kind.candidates if c.identifier in tried))
+    advance = progress or (lambda step: None)
+    thinned = kind.thin(RULES.thinned)
+    hypotheses, leader, acceptance = _search_plain_first(thinned, advance)
+    if thinned is not kind:  # much data are searched in a part, and the leaders refined on all
+        searched = {c.identifier for c in hypotheses.kind.candidates}
+        whole = kind.with_candidates(tuple(c for c in kind.candidates if c.identifier in searched))
         hypotheses, leader = refine_on_all_data(whole, hypotheses, leader, advance)
         acceptance = accept(hypotheses, leader)
     return hypotheses, acceptance
@@ -288,15 +288,15 @@ def _search_plain_first(kind: Kind, advance: Progress) -> tuple[Hypotheses, Fit 
     acceptance = accept(hypotheses, leader)
     if absorbing and acceptance.verdict in OPEN:
         more = fit_singles(hypotheses.kind.with_candidates(absorbing), advance)
-        every = Hypotheses(
+        combined = Hypotheses(
             hypotheses.null, (*hypotheses.fits, *more.fits), hypotheses.kind.with_candidates(kind.candidates)
         )
-        other, ahead = _settle_noise_and_search(every, advance)
-        better = accept(other, ahead)
-        rival = other.find(leader.identifiers) if leader else None
-        beaten = ahead and rival and other.odds(ahead, rival) > RULES.clear_odds
+        extended, extended_leader = _settle_noise_and_search(combined, advance)
+        better = accept(extended, extended_leader)
+        rival = extended.find(leader.identifiers) if leader else None
+        beaten = extended_leader and rival and extended.odds(extended_leader, rival) > RULES.clear_odds
         if better.verdict not in OPEN or (better.verdict == "unknown" and beaten):
-            return other, ahead, better
+            return extended, extended_leader, better
     return hypotheses, leader, acceptance
 
 
@@ -339,7 +339,7 @@ def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -
     converged = sorted((f for f in hypotheses.rank() if f.converged), key=lambda f: not f.fits_data)
     is_named = acceptance.verdict not in ("none", "unknown")
     open_ = acceptance.verdict == "partial" or (acceptance.verdict == "unknown" and not final.fits_data)
-    ahead = takewhile(lambda one: one[0] is not final, hypotheses.probabilities)
+    more_probable = takewhile(lambda pair: pair[0] is not final, hypotheses.probabilities)
     judged = [
         None if f is None or is_named else Judged(f.name, f.chi2, f.goodness)
         for f in (acceptance.leader, next(iter(converged), None))
@@ -365,7 +365,7 @@ def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -
         refused=hypotheses.kind.refused,
         warnings=(*hypotheses.kind.notes, *_warnings(hypotheses, acceptance, gap=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
-        refused_leaders=tuple((f.name, p, rule_against(hypotheses, acceptance, f)) for f, p in ahead),
+        refused_leaders=tuple((f.name, p, rule_against(hypotheses, acceptance, f)) for f, p in more_probable),
         judged=judged[0],
         nearest=judged[1],
         titles={
@@ -421,16 +421,16 @@ def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> l
             lost.append(f"{f.name} (no finite number for {len(rows)} of {len(f.residual)}{first})")
     if lost:
         warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
-    beside = []
+    extensions = []
     for f in hypotheses.find_extensions(final) if final.candidates else ():
         odds = min(hypotheses.odds(f, final), 1000.0)  # more needs no figure
         share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
-        beside.append(
+        extensions.append(
             f"{'+'.join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)} ({share})"
         )
-    if beside:
+    if extensions:
         warnings.append(
-            f"beside {final.name} cannot be ruled out, with odds: {', '.join(beside)}; its numbers would change, see "
+            f"beside {final.name} cannot be ruled out, with odds: {', '.join(extensions)}; its numbers would change, see "
             "the hypotheses that were tried"
         )
     return warnings
@@ -460,9 +460,9 @@ def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> N
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
     for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
-        value, wide = float(u.value(float(x))), u.slope(float(x)) * float(sd)
+        value, value_sd = float(u.value(float(x))), u.slope(float(x)) * float(sd)
         for name, factor in u.factors.items():
-            parameters[name] = (factor * value, factor * wide)
+            parameters[name] = (factor * value, factor * value_sd)
             units[name] = u.unit
     return Named(
         candidate.identifier,
@@ -502,10 +502,10 @@ def similarity(kind: Kind, null: Fit, fits: list[Fit]) -> Array:
 
 def _direction(kind: Kind, hypothesis: Fit) -> Array:
     """Change of the whitened residuals (n,) by the effects of a ``hypothesis``, its nuisances held."""
-    without, _ = kind.residual((), hypothesis.theta[: hypothesis.effect_columns.start])
-    moved = without - hypothesis.residual
-    if float(moved @ moved) > 1e-6:
-        return np.asarray(moved)
+    null_residual, _ = kind.residual((), hypothesis.theta[: hypothesis.effect_columns.start])
+    change = null_residual - hypothesis.residual
+    if float(change @ change) > 1e-6:
+        return np.asarray(change)
     scale = np.array([u.scale * u.size for u in hypothesis.unknowns[hypothesis.effect_columns]])
     return np.asarray(-hypothesis.jacobian[:, hypothesis.effect_columns] @ scale)
 
@@ -513,8 +513,8 @@ def _direction(kind: Kind, hypothesis: Fit) -> Array:
 def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     """Leader and the hypotheses with as many effects that the data cannot tell from it, each with its reason."""
     peers = [f for f in hypotheses.rank(len(leader.candidates)) if f is not leader and f.admissible]
-    near = leader.objective + RULES.as_much
-    peers = [f for f in peers if hypotheses.odds(leader, f) < RULES.hopeless_odds or f.objective < near]
+    close_objective = leader.objective + RULES.as_much
+    peers = [f for f in peers if hypotheses.odds(leader, f) < RULES.hopeless_odds or f.objective < close_objective]
     cosines = similarity(hypotheses.kind, hypotheses.null, [leader, *peers])[0, 1:]
     first = all(hypotheses.odds(f, leader) <= 1 for f in (hypotheses.null, *hypotheses.fits) if f is not leader)
     members = {leader: Reason("leads" if first else "search ended")}
@@ -543,15 +543,15 @@ def _has_unneeded_size(f: Fit) -> bool:
 
 def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
     """Measurements that ``kind`` proposes and that separate the first of ``members`` from the others, best first."""
-    found = []
+    separations = []
     for proposal in kind.propose_measurements():
         predicted = [_predict(proposal, f) for f in members]
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
-        (mine, spread), *others = predicted
-        gains = [_distance(mine - other, np.hstack([spread, its]) / np.sqrt(2)) for other, its in others]
-        found.append(Separation(proposal.what, min(gains)))
-    return sorted([*found, *_bench_tests(members)], key=lambda s: -s.gain)
+        (leader_values, leader_spread), *rivals = predicted
+        gains = [_distance(leader_values - rival_values, np.hstack([leader_spread, rival_spread]) / np.sqrt(2)) for rival_values, rival_spread in rivals]
+        separations.append(Separation(proposal.what, min(gains)))
+    return sorted([*separations, *_bench_tests(members)], key=lambda s: -s.gain)
 
 
 def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
@@ -565,11 +565,11 @@ def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     return mean, slope @ root if inner is None else np.hstack([(slope + inner[0]) @ root, inner[1]])
 
 
-def _distance(gap: Array, moved: Array) -> float:
-    """Root of gap' (1 + moved moved')^-1 gap: a ``gap`` (m,) in the noise (1) and what moves it by 1 sd each (m, k)."""
-    pull = moved.T @ gap
-    left = gap - moved @ np.linalg.solve(np.eye(len(pull)) + moved.T @ moved, pull)
-    return float(np.sqrt(max(0.0, float(gap @ left))))
+def _distance(gap: Array, spread: Array) -> float:
+    """Root of gap' (1 + spread spread')^-1 gap: a ``gap`` (m,) in the noise (1) and what moves it by 1 sd each (m, k)."""
+    pull = spread.T @ gap
+    remainder = gap - spread @ np.linalg.solve(np.eye(len(pull)) + spread.T @ spread, pull)
+    return float(np.sqrt(max(0.0, float(gap @ remainder))))
 
 
 def _bench_tests(members: list[Fit]) -> list[Separation]:
@@ -578,12 +578,12 @@ def _bench_tests(members: list[Fit]) -> list[Separation]:
     for f in members:
         for candidate in f.candidates:
             u = next((u for u in candidate.unknowns if u.size), None)
-            if u is None or any(candidate.identifier in other.identifiers for other in members if other is not f):
+            if u is None or any(candidate.identifier in rival.identifiers for rival in members if rival is not f):
                 continue
             column = f.columns(candidate).start + candidate.unknowns.index(u)
             sd = np.hypot(RULES.bench_sd * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / sd)
             size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
-            what = f"{candidate.title or candidate.identifier}, measured by itself ({size})"
-            separations.append(Separation(what, gain))
+            measurement = f"{candidate.title or candidate.identifier}, measured by itself ({size})"
+            separations.append(Separation(measurement, gain))
     return separations

@@ -24,11 +24,11 @@ class Linear:
 
     @cached_property
     def _folds(self) -> dict[int, Sums]:
-        found = {}
+        sums = {}
         for number in np.unique(self.fold):
             a, y = self.jacobian[self.fold == number], self.target[self.fold == number]
-            found[int(number)] = (a.T @ a, a.T @ y, float(y @ y), len(y))
-        return found
+            sums[int(number)] = (a.T @ a, a.T @ y, float(y @ y), len(y))
+        return sums
 
     @cached_property
     def _total(self) -> Sums:
@@ -38,7 +38,7 @@ class Linear:
     def _rests(self) -> tuple[Sums, ...]:
         """Sums of the rows without each fold."""
         return tuple(
-            _add_sums(part for other, part in self._folds.items() if other != number) for number in self._folds
+            _add_sums(part for fold, part in self._folds.items() if fold != number) for number in self._folds
         )
 
     def posterior(self, columns: NDArray[np.intp], sd: Array | None = None) -> tuple[Array, Array]:
@@ -55,7 +55,7 @@ class Linear:
     def held_out(self, columns: NDArray[np.intp]) -> float:
         """ln of the density of each fold given the others, summed."""
         whole = _log_density(self._total, columns)
-        score = sum(whole - _log_density(rest, columns) for rest in self._rests)
+        score = sum(whole - _log_density(sums, columns) for sums in self._rests)
         return score if len(self._folds) > 1 and math.isfinite(score) else -math.inf
 
     def misfit(self, columns: NDArray[np.intp]) -> float:
@@ -85,5 +85,5 @@ def _log_density(sums: Sums, columns: NDArray[np.intp], sd: Array | None = None)
         value = square - float(pushed @ np.linalg.solve(inner, pushed))
     except np.linalg.LinAlgError:
         return -math.inf
-    found = -0.5 * (value + float(np.linalg.slogdet(inner)[1]) + count * math.log(2 * math.pi))
-    return found if math.isfinite(found) else -math.inf
+    log_density = -0.5 * (value + float(np.linalg.slogdet(inner)[1]) + count * math.log(2 * math.pi))
+    return log_density if math.isfinite(log_density) else -math.inf

@@ -132,13 +132,13 @@ class Candidate:
     @cached_property
     def starts(self) -> tuple[Array, ...]:
         """Coordinates from which fits begin: small and typical sizes, of either sign if both are physical."""
-        found: list[Array] = []
+        points: list[Array] = []
         for share in (0.05, 0.7, -0.05, -0.7):
             start = self._coordinates_at(share)
-            wanted = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
-            if share > 0 or (self.unknowns and (start == wanted).all()):
-                found.append(start)
-        return tuple(found)
+            unclipped = np.array([u.centre + share * u.scale * u.size for u in self.unknowns])
+            if share > 0 or (self.unknowns and (start == unclipped).all()):
+                points.append(start)
+        return tuple(points)
 
     @property
     def first_starts(self) -> tuple[Array, ...]:
@@ -168,31 +168,31 @@ def hypothesis_name(candidates: Sequence[Candidate]) -> str:
 def couplings(unknowns: Sequence[UncertainParameter]) -> list[tuple[Coupling, list[int]]]:
     """Couplings among the ``unknowns``, each with the columns of its coordinates in their order."""
     columns: dict[int, list[int]] = {}
-    each: dict[int, Coupling] = {}
+    by_id: dict[int, Coupling] = {}
     for column in sorted(range(len(unknowns)), key=lambda column: unknowns[column].place):
         coupling = unknowns[column].coupling
         if coupling is not None:
-            each[id(coupling)] = coupling
+            by_id[id(coupling)] = coupling
             columns.setdefault(id(coupling), []).append(column)
-    return [(coupling, columns[key]) for key, coupling in each.items()]
+    return [(coupling, columns[key]) for key, coupling in by_id.items()]
 
 
 def values_of(unknowns: Sequence[UncertainParameter], theta: Array) -> Array:
     """Physical values (p, K) at coordinates ``theta`` (p, K)."""
-    found = np.array([u.value(x) for u, x in zip(unknowns, theta, strict=True)], dtype=float).reshape(np.shape(theta))
+    values = np.array([u.value(x) for u, x in zip(unknowns, theta, strict=True)], dtype=float).reshape(np.shape(theta))
     for coupling, columns in couplings(unknowns):
-        found[columns] = coupling.values(theta[columns])
-    return found
+        values[columns] = coupling.values(theta[columns])
+    return values
 
 
 def slopes_of(unknowns: Sequence[UncertainParameter], theta: Array) -> Array:
     """Derivatives (p, p) of the physical values along the coordinates at ``theta`` (p,)."""
     signs = np.array([-1.0 if u.power < 0 else 1.0 for u in unknowns])
-    found = np.diag(signs * np.array([u.slope(float(x)) for u, x in zip(unknowns, theta, strict=True)]))
+    slopes = np.diag(signs * np.array([u.slope(float(x)) for u, x in zip(unknowns, theta, strict=True)]))
     for coupling, columns in couplings(unknowns):
         batch, steps = stencil([unknowns[column] for column in columns], theta[columns])
-        found[np.ix_(columns, columns)] = central_differences(coupling.values(batch.T).T, steps)
-    return found
+        slopes[np.ix_(columns, columns)] = central_differences(coupling.values(batch.T).T, steps)
+    return slopes
 
 
 def stencil(unknowns: Sequence[UncertainParameter], theta: Array) -> tuple[Array, Array]:

@@ -55,15 +55,15 @@ def parts_against_rest(kind: Kind, joint: Fit) -> tuple[PartAgainstRest, ...]:
         return ()
     comparisons = []
     for name, rows in zip(names, kind.slices(), strict=True):
-        own = _fit_some_parts(kind.select_parts([name]), joint)
-        rest = _fit_some_parts(kind.select_parts([other for other in names if other != name]), joint)
-        common = [number for number in own if number in rest]
-        seen = [number for number in common if own[number].seen and rest[number].seen]
+        by_part = _fit_some_parts(kind.select_parts([name]), joint)
+        by_others = _fit_some_parts(kind.select_parts([part_name for part_name in names if part_name != name]), joint)
+        common = [number for number in by_part if number in by_others]
+        shown_by_both = [number for number in common if by_part[number].seen and by_others[number].seen]
         compared = [
-            Compared(number, own[number].unit, own[number].value, own[number].sd, rest[number].value, rest[number].sd)
-            for number in seen
+            Compared(number, by_part[number].unit, by_part[number].value, by_part[number].sd, by_others[number].value, by_others[number].sd)
+            for number in shown_by_both
         ]
-        unseen = tuple(number for number in common if number not in seen)
+        unseen = tuple(number for number in common if number not in shown_by_both)
         comparisons.append(PartAgainstRest(name, *disagreement(joint, rows), tuple(compared), unseen))
     return tuple(comparisons)
 
@@ -104,13 +104,13 @@ class _Number(NamedTuple):
     seen: bool  # the data narrow it: its sd is clearly below that of the prior
 
 
-def _fit_some_parts(some: Kind, joint: Fit) -> dict[str, _Number]:
-    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on ``some`` parts, fitted to these alone."""
-    acting = tuple(c for c in joint.candidates if some.concerns(c))
+def _fit_some_parts(selection: Kind, joint: Fit) -> dict[str, _Number]:
+    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on ``selection`` parts, fitted to these alone."""
+    acting = tuple(c for c in joint.candidates if selection.concerns(c))
     column = {u.name: k for k, u in enumerate(joint.nuisances)}
     sizes = (joint.theta[joint.columns(c)] for c in acting)
-    start = np.concatenate([joint.theta[[column[u.name] for u in some.nuisances]], *sizes])
-    fitted = fit(some, acting, starts=[start])
+    start = np.concatenate([joint.theta[[column[u.name] for u in selection.nuisances]], *sizes])
+    fitted = fit(selection, acting, starts=[start])
     coordinate_sd = np.sqrt(fitted.covariance.diagonal())
     numbers = {}
     for c in acting:
@@ -156,26 +156,26 @@ def without_each(kind: Kind, names: Sequence[str], *, single_out: bool) -> dict[
     results = []
     for name in parts:
         if name in names:
-            judgement = judge(kind.select_parts([other for other in parts if other != name]))
+            judgement = judge(kind.select_parts([part_name for part_name in parts if part_name != name]))
             results.append(WithoutOne(name, judgement.verdict, final=judgement.final))
-    ranked = {without.part: without for without in sorted(results, key=_order)}
+    ranked = {result.part: result for result in sorted(results, key=_order)}
     if not single_out:
         return ranked
     return {
-        name: replace(without, alone=_judge_by_itself(kind, ranked, name)) if without.clear else without
-        for name, without in ranked.items()
+        name: replace(result, alone=_judge_by_itself(kind, ranked, name)) if result.clear else result
+        for name, result in ranked.items()
     }
 
 
-def _order(without: WithoutOne) -> tuple[bool, float, float]:
+def _order(result: WithoutOne) -> tuple[bool, float, float]:
     """Key of sorting: clear verdicts first, then by p, then (if p is too small to be a number) by chi^2 per number."""
-    chi2 = without.rest.chi2
-    return not without.clear, -without.rest.goodness_of_fit_p, (chi2["final"] + chi2["penalty"]) / chi2["n"]
+    chi2 = result.rest.chi2
+    return not result.clear, -result.rest.goodness_of_fit_p, (chi2["final"] + chi2["penalty"]) / chi2["n"]
 
 
 def _judge_by_itself(kind: Kind, ranked: Mapping[str, WithoutOne], name: str) -> Verdict:
     """Verdict of one part by itself; of two parts it is known from leaving out the other."""
-    others = [part.name for part in kind.parts if part.name != name]
-    if len(others) == 1 and others[0] in ranked:
-        return ranked[others[0]].rest
+    other_parts = [part.name for part in kind.parts if part.name != name]
+    if len(other_parts) == 1 and other_parts[0] in ranked:
+        return ranked[other_parts[0]].rest
     return judge(kind.select_parts([name])).verdict

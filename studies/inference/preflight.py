@@ -27,16 +27,16 @@ def preflight(kind: Kind) -> Misread | None:
     before = _objective_of_short_fit(kind)
     if before < RULES.misread * count:
         return None
-    found = {what: _objective_of_short_fit(other) for what, other in kind.misreadings()}
-    best = min(found.values(), default=before)
+    objectives = {reading: _objective_of_short_fit(reread) for reading, reread in kind.misreadings()}
+    best = min(objectives.values(), default=before)
     if before < RULES.collapse * best:
         return None
     if best > RULES.misread * count and any(
-        _objective_of_short_fit(kind, one) < best for one in kind.library if not one.absorbs
+        _objective_of_short_fit(kind, effect) < best for effect in kind.library if not effect.absorbs
     ):
         return None  # the reading leaves a gap, and an effect explains the data as they stand better
-    alike = sorted((value, what) for what, value in found.items() if value < RULES.as_well * best)
-    return Misread(tuple(what for _, what in alike), before / count, best / count)
+    readings = sorted((value, reading) for reading, value in objectives.items() if value < RULES.as_well * best)
+    return Misread(tuple(reading for _, reading in readings), before / count, best / count)
 
 
 def _objective_of_short_fit(kind: Kind, *effect: Candidate) -> float:

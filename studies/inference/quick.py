@@ -31,12 +31,12 @@ class Singles(Hypotheses):
     @cached_property
     def _halves(self) -> dict[frozenset[str], float]:
         """Minus half the criterion: chi^2, the penalty, ln det of what is marginalised, and k ln n of k unknowns."""
-        found = {}
+        halves = {}
         for f in (self.null, *self.fits):
             unknowns = len(f.theta) - f.effect_columns.start
-            inside = self.kind.log_determinant(f.candidates, f.theta) if math.isfinite(f.objective) else 0.0
-            found[f.identifiers] = -(f.objective + inside + unknowns * math.log(len(f.residual))) / 2
-        return found
+            log_det = self.kind.log_determinant(f.candidates, f.theta) if math.isfinite(f.objective) else 0.0
+            halves[f.identifiers] = -(f.objective + log_det + unknowns * math.log(len(f.residual))) / 2
+        return halves
 
     def log_posterior(self, hypothesis: Fit) -> float:
         return self._halves[hypothesis.identifiers]
@@ -44,20 +44,20 @@ class Singles(Hypotheses):
 
 def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     """Judge single effects of a ``kind``, of much data in a part of them."""
-    advance = progress or (lambda what: None)
+    advance = progress or (lambda step: None)
     kind = kind.with_candidates(
         tuple(c for c in kind.candidates if not c.absorbs)
     )  # these are for what nothing else explains
-    known = _fit_singles(kind.thin(RULES.quick), None, advance)
-    better = known.kind.estimate_noise(known.rank()[0] if known.fits else known.null)
-    if better is not known.kind:
-        known = _fit_singles(better, known, advance)
-    acceptance, kind = _accept(known), known.kind
+    singles = _fit_singles(kind.thin(RULES.quick), None, advance)
+    better = singles.kind.estimate_noise(singles.rank()[0] if singles.fits else singles.null)
+    if better is not singles.kind:
+        singles = _fit_singles(better, singles, advance)
+    acceptance, kind = _accept(singles), singles.kind
     nominal, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
     return Judgement(
         kind=kind,
-        verdict=verdict_of(known, acceptance, nominal),
-        hypotheses=known,
+        verdict=verdict_of(singles, acceptance, nominal),
+        hypotheses=singles,
         final=acceptance.final,
         nominal=nominal,
         held_out={},
@@ -65,12 +65,12 @@ def judge_quickly(kind: Kind, *, progress: Progress | None = None) -> Judgement:
     )
 
 
-def _fit_singles(kind: Kind, known: Singles | None, advance: Progress) -> Singles:
-    """Fit the null and each candidate alone; if some are ``known``, refit their leaders from where they ended."""
+def _fit_singles(kind: Kind, earlier: Singles | None, advance: Progress) -> Singles:
+    """Fit the null and each candidate alone; if some are ``earlier``, refit their leaders from where they ended."""
     advance("parameters only")
-    null = fit(kind, starts=[known.null.theta] if known else None, turns=TURNS)
-    fits = [] if known is None else [_refit(kind, f, advance) for f in known.rank()[: RULES.polished]]
-    for c in kind.candidates if known is None else ():
+    null = fit(kind, starts=[earlier.null.theta] if earlier else None, turns=TURNS)
+    fits = [] if earlier is None else [_refit(kind, f, advance) for f in earlier.rank()[: RULES.polished]]
+    for c in kind.candidates if earlier is None else ():
         advance(c.identifier)
         starts = [np.concatenate([null.theta, start]) for start in c.starts[:2]] + default_starts(kind, (c,))[:2]
         fits.append(fit(kind, (c,), starts=select_starts(kind, (c,), starts, 1), turns=TURNS))
@@ -82,21 +82,21 @@ def _refit(kind: Kind, f: Fit, advance: Progress) -> Fit:
     return fit(kind, f.candidates, starts=[f.theta], turns=TURNS)
 
 
-def _accept(known: Singles) -> Acceptance:
+def _accept(singles: Singles) -> Acceptance:
     """Name the best by the criterion and what is alike, unless it does not fit or the null is about as good."""
 
-    def behind(f: Fit, other: Fit) -> float:
-        return 2 * (known.log_posterior(other) - known.log_posterior(f))
+    def behind(f: Fit, rival: Fit) -> float:
+        return 2 * (singles.log_posterior(rival) - singles.log_posterior(f))
 
-    able = [f for f in known.rank() if math.isfinite(f.objective) and not f.effects_too_small()]
+    able = [f for f in singles.rank() if math.isfinite(f.objective) and not f.effects_too_small()]
     able = [f for f in able if not f.sizes_at_bound() and not f.sizes_beyond_usual()]
-    near = [f for f in able if behind(f, able[0]) < RULES.bare]
-    members = {f: Reason("close", odds=known.odds(able[0], f), unusual="") for f in near}
-    leader = able[0] if able and behind(known.null, able[0]) > RULES.bare else None
-    final = leader if leader and leader.fits_data else known.null
-    scores = {"nuisance_only": HeldOut(0.0, known.null.residual), "final": HeldOut(0.0, final.residual)}
+    close = [f for f in able if behind(f, able[0]) < RULES.bare]
+    members = {f: Reason("close", odds=singles.odds(able[0], f), unusual="") for f in close}
+    leader = able[0] if able and behind(singles.null, able[0]) > RULES.bare else None
+    final = leader if leader and leader.fits_data else singles.null
+    scores = {"nuisance_only": HeldOut(0.0, singles.null.residual), "final": HeldOut(0.0, final.residual)}
     if not final.candidates:
-        word = "none" if leader is None and known.null.fits_data else "unknown"
+        word = "none" if leader is None and singles.null.fits_data else "unknown"
         return Acceptance(word, final, scores, able[0] if able else None)
-    word = "named" if len({f.family for f in near}) == 1 else "class"
+    word = "named" if len({f.family for f in close}) == 1 else "class"
     return Acceptance(word, final, scores, leader, {**members, final: Reason("leads")})

@@ -47,14 +47,14 @@ class Variant(Kind):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """Rows that are kept."""
-        rows, kept = self.inner.rows, np.flatnonzero(self.kept)
+        rows, indices = self.inner.rows, np.flatnonzero(self.kept)
         return replace(
             rows,
-            places=tuple(rows.places[k] for k in kept),
-            series=tuple(rows.series[k] for k in kept),
-            abscissa=rows.abscissa[kept],
-            fold=rows.fold[kept],
-            inputs=None if rows.inputs is None else rows.inputs[kept],
+            places=tuple(rows.places[k] for k in indices),
+            series=tuple(rows.series[k] for k in indices),
+            abscissa=rows.abscissa[indices],
+            fold=rows.fold[indices],
+            inputs=None if rows.inputs is None else rows.inputs[indices],
         )
 
     @property
@@ -73,9 +73,9 @@ class Variant(Kind):
 
     def marginalise_noise(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
         """Noise (n, draws) of the rows that are kept."""
-        every = np.zeros((len(self.kept), white.shape[1]))
-        every[self.kept] = white
-        return self.inner.marginalise_noise(candidates, theta, every)[self.kept]
+        full_noise = np.zeros((len(self.kept), white.shape[1]))
+        full_noise[self.kept] = white
+        return self.inner.marginalise_noise(candidates, theta, full_noise)[self.kept]
 
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Candidates that these make possible, among those that are tried."""
@@ -105,25 +105,25 @@ class Stability:
     @property
     def holds(self) -> int:
         """Number of variants in which the verdict holds."""
-        return sum(one.same for one in self.outcomes)
+        return sum(judged.same for judged in self.outcomes)
 
     def to_dict(self) -> dict[str, Any]:
         """The outcomes for JSON, without their sentence."""
-        variants = [{**vars(one), "names": list(one.names)} for one in self.outcomes]
+        variants = [{**vars(judged), "names": list(judged.names)} for judged in self.outcomes]
         return {"candidates": list(self.tried), "library": self.library, "variants": variants}
 
 
 def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str], None] | None = None) -> Stability:
     """Judge every variant; of much data in a part of them."""
-    tried, kind = leading(judgement), judgement.kind.thin(RULES.thinned)
+    candidates, kind = leading(judgement), judgement.kind.thin(RULES.thinned)
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
-    for one in run(outcome, variants(kind, tried)):
-        same = one.verdict == verdict.verdict and (_effects(one.names[0]) in members if one.names else not members)
-        outcomes.append(replace(one, same=same))
+    for judged in run(outcome, variants(kind, candidates)):
+        same = judged.verdict == verdict.verdict and (_effects(judged.names[0]) in members if judged.names else not members)
+        outcomes.append(replace(judged, same=same))
         if progress:
-            progress(one.what)
-    names = tuple(c.identifier for c in tried)
+            progress(judged.what)
+    names = tuple(c.identifier for c in candidates)
     return Stability(tuple(outcomes), names, len(judgement.kind.candidates))
 
 
@@ -135,49 +135,49 @@ def _effects(name: str) -> frozenset[str]:
 def leading(judgement: Judgement) -> tuple[Candidate, ...]:
     """Candidates of the six leading hypotheses of a ``judgement`` and of its class, in the order of the library."""
     members = set(judgement.verdict.equivalent)
-    wanted = set(judgement.final.identifiers)
-    known = judgement.hypotheses
-    for f in (*known.rank()[:6], *(f for f in known.fits if f.name in members)):
-        wanted |= f.identifiers
-    return tuple(c for c in judgement.kind.candidates if c.identifier in wanted)
+    identifiers = set(judgement.final.identifiers)
+    hypotheses = judgement.hypotheses
+    for f in (*hypotheses.rank()[:6], *(f for f in hypotheses.fits if f.name in members)):
+        identifiers |= f.identifiers
+    return tuple(c for c in judgement.kind.candidates if c.identifier in identifiers)
 
 
-def variants(kind: Kind, tried: tuple[Candidate, ...]) -> Iterator[Variant]:
-    """Every variant of a ``kind`` with the candidates ``tried``."""
+def variants(kind: Kind, candidates: tuple[Candidate, ...]) -> Iterator[Variant]:
+    """Every variant of a ``kind`` with the candidates ``candidates``."""
     rows = kind.rows
-    every = np.ones(len(rows.places), bool)
+    all_rows = np.ones(len(rows.places), bool)
     for factor in (0.8, 1.3):
-        yield Variant(f"noise sd x {factor:g}", kind, tried, every, noise=factor)
+        yield Variant(f"noise sd x {factor:g}", kind, candidates, all_rows, noise=factor)
     for factor in (0.5, 2.0) if kind.nuisances else ():
-        yield Variant(f"sd of the parameters x {factor:g}", kind, tried, every, prior=factor)
+        yield Variant(f"sd of the parameters x {factor:g}", kind, candidates, all_rows, prior=factor)
     left_out = [rows.fold == number for number in np.unique(rows.fold)]
-    words = [_places(rows, out) for out in left_out]
-    for out, places in zip(left_out, words, strict=True) if len(words) > 2 else ():  # of what is left, one is held out
-        of = f" ({', '.join(dict.fromkeys(rows.channels[out].tolist()))})" if words.count(places) > 1 else ""
-        yield Variant(f"without {places}{of}", kind, tried, ~out)
+    words = [_places(rows, mask) for mask in left_out]
+    for mask, places in zip(left_out, words, strict=True) if len(words) > 2 else ():  # of what is left, one is held out
+        of = f" ({', '.join(dict.fromkeys(rows.channels[mask].tolist()))})" if words.count(places) > 1 else ""
+        yield Variant(f"without {places}{of}", kind, candidates, ~mask)
     names = list(dict.fromkeys(rows.channels.tolist()))
     for name in names if len(names) > 1 else ():
-        yield Variant(f"without {name}", kind, tried, rows.channels != name)
+        yield Variant(f"without {name}", kind, candidates, rows.channels != name)
 
 
-def _places(rows: Rows, out: NDArray[np.bool_], most: int = 4) -> str:
+def _places(rows: Rows, left_out: NDArray[np.bool_], most: int = 4) -> str:
     """Rows that are left out, in words: their conditions, or ``most`` of their places along the abscissa."""
-    places = np.unique(rows.abscissa[out])
+    places = np.unique(rows.abscissa[left_out])
     if rows.condition:
         return ", ".join(rows.condition[int(x)] for x in places)
     axes = {rows.show(name).axis or rows.axis for name in rows.series}
     if len(axes) > 1:  # recordings of several kinds: whole ones, or a part of each
         series = np.array(rows.series)
-        whole = [name for name in dict.fromkeys(rows.series) if out[series == name].all()]
+        whole = [name for name in dict.fromkeys(rows.series) if left_out[series == name].all()]
         folds = np.unique(rows.fold).tolist()
-        return ", ".join(whole) or f"part {folds.index(int(rows.fold[out][0])) + 1} of {len(folds)}"
+        return ", ".join(whole) or f"part {folds.index(int(rows.fold[left_out][0])) + 1} of {len(folds)}"
     quantity, _, unit = (part.strip() for part in axes.pop().partition(","))
-    shown = ", ".join(dict.fromkeys(f"{x:.3g}" for x in places[:most]))
+    first_places = ", ".join(dict.fromkeys(f"{x:.3g}" for x in places[:most]))
     more = f" and {len(places) - most} more" if len(places) > most else ""
-    return f"{quantity or 'place'} {shown}{f' {unit}' if unit else ''}{more}"
+    return f"{quantity or 'place'} {first_places}{f' {unit}' if unit else ''}{more}"
 
 
 def outcome(variant: Variant) -> Outcome:
     """Judge a ``variant``: its verdict, class and P(nothing is missing)."""
-    known, acceptance = decide(variant)
-    return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), known.p_nothing)
+    hypotheses, acceptance = decide(variant)
+    return Outcome(variant.what, acceptance.verdict, tuple(f.name for f in acceptance.members), hypotheses.p_nothing)

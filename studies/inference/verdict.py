@@ -133,14 +133,14 @@ class Verdict:
     @property
     def look_alike(self) -> Judged | None:
         """Hypothesis that comes nearest to explaining the data if nothing is named; None if it has no effect."""
-        found = self.nearest or self.judged
-        return found if found is not None and found.name != NOTHING else None
+        nearest = self.nearest or self.judged
+        return nearest if nearest is not None and nearest.name != NOTHING else None
 
     @property
     def leaves_more(self) -> bool:
         """More than noise is left: a significant gap, or after a tentative name what terms without a cause explain."""
-        left = any(c.rule == "nothing_left" for c in self.failed)
-        return self.verdict in ("unknown", "partial") or (self.verdict == "tentative" and left)
+        terms_explain_more = any(c.rule == "nothing_left" for c in self.failed)
+        return self.verdict in ("unknown", "partial") or (self.verdict == "tentative" and terms_explain_more)
 
     def to_dict(self) -> dict[str, Any]:
         """The verdict for JSON, without its sentence."""
