@@ -82,18 +82,18 @@ def _read_readings(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Read
         raise InputError(f"{path}: the column steer_deg or steer_rad is missing; every reading is at a steer angle")
     cells = {name: _cell(stem, factor) for name, (stem, factor) in units.items()}
     columns = read_columns(path, numbers=cells, texts=TEXTS, needed=("test", "condition"))
-    found = []
+    readings = []
     for row, line in enumerate(columns.lines):
         si = {stem: float(columns.numbers[name][row]) * factor for name, (stem, factor) in units.items()}
         words = {name: columns.texts[name][row] if name in columns.texts else "" for name in TEXTS}
         try:
-            found.append(_reading(si, words))
+            readings.append(_reading(si, words))
         except InputError as error:
             raise InputError(f"{path}, line {line}: {error}") from None
-    refuse_repeats(path, columns.lines, map(repr, found), "reading")  # in words, for nan != nan
-    if len(found) < 3:
-        raise InputError(f"{path}: {len(found)} row(s) cannot be diagnosed; give at least 3 readings")
-    return tuple(found), _notes(found)
+    refuse_repeats(path, columns.lines, map(repr, readings), "reading")  # in words, for nan != nan
+    if len(readings) < 3:
+        raise InputError(f"{path}: {len(readings)} row(s) cannot be diagnosed; give at least 3 readings")
+    return tuple(readings), _notes(readings)
 
 
 def _cell(stem: str, factor: float) -> Check:
@@ -106,7 +106,7 @@ def _cell(stem: str, factor: float) -> Check:
 def _column_units(path: Path) -> dict[str, tuple[str, float]]:
     """Column name -> (quantity column it stands for, factor to SI)."""
     kind = "table; paths are relative to the file that names it"
-    found: dict[str, tuple[str, float]] = {}
+    units: dict[str, tuple[str, float]] = {}
     for name in read_cells(path, kind=kind, example="test, condition").header:
         stem = next((s for s in QUANTITIES if name == s or name.startswith(f"{s}_")), None)
         if stem is None:
@@ -114,13 +114,13 @@ def _column_units(path: Path) -> dict[str, tuple[str, float]]:
             examples = [f"{stem}_{unit}" for stem, (_, unit, _, _) in QUANTITIES.items()]
             refuse_unknown("column", [name], [*TEXTS, *examples], where=str(path), more=more)
             continue
-        if any(stem == other for other, _ in found.values()):
+        if any(stem == earlier for earlier, _ in units.values()):
             raise InputError(f"{path}: two columns give the {stem}; keep one")
         unit, quantity = name.removeprefix(stem).lstrip("_"), QUANTITIES[stem][0]
         if quantity in ("moment", "force", "length"):
             unit = unit.replace("_", "")
-        found[name] = stem, find_unit(unit, quantity, where=f"{path}: column {name}").factor
-    return found
+        units[name] = stem, find_unit(unit, quantity, where=f"{path}: column {name}").factor
+    return units
 
 
 def _reading(si: Mapping[str, float], words: Mapping[str, str]) -> Reading:
@@ -149,12 +149,12 @@ def _reading(si: Mapping[str, float], words: Mapping[str, str]) -> Reading:
 
 def _torque(si: Mapping[str, float]) -> tuple[float, float, float]:
     """Torque (N m), its sd, and the lever arm (m) if a force was read, else 0."""
-    given = [stem for stem in ("steer_torque", "force") if not math.isnan(si.get(stem, math.nan))]
-    if len(given) == 2:
+    stems = [stem for stem in ("steer_torque", "force") if not math.isnan(si.get(stem, math.nan))]
+    if len(stems) == 2:
         raise InputError("steer_torque and force both say the same; keep one")
-    if not given:
+    if not stems:
         raise InputError("the torque is missing: give a torque, or a force and its lever_arm")
-    (stem,) = given
+    (stem,) = stems
     by_force = stem == "force"
     arm = si.get("lever_arm", math.nan) if by_force else 1.0
     if not arm > 0:
@@ -253,11 +253,11 @@ NAMES = {"1": "scale", "N m": "offset", "N": "offset"}
 
 def _distinct_arms(readings: Sequence[Reading]) -> list[float]:
     """Lever arms (m) that differ by more than 1 %."""
-    found: list[float] = []
+    arms: list[float] = []
     for arm in sorted({r.arm for r in readings if r.arm > 0}):
-        if not found or arm > found[-1] * 1.01:
-            found.append(arm)
-    return found
+        if not arms or arm > arms[-1] * 1.01:
+            arms.append(arm)
+    return arms
 
 
 # ---- the kind ----
@@ -282,23 +282,27 @@ class Bench(BicycleKind, kind="bench"):
         def order(r: Reading) -> tuple[Any, ...]:
             return r.test, r.condition, 0.0 if r.rate else -r.direction, r.rate, r.steer
 
-        found = super(Bench, replace(self, readings=tuple(sorted(self.readings, key=order)))).prepare(**how)
-        acting = tuple(c for c in found.candidates if c.effect is None or not unseen(c.effect))
-        seen = tuple(c for c in acting if c.effect is None or found._shows(c))
-        hidden = {c.identifier: "does not change the torque at the bar in these tests" for c in acting if c not in seen}
-        return replace(found, candidates=seen, refused={**found.refused, **hidden})
+        prepared = super(Bench, replace(self, readings=tuple(sorted(self.readings, key=order)))).prepare(**how)
+        acting = tuple(c for c in prepared.candidates if c.effect is None or not unseen(c.effect))
+        shown_candidates = tuple(c for c in acting if c.effect is None or prepared._shows(c))
+        hidden = {
+            c.identifier: "does not change the torque at the bar in these tests"
+            for c in acting
+            if c not in shown_candidates
+        }
+        return replace(prepared, candidates=shown_candidates, refused={**prepared.refused, **hidden})
 
     def _shows(self, candidate: Candidate) -> bool:
         """True if a candidate changes any reading."""
         family = self.family((candidate,))
         theta = np.array([[*self.nominal, *candidate.starts[1]], [*self.nominal, *candidate.neutral]])
-        with_it, without = (torques(family, self.setup, one[None]) for one in theta)
-        return bool((np.abs(with_it - without) > 1e-9 * self.setup.sd).any())
+        torque_with, torque_without = (torques(family, self.setup, coordinates[None]) for coordinates in theta)
+        return bool((np.abs(torque_with - torque_without) > 1e-9 * self.setup.sd).any())
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Scale and zero of the balance, by torque or by force, the lever arm, the zero of the angle; dry friction."""
         readings = self.readings
-        found = [
+        candidates = [
             mistake(name, error(NAMES[unit], unit, key, sd, least=least), signature)
             for read_as, rows in MISTAKES.items()
             if any((r.arm > 0) == (read_as == "force") for r in readings)
@@ -307,37 +311,41 @@ class Bench(BicycleKind, kind="bench"):
         arms = _distinct_arms(readings)
         if len(arms) > 1:
             size = error("error", "m", ARM_ERROR, 0.005, least=1e-3, lowest=-0.5 * min(arms))
-            found.append(mistake("lever_arm_error", size, "every lever arm is longer than stated by the same length"))
+            candidates.append(
+                mistake("lever_arm_error", size, "every lever arm is longer than stated by the same length")
+            )
         size = error("offset", "rad", STEER_ZERO, 0.02, least=2e-3)
-        found.append(mistake("steer_zero", size, "the steering is not straight where the angle reads zero"))
+        candidates.append(mistake("steer_zero", size, "the steering is not straight where the angle reads zero"))
         if any(r.direction for r in readings):
-            found.append(friction_candidate())
+            candidates.append(friction_candidate())
         if any(r.direction and r.condition == "floor" for r in readings):
             moment = error("moment", "N m", SCRUB, 3.0, least=0.05, lowest=0.0)
-            found.append(Candidate("contact_scrub", (moment,), signature="the standing tyre rubs in its contact patch"))
-        return tuple(found)
+            candidates.append(
+                Candidate("contact_scrub", (moment,), signature="the standing tyre rubs in its contact patch")
+            )
+        return tuple(candidates)
 
     def refusals(self) -> dict[str, str]:
         readings = self.readings
-        refused = {name: why for name, effect in registry().items() if (why := unseen(effect))}
+        reasons = {name: why for name, effect in registry().items() if (why := unseen(effect))}
         if len(_distinct_arms(readings)) == 1:
-            refused["lever_arm_error"] = (
+            reasons["lever_arm_error"] = (
                 "one lever arm: an error of it looks like a scale of the balance, see force_scale"
             )
         if not any(r.direction for r in readings):
-            refused["steer_friction"] = "needs readings with a direction: a sweep up and down, or a damper test"
+            reasons["steer_friction"] = "needs readings with a direction: a sweep up and down, or a damper test"
         floor = [r.direction for r in readings if r.condition == "floor"]
         if floor and not any(floor):
-            refused["contact_scrub"] = "needs readings with a direction: a sweep up and down"
-        there = {effect.identifier for effect in self.model.effects}
-        return {name: why for name, why in refused.items() if name not in there}
+            reasons["contact_scrub"] = "needs readings with a direction: a sweep up and down"
+        present = {effect.identifier for effect in self.model.effects}
+        return {name: why for name, why in reasons.items() if name not in present}
 
     def assumptions(self) -> tuple[str, ...]:
-        gone = [e.identifier for e in self.model.effects if e.identifier != "no_slip" and unseen(type(e))]
-        held = "the rear frame was held upright, at the pitch at which it rides"
-        if not gone:
-            return (held,)
-        return (held, f"{', '.join(gone)} of the base model: without effect at rest")
+        inactive = [e.identifier for e in self.model.effects if e.identifier != "no_slip" and unseen(type(e))]
+        upright = "the rear frame was held upright, at the pitch at which it rides"
+        if not inactive:
+            return (upright,)
+        return (upright, f"{', '.join(inactive)} of the base model: without effect at rest")
 
     # ---- physics ----
 
@@ -367,18 +375,18 @@ class Bench(BicycleKind, kind="bench"):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """A series is a test in one condition and direction, along angle or rate."""
-        where, series, place, group, shown = [], [], [], [], {}
+        labels, series, place, group, displays = [], [], [], [], {}
         for r in self.readings:
             channel = f"{r.test}, {r.condition.replace('_', ' ')}"
             name = channel + {1.0: ", up", -1.0: ", down", 0.0: ""}[r.direction]
             damper = r.test == "damper"
-            shown[name] = Series(name, "torque, N m", "steer rate, rad/s" if damper else "steer angle, rad")
-            where.append(f"{name}, {r.rate:g} rad/s" if damper else f"{name}, {r.steer:.3g} rad")
+            displays[name] = Series(name, "torque, N m", "steer rate, rad/s" if damper else "steer angle, rad")
+            labels.append(f"{name}, {r.rate:g} rad/s" if damper else f"{name}, {r.steer:.3g} rad")
             series.append(name)
             place.append(r.rate if damper else r.steer)
             group.append(r.group or channel)
         fold = folds(group, place, [f"{k:06d}" for k in range(len(place))])
-        return Rows(tuple(where), np.array(place), tuple(series), fold, displays=shown, axis="steer angle, rad")
+        return Rows(tuple(labels), np.array(place), tuple(series), fold, displays=displays, axis="steer angle, rad")
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         return torques(self.family(candidates), self.setup, theta[None])[0]
@@ -389,8 +397,8 @@ class Bench(BicycleKind, kind="bench"):
     def _torques(self, setup: SimpleNamespace, candidates: Candidates, theta: Array) -> base.Prediction:
         family = self.family(candidates)
         batch, steps = family.stencil(theta)
-        every = torques(family, setup, batch)
-        return every[0], central_differences(every, steps)
+        computed = torques(family, setup, batch)
+        return computed[0], central_differences(computed, steps)
 
     def enabled_by(self, candidates: Candidates) -> Candidates:
         return ()  # at rest a tyre force makes no further effect possible
@@ -403,7 +411,7 @@ class Bench(BicycleKind, kind="bench"):
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Tests that were not made: a slow sweep and steady rates with the wheel lifted, a sweep on a free plate."""
-        made, sd = {(r.test, r.condition) for r in self.readings}, float(np.median(self.setup.sd))
+        done_already, sd = {(r.test, r.condition) for r in self.readings}, float(np.median(self.setup.sd))
         sweep = [(x, 0.0, d) for x in (-0.2, -0.1, 0.0, 0.1, 0.2) for d in (1.0, -1.0)]
         damper = [(0.0, rate, float(np.sign(rate))) for rate in (-2.0, -1.0, 1.0, 2.0)]
         up_and_down = "a slow sweep of the steer angle up and down, 0.2 rad to each side"
@@ -412,22 +420,22 @@ class Bench(BicycleKind, kind="bench"):
             ("damper", "lifted", "the torque at steady steer rates up to 2 rad/s", damper),
             ("sweep", "free_plate", up_and_down, sweep),
         )
-        found = []
-        for test, condition, what, states in tests:
-            if (test, condition) not in made:
+        proposals = []
+        for test, condition, title, states in tests:
+            if (test, condition) not in done_already:
                 setup = arrays_of([Reading(test, condition, steer, rate, d, 0.0, sd) for steer, rate, d in states])
                 predict = partial(self._torques, setup)
-                found.append(Proposal(f"{what}, {CONDITIONS[condition]}", np.full(len(states), sd), predict))
-        return tuple(found)
+                proposals.append(Proposal(f"{title}, {CONDITIONS[condition]}", np.full(len(states), sd), predict))
+        return tuple(proposals)
 
     def misreadings(self) -> Iterator[tuple[str, Self]]:
         """Torques, or forces, of the other sign or in kgf; the angle of the other sign or in degrees."""
         read = "force" if any(r.arm > 0 for r in self.readings) else "steer_torque"
-        for what, factor in {"of the opposite sign": -1.0, "in kgf": 9.80665}.items():
-            found = (replace(r, torque=factor * r.torque, sd=abs(factor) * r.sd) for r in self.readings)
-            yield f"{read} {what}", replace(self, readings=tuple(found))
-        for what, factor in ANGLES.items():
+        for reading, factor in {"of the opposite sign": -1.0, "in kgf": 9.80665}.items():
+            corrected = (replace(r, torque=factor * r.torque, sd=abs(factor) * r.sd) for r in self.readings)
+            yield f"{read} {reading}", replace(self, readings=tuple(corrected))
+        for reading, factor in ANGLES.items():
             yield (
-                f"steer {what}",
+                f"steer {reading}",
                 replace(self, readings=tuple(replace(r, steer=factor * r.steer) for r in self.readings)),
             )

@@ -70,24 +70,24 @@ class BicycleKind(Kind):
         self,
     ) -> tuple[tuple[Candidate, ...], dict[str, str], tuple[UncertainParameter, ...], tuple[str, ...]]:
         """Mistakes, names that cannot be tried, nuisances and their notes."""
-        floating, said = nuisances(self.model, self.uncertainty)
+        floating, nuisance_notes = nuisances(self.model, self.uncertainty)
         geometry, narrow = geometry_errors(self.model, floating)
-        return (*self.mistakes(), *geometry), {**self.refusals(), **narrow}, floating, said
+        return (*self.mistakes(), *geometry), {**self.refusals(), **narrow}, floating, nuisance_notes
 
     def names(self) -> set[str]:
-        mistakes, refused, _, _ = self._own_lists()
-        return {*registry(), *(c.identifier for c in mistakes), *refused}
+        mistakes, reasons, _, _ = self._own_lists()
+        return {*registry(), *(c.identifier for c in mistakes), *reasons}
 
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare nuisances and candidates."""
-        mistakes, refused, floating, said = self._own_lists()
+        mistakes, reasons, floating, nuisance_notes = self._own_lists()
         for option, names in (("--without", without), ("--with", also)):
-            refuse_unknown("effect", names, {*registry(), *(c.identifier for c in mistakes), *refused}, where=option)
+            refuse_unknown("effect", names, {*registry(), *(c.identifier for c in mistakes), *reasons}, where=option)
         for name in set(without) & set(also):
             raise InputError(f"--without and --with both name {name!r}; give one of them")
-        candidates, others = find_candidates(self.model, self.known, without, also)
-        every = (*candidates, *(c for c in mistakes if c.identifier not in without))
-        count = Counter(c.identifier for c in every)
+        candidates, effect_reasons = find_candidates(self.model, self.known, without, also)
+        all_candidates = (*candidates, *(c for c in mistakes if c.identifier not in without))
+        count = Counter(c.identifier for c in all_candidates)
         for c in candidates:
             if count[c.identifier] > 1:
                 raise InputError(
@@ -97,9 +97,9 @@ class BicycleKind(Kind):
         return replace(
             self,
             nuisances=floating,
-            candidates=every,
-            refused=others | refused,
-            notes=(*self.notes, *self.assumptions(), *said),
+            candidates=all_candidates,
+            refused=effect_reasons | reasons,
+            notes=(*self.notes, *self.assumptions(), *nuisance_notes),
         )
 
     def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
@@ -122,8 +122,8 @@ class BicycleKind(Kind):
         """True if these ``candidates`` make a model together; a drift is a bias already."""
         if {"bias", "drift"} <= {c.identifier for c in candidates}:
             return False
-        gone = {c.replaces for c in candidates}
-        effects = [e for e in self.model.effects if e.identifier not in gone]
+        replaced = {c.replaces for c in candidates}
+        effects = [e for e in self.model.effects if e.identifier not in replaced]
         effects += [c.effect.__new__(c.effect) for c in candidates if c.effect is not None]
         try:
             check_compatible(tuple(effects))
@@ -138,8 +138,8 @@ class BicycleKind(Kind):
         for c in candidates:
             if c.effect is not None:
                 model = model.with_effect(physical(c, list(c.starts[1])))
-        wanted = {name for name, why in self.refused.items() if why != LEFT_OUT}
-        return tuple(c for c in find_candidates(model, {})[0] if c.identifier in wanted and c.replaces is None)
+        refused_names = {name for name, why in self.refused.items() if why != LEFT_OUT}
+        return tuple(c for c in find_candidates(model, {})[0] if c.identifier in refused_names and c.replaces is None)
 
     def empirical_terms(self) -> Candidates:
         """Steer torque proportional to lean, steer and their rates, and effects with the unphysical sign."""
@@ -161,15 +161,15 @@ class BicycleKind(Kind):
             size = np.abs(self._response_to_steer_torque((), self.nominal[None], speed)[0])
             sd = FORCED_SD * (size + 0.1 * size.max(0)).ravel()
             low, high = FORCED_HZ[[0, -1]]
-            what = f"swept steer torque, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
-            proposals.append(Proposal(what, np.repeat(sd, 2), partial(self._swept_parts, speed)))
+            title = f"swept steer torque, {low:g}-{high:g} Hz, at {speed:.3g} m/s (lean rate, steer, yaw rate)"
+            proposals.append(Proposal(title, np.repeat(sd, 2), partial(self._swept_parts, speed)))
         return tuple(proposals)
 
     def _swept_parts(self, speed: float, candidates: Candidates, theta: Array) -> Prediction:
         """Real and imaginary parts (m,) of the swept responses, and their derivatives (m, p)."""
         batch, steps = self.family(candidates).stencil(theta)
-        every = self._response_to_steer_torque(candidates, batch, speed).reshape(len(batch), -1)
-        parts = np.stack([every.real, every.imag], -1).reshape(len(batch), -1)
+        responses = self._response_to_steer_torque(candidates, batch, speed).reshape(len(batch), -1)
+        parts = np.stack([responses.real, responses.imag], -1).reshape(len(batch), -1)
         return parts[0], central_differences(parts, steps)
 
     def _response_to_steer_torque(self, candidates: Candidates, theta: Array, speed: float) -> Complex:
@@ -200,36 +200,36 @@ def build_corrected_model(model: Model, final: Fit) -> Model:
     """A ``model`` with what ``final`` adds; InputError if its values make no effect, bicycle or combination."""
     bicycle, wrong = model.bicycle, wrong_geometry(final)
     if wrong:  # what follows the geometry still does
-        moved = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
-        model = Model(bicycle.replace(**moved, allow_unusual=True), model.effects)
+        corrected_values = {key: bicycle[key] + by for key, by in wrong.items() if key in bicycle.values}
+        model = Model(bicycle.replace(**corrected_values, allow_unusual=True), model.effects)
     for c in sorted(final.candidates, key=lambda c: c.replaces is None):
         if c.effect is not None:
             model = model.with_effect(physical(c, final.theta[final.columns(c)].tolist()))
     return model
 
 
-def refuse_repeats(path: Path, lines: Iterable[int], keys: Iterable[Hashable], what: str) -> None:
+def refuse_repeats(path: Path, lines: Iterable[int], keys: Iterable[Hashable], noun: str) -> None:
     """Refuse a row of a table whose key an earlier row has."""
-    seen: dict[Hashable, int] = {}
+    first_lines: dict[Hashable, int] = {}
     for line, key in zip(lines, keys, strict=True):
-        if (first := seen.setdefault(key, line)) != line:
-            raise InputError(f"{path}, line {line}: the same {what} as line {first}; keep one, or it counts twice")
+        if (first := first_lines.setdefault(key, line)) != line:
+            raise InputError(f"{path}, line {line}: the same {noun} as line {first}; keep one, or it counts twice")
 
 
 def without_motors(content: Mapping[str, Any], common: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Common fields with a base model without motors, whose torque a record of the steer torque holds; a note of it."""
     model = common["model"]
-    given = {thing for effect in model.effects if effect.powered for thing in effect.provides}
-    motors = [e.identifier for e in model.effects if e.powered or given.intersection(e.requires)]
+    provided = {thing for effect in model.effects if effect.powered for thing in effect.provides}
+    motors = [e.identifier for e in model.effects if e.powered or provided.intersection(e.requires)]
     if not motors:
         return dict(common), ()
     names = ", ".join(motors)
     if not content.get(MOTOR_IN_TORQUE, True):
         return dict(common), (f"{names}: acts beside the recorded steer torque ({MOTOR_IN_TORQUE} = false)",)
-    kept = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
+    motorless = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
     uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
     note = (
         f"{names}: left out of the base model, for the recorded steer torque is taken to hold what it gives; write "
         f"{MOTOR_IN_TORQUE} = false where it does not, as in what `velotyre simulate` writes"
     )
-    return {**common, "model": kept, "uncertainty": uncertainty}, (note,)
+    return {**common, "model": motorless, "uncertainty": uncertainty}, (note,)

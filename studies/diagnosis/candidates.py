@@ -32,27 +32,30 @@ SINGULAR = 1e-2  # smallest coordinate, in prior scales, if zero is singular
 
 
 def find_candidates(
-    model: Model, known: Mapping[str, Mapping[str, Any]], without: tuple[str, ...] = (), also: tuple[str, ...] = ()
+    model: Model,
+    stated_values: Mapping[str, Mapping[str, Any]],
+    without: tuple[str, ...] = (),
+    also: tuple[str, ...] = (),
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """Candidates for a base model, and why the other effects cannot be tried."""
     present = {effect.identifier for effect in model.effects}
-    found, refused = [], {}
+    candidates, refused = [], {}
     for identifier, effect in registry().items():
         if identifier in present:
             continue
-        asked = identifier in (*also, *known)
-        if not effect.nameable and asked and identifier not in without:
+        requested = identifier in (*also, *stated_values)
+        if not effect.nameable and requested and identifier not in without:
             raise InputError(f"{identifier}: {NO_CAUSE}; it cannot be a candidate, take it out")
         replaced = next((e for e in model.effects if e.slot is not None and e.slot == effect.slot), None)
-        why = LEFT_OUT if identifier in without else _refusal(model, effect, replaced, asked=asked)
+        why = LEFT_OUT if identifier in without else _refusal(model, effect, replaced, requested=requested)
         if why:
             refused[identifier] = why
             continue
         try:
-            found.append(_candidate(model, effect, known.get(identifier, {}), replaced))
+            candidates.append(_candidate(model, effect, stated_values.get(identifier, {}), replaced))
         except InputError as error:
             refused[identifier] = str(error)
-    return tuple(found), refused
+    return tuple(candidates), refused
 
 
 def nobody_rides(model: Model) -> str:
@@ -61,23 +64,25 @@ def nobody_rides(model: Model) -> str:
     return f"nobody rides: mB = {mass:g} kg is less than {RIDDEN:g} kg" if mass < RIDDEN else ""
 
 
-def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, asked: bool) -> str | None:
+def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, requested: bool) -> str | None:
     if not effect.nameable:
         return NO_CAUSE
-    if (effect.powered or effect.on_request) and not asked:
+    if (effect.powered or effect.on_request) and not requested:
         return f"{effect.on_request or 'a motor'}: tried on request, --with {effect.identifier}"
     if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
         return f"{replaced.identifier} of the base model already takes its place"
     if effect.needs_rider and (why := nobody_rides(model)):
         return why
-    needs = set(effect.requires) - {thing for other in model.effects for thing in other.provides}
+    needs = set(effect.requires) - {need for base_effect in model.effects for need in base_effect.provides}
     law = next(e for e in model.effects if e.slot == "contact law")
     return f"needs a {', '.join(needs)}, which {law.identifier} does not give" if needs else None
 
 
-def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], replaced: Effect | None) -> Candidate:
+def _candidate(
+    model: Model, effect: type[Effect], stated_values: Mapping[str, Any], replaced: Effect | None
+) -> Candidate:
     """One effect as a candidate, in the place of the ``replaced`` one; InputError if this bicycle cannot have it."""
-    given, instance = _instance(model, effect, known)
+    typical, instance = _instance(model, effect, stated_values)
     values = instance.values(model.bicycle.values)
     ties: dict[str, str] = {}
     unknowns: list[UncertainParameter] = []
@@ -87,12 +92,12 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
         keys = [f"{effect.identifier}.{entry}" for entry in p.entries()]
         if p.name in shared and replaced is not None:
             ties |= {key: key.replace(effect.identifier, replaced.identifier, 1) for key in keys}
-        elif isinstance(p.default, str) and p.name not in known:
+        elif isinstance(p.default, str) and p.name not in stated_values:
             ties |= {key: str(p.default) for key in keys}
-        elif p.name not in known:
+        elif p.name not in stated_values:
             by_load = p.unit == "N/rad" and p.per_wheel
             sets = dict(zip(keys, loads / loads.mean(), strict=True)) if by_load else dict.fromkeys(keys, 1.0)
-            if (u := _unknown(p, sets, given.get(p.name), limit=bool(shared))) is not None:
+            if (u := _unknown(p, sets, typical.get(p.name), limit=bool(shared))) is not None:
                 unknowns.append(replace(u, labels=WHEELS) if p.per_wheel else u)
     sizes = [u for u in unknowns if u.size]
     if len(sizes) > 1 and _vanishes_with(model, effect, values, sizes[0]):
@@ -110,28 +115,28 @@ def _candidate(model: Model, effect: type[Effect], known: Mapping[str, Any], rep
     )
 
 
-def check_known(effect: type[Effect], known: Mapping[str, Any]) -> None:
-    """Refuse ``known`` values that an ``effect`` cannot have."""
-    middle = {p.name: _middle(p) for p in effect.parameters if p.name not in known}
-    effect(**{name: value for name, value in middle.items() if value is not None}, **known)
+def check_known(effect: type[Effect], stated_values: Mapping[str, Any]) -> None:
+    """Refuse ``stated_values`` values that an ``effect`` cannot have."""
+    middle = {p.name: _middle(p) for p in effect.parameters if p.name not in stated_values}
+    effect(**{name: value for name, value in middle.items() if value is not None}, **stated_values)
 
 
-def _instance(model: Model, effect: type[Effect], known: Mapping[str, Any]) -> tuple[dict[str, Any], Effect]:
+def _instance(model: Model, effect: type[Effect], stated_values: Mapping[str, Any]) -> tuple[dict[str, Any], Effect]:
     """The effect in the middle of its typical ranges; a body that the bicycle cannot hold is made smaller."""
-    middle = {p.name: known.get(p.name, _middle(p)) for p in effect.parameters}
-    given = {name: value for name, value in middle.items() if value is not None}
+    middle = {p.name: stated_values.get(p.name, _middle(p)) for p in effect.parameters}
+    typical = {name: value for name, value in middle.items() if value is not None}
     units = {p.name: p.unit for p in effect.parameters}
-    heavy = [name for name in given if units[name] in ("kg", "kg m^2") and name not in known]
+    heavy = [name for name in typical if units[name] in ("kg", "kg m^2") and name not in stated_values]
     for share in (1.0, 0.7, 0.5, 0.35):
-        found = {name: share * value if name in heavy else value for name, value in given.items()}
+        sizes = {name: share * value if name in heavy else value for name, value in typical.items()}
         try:
-            instance = effect(**found)
+            instance = effect(**sizes)
             instance.check(model.parameters)
             break
         except InputError:
             if share == 0.35 or not heavy:
                 raise
-    return found, instance
+    return sizes, instance
 
 
 def _middle(p: Parameter) -> float | None:
@@ -175,11 +180,11 @@ def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float],
     evaluate = ModelFamily(model, further=(effect,)).evaluate
     parent = model.linear_model().ranges[0].matrices
     at_neutral = {**model.parameters, **values, **dict.fromkeys(size.sets, size.centre)}
-    found = evaluate(at_neutral, tuple(1.0 for _ in evaluate.symbolic.switches))
-    if found.mass.shape != parent.mass.shape:
+    reduced = evaluate(at_neutral, tuple(1.0 for _ in evaluate.symbolic.switches))
+    if reduced.mass.shape != parent.mass.shape:
         return False
-    pairs = [(found.mass, parent.mass)]
-    pairs += [(matrix, parent.dynamics.get(power, 0 * matrix)) for power, matrix in found.dynamics.items()]
+    pairs = [(reduced.mass, parent.mass)]
+    pairs += [(matrix, parent.dynamics.get(power, 0 * matrix)) for power, matrix in reduced.dynamics.items()]
     return all(np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in pairs)
 
 
@@ -196,41 +201,41 @@ def physical(candidate: Candidate, coordinates: Sequence[float]) -> Effect:
 
 def feedback_terms() -> tuple[Candidate, ...]:
     """Steer and lean torque proportional to lean, steer and their rates, one candidate each."""
-    found = []
+    terms = []
     declared = {p.name: p for effect in registry().values() if not effect.nameable for p in effect.parameters}
-    for seen in ("steer", "steer_rate", "lean", "lean_rate"):
+    for state in ("steer", "steer_rate", "lean", "lean_rate"):
         for torque in TORQUES:
             axis = torque.removesuffix("_torque")
-            size = declared[f"{axis}_from_{seen}"]
+            size = declared[f"{axis}_from_{state}"]
             scale = size.typical[1] / 2  # the upper end of the typical range is two sigma
-            gain = UncertainParameter("gain", size.unit, {feedback_key(seen, torque): 1.0}, 0.0, scale, size=True)
-            found.append(Candidate(f"{axis} torque from {seen.replace('_', ' ')}", (gain,)))
-    return tuple(found)
+            gain = UncertainParameter("gain", size.unit, {feedback_key(state, torque): 1.0}, 0.0, scale, size=True)
+            terms.append(Candidate(f"{axis} torque from {state.replace('_', ' ')}", (gain,)))
+    return tuple(terms)
 
 
 def reversed_signs(candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
     """The one-sided effects of a single parameter among ``candidates``, with the opposite sign only."""
-    found = []
+    reversed_candidates = []
     for c in candidates:
         if c.effect is None or c.replaces or len(c.unknowns) != 1:
             continue
         u = c.unknowns[0]
         if u.one_sided and u.power == 1:
             u = replace(u, lowest=-math.inf, highest=u.centre)
-            found.append(replace(c, identifier=f"{c.identifier} with the wrong sign", unknowns=(u,)))
-    return tuple(found)
+            reversed_candidates.append(replace(c, identifier=f"{c.identifier} with the wrong sign", unknowns=(u,)))
+    return tuple(reversed_candidates)
 
 
 # ---- nuisances ----
 
 
-def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[UncertainParameter, ...], tuple[str, ...]]:
+def nuisances(model: Model, stated_sd: Mapping[str, float]) -> tuple[tuple[UncertainParameter, ...], tuple[str, ...]]:
     """Unknowns of the base model that float in every fit, with prior sd, and notes on the defaults that were taken."""
     values = model.parameters
-    _check(given, values, model)
+    _check(stated_sd, values, model)
     # A model under test is its author's claim: with the spread of all tyres its stiffnesses explain a missing camber
     # thrust (relaxation_length 40 % for 10 %), and what was named tentatively becomes "none".
-    deviations = standard_deviations(model, given, typical=False)
+    deviations = standard_deviations(model, stated_sd, typical=False)
     followers: dict[str, list[str]] = {}
     for follower, leader in model.tied.items():
         followers.setdefault(leader, []).extend([] if follower in deviations else [follower])
@@ -246,31 +251,31 @@ def nuisances(model: Model, given: Mapping[str, float]) -> tuple[tuple[Uncertain
             "itself",
         )
     floating = {key: deviation.sd for key, deviation in deviations.items() if deviation.sd > 0}
-    held = [key for keys in FRAMES if is_rod(values, keys) for key in keys if floating.pop(key, 0.0)]
-    if held:
-        notes += (f"{', '.join(held)} stay as stated: without a second principal inertia the frame is a rod",)
+    rod_keys = [key for keys in FRAMES if is_rod(values, keys) for key in keys if floating.pop(key, 0.0)]
+    if rod_keys:
+        notes += (f"{', '.join(rod_keys)} stay as stated: without a second principal inertia the frame is a rod",)
     inertias = inertia_coordinates(values, floating)
     places = {} if inertias is None else {key: place for place, key in enumerate(inertias.keys)}
-    found = []
+    unknowns = []
     for key, sd in floating.items():
-        own = ParameterKey.parse(key)
-        effects = (effect for effect in model.effects if effect.identifier == own.effect)
-        declared = next((p for effect in effects for p in effect.parameters if p.name == own.name), None)
+        parsed = ParameterKey.parse(key)
+        effects = (effect for effect in model.effects if effect.identifier == parsed.effect)
+        declared = next((p for effect in effects for p in effect.parameters if p.name == parsed.name), None)
         unit = declared.unit if declared else UNITS.get(key, "")
         sets = dict.fromkeys((key, *followers.get(key, ())), 1.0)
         u = UncertainParameter(key, unit, sets, values[key], sd, assumed=deviations[key].origin == ASSUMED)
         if inertias is not None and key in places:
             lowest = float(inertias.lowest[places[key]])
-            found.append(replace(u, lowest=lowest, coupling=inertias, place=places[key]))
+            unknowns.append(replace(u, lowest=lowest, coupling=inertias, place=places[key]))
         else:  # no lag becomes a lead, and no mass negative
             lowest, highest = declared.bounds if declared else bounds_beside(key, values)
-            found.append(replace(u, lowest=lowest, highest=highest))
-    return tuple(found), notes
+            unknowns.append(replace(u, lowest=lowest, highest=highest))
+    return tuple(unknowns), notes
 
 
-def _check(given: Mapping[str, float], values: Mapping[str, float], model: Model) -> None:
+def _check(stated_sd: Mapping[str, float], values: Mapping[str, float], model: Model) -> None:
     present = {effect.identifier for effect in model.effects}
-    for key, sd in given.items():
+    for key, sd in stated_sd.items():
         absent, _, name = key.partition(".")
         if name and absent in registry() and absent not in present:
             raise InputError(

@@ -37,14 +37,14 @@ class Corrected:
 
 def corrected(diagnosis: Diagnosis, residual: Residual | None = None) -> Corrected:
     """Model files of all bicycles of one ``diagnosis``; a ``residual`` torque acts on the first bicycle alone."""
-    first, *others = list(diagnosis.kind.bicycles(diagnosis.final)) or [""]
+    first, *other_names = list(diagnosis.kind.bicycles(diagnosis.final)) or [""]
     try:
         text = model_text(diagnosis, residual)
         texts = {first: text} if text else {}
     except InputError as error:
         return Corrected({}, str(error))
     try:
-        models = corrected_models(diagnosis, residual, others) if others else {}
+        models = corrected_models(diagnosis, residual, other_names) if other_names else {}
         return Corrected(texts | {name: _text(diagnosis, model, residual, name) for name, model in models.items()})
     except InputError as error:
         return Corrected(texts, of_others=str(error))
@@ -65,36 +65,36 @@ def corrected_models(
     diagnosis: Diagnosis, residual: Residual | None = None, names: Iterable[str] | None = None
 ) -> dict[str, Model]:
     """The corrected models of all bicycles, or of those with these ``names``."""
-    found = {}
-    for name, (own, _) in diagnosis.kind.bicycles(diagnosis.final).items():
+    models = {}
+    for name, (kind, _) in diagnosis.kind.bicycles(diagnosis.final).items():
         if names is not None and name not in names:
             continue
-        made = correction(diagnosis, residual, name)
-        fit = made.fit
+        changes = correction(diagnosis, residual, name)
+        fit = changes.fit
         try:
-            model = own.corrected_model(fit)
+            model = kind.corrected_model(fit)
         except InputError as error:
             raise InputError(f"the base model cannot take the values of {said(fit.name)}: {error}") from error
-        model = with_values(model, own.model, fit)
-        exact = [key for key, sd in own.uncertainty.items() if sd == 0]  # known exactly, as the file states
-        dropped = made.torque.dropped if made.torque else ()
-        spread = covariance_of(fit, made.covariance, model, dropped=dropped, exact=exact)
+        model = with_values(model, kind.model, fit)
+        exact = [key for key, sd in kind.uncertainty.items() if sd == 0]  # known exactly, as the file states
+        dropped = changes.torque.dropped if changes.torque else ()
+        spread = covariance_of(fit, changes.covariance, model, dropped=dropped, exact=exact)
         if np.isfinite(spread.matrix).all():
             model = replace(model, sd=spread.sd, covariance=spread)
-        found[name] = model
-    return found
+        models[name] = model
+    return models
 
 
 def with_values(named: Model, base: Model, final: Fit) -> Model:
     """The ``named`` model with all values of a ``final`` fit; what follows the bicycle in an effect still does."""
     unknowns = Family(base, final.nuisances, final.candidates)
-    values = {key: float(found[0, 0]) for key, found in unknowns.values(np.asarray(final.theta)[None]).items()}
+    values = {key: float(column[0, 0]) for key, column in unknowns.values(np.asarray(final.theta)[None]).items()}
     old = named.bicycle
     followed = fitting_moments({key: values[key] for key in old.values})
     notes = tuple(
-        f"{key}, which no motion shows, is {moved:.4g} kg m^2 for {old[key]:.4g}, the nearest that a body with the "
+        f"{key}, which no motion shows, is {inertia:.4g} kg m^2 for {old[key]:.4g}, the nearest that a body with the "
         "adjusted inertias has"
-        for key, moved in followed.items()
+        for key, inertia in followed.items()
     )
     values |= followed
     bicycle = Bicycle(
@@ -118,10 +118,10 @@ def covariance_of(
         rows |= {key: rows[source] for key, source in candidate.ties.items() if source in rows}
     for column, name in enumerate(dropped, count):
         rows[f"{EFFECT}.{name}"] = np.eye(size)[column]
-    held = (*exact, *(f"{EFFECT}.{name}" for name in ("middle_speed", "speed_span")))
-    rows |= {key: np.zeros(size) for key in held if key not in rows}
-    known = {key for key in model.parameters if key not in model.tied and key not in UNUSED}
-    names = tuple(key for key in rows if key in known)
+    fixed = (*exact, *(f"{EFFECT}.{name}" for name in ("middle_speed", "speed_span")))
+    rows |= {key: np.zeros(size) for key in fixed if key not in rows}
+    independent = {key for key in model.parameters if key not in model.tied and key not in UNUSED}
+    names = tuple(key for key in rows if key in independent)
     slopes = np.array([rows[key] for key in names]).reshape(len(names), size)
     matrix = slopes @ covariance @ slopes.T
     return ParameterCovariance(names, (matrix + matrix.T) / 2, origin=MODEL_FILE)
@@ -130,8 +130,8 @@ def covariance_of(
 def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle: str) -> str:
     import tomli_w
 
-    found = correction(diagnosis, residual, bicycle)
-    about = rendered("model_description.txt.j2", d=diagnosis, c=found, notes=model.bicycle.notes)
+    changes = correction(diagnosis, residual, bicycle)
+    about = rendered("model_description.txt.j2", d=diagnosis, c=changes, notes=model.bicycle.notes)
     content: dict[str, Any] = {
         "description": about,
         WAY_OUT: False,
@@ -152,9 +152,9 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle
 
 def _table(effect: Effect) -> dict[str, Any]:
     """The numbers of an effect as a model file holds them."""
-    given = {}
+    numbers = {}
     for p in effect.parameters:
         if hasattr(effect, p.name):
             value = getattr(effect, p.name)
-            given[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
-    return given
+            numbers[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
+    return numbers

@@ -54,9 +54,9 @@ class Correction:
     def terms(self) -> Mapping[str, tuple[float, float, str]]:
         """Each term of the torque that exceeds its sd, the clearest first: value, sd and unit."""
         torques = (e for e in self.effects if e.identifier == EFFECT)
-        every = {name: (*values, e.units[name]) for e in torques for name, values in e.parameters.items()}
-        clear = [name for name, (value, sd, _) in every.items() if sd < abs(value)]
-        return {name: every[name] for name in sorted(clear, key=lambda name: -abs(every[name][0]) / every[name][1])}
+        terms = {name: (*values, e.units[name]) for e in torques for name, values in e.parameters.items()}
+        clear = [name for name, (value, sd, _) in terms.items() if sd < abs(value)]
+        return {name: terms[name] for name in sorted(clear, key=lambda name: -abs(terms[name][0]) / terms[name][1])}
 
     @property
     def moved(self) -> tuple[Moved, ...]:
@@ -73,15 +73,15 @@ def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: 
     """Correction of one ``bicycle`` ("" the one at the top, which alone has a ``residual`` torque)."""
     whole = _final_fit_as_stated(diagnosis) if residual is None else residual.fit
     bicycles = diagnosis.kind.bicycles(whole)
-    _, own = bicycles.get(bicycle, (diagnosis.kind, whole))
+    _, fit = bicycles.get(bicycle, (diagnosis.kind, whole))
     if residual is None:
-        return Correction(own, own.covariance)
+        return Correction(fit, fit.covariance)
     if bicycle:  # the torque acts on that at the top, but all are of one fit
-        return Correction(own, whole.misfit * own.covariance)
+        return Correction(fit, whole.misfit * fit.covariance)
     place = {id(u): k for k, u in enumerate(whole.unknowns)}  # names repeat: every body has a mass
-    held = range(len(whole.theta), len(residual.covariance))
-    kept = [*(place[id(u)] for u in own.unknowns), *held]
-    return Correction(own, residual.covariance[np.ix_(kept, kept)], residual)
+    unchosen = range(len(whole.theta), len(residual.covariance))
+    columns = [*(place[id(u)] for u in fit.unknowns), *unchosen]
+    return Correction(fit, residual.covariance[np.ix_(columns, columns)], residual)
 
 
 def _final_fit_as_stated(diagnosis: Diagnosis) -> Fit:

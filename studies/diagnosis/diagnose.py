@@ -64,8 +64,8 @@ def diagnose(
         measurement = measurement.with_model(model)
     with progress_bar(desc="diagnose", unit=" fits", show=progress, leave=False) as bar:
 
-        def advance(what: str) -> None:
-            bar.set_postfix_str(what, refresh=False)
+        def advance(step: str) -> None:
+            bar.set_postfix_str(step, refresh=False)
             bar.update()
 
         kind = measurement.prepare(without=without, also=with_)
@@ -77,15 +77,15 @@ def diagnose(
                 "with --as-read"
             )
         judgement = (judge_quickly if quick else judge)(kind, progress=advance)
-        alone = fit_effect_alone(judgement)
-    return Diagnosis(model=_build_corrected_model(judgement), **{**vars(judgement), "alone": alone})
+        effect_alone = fit_effect_alone(judgement)
+    return Diagnosis(model=_build_corrected_model(judgement), **{**vars(judgement), "alone": effect_alone})
 
 
 def _build_corrected_model(judgement: Judgement) -> Model | None:
     """The base model of the first bicycle with what was named; None if there is none, or it makes no model."""
-    kind, own = judgement.kind.bicycles(judgement.final).get("", (judgement.kind, judgement.final))
+    kind, named_fit = judgement.kind.bicycles(judgement.final).get("", (judgement.kind, judgement.final))
     try:
-        found: Model | None = kind.corrected_model(own)
+        model: Model | None = kind.corrected_model(named_fit)
     except InputError:
         return None
-    return found
+    return model

@@ -48,8 +48,8 @@ def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
 
 def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
     kind, null = judgement.kind, judgement.hypotheses.null
-    if found := kind.doubts(judgement, torque):
-        return found
+    if data_doubts := kind.doubts(judgement, torque):
+        return data_doubts
     members = {name for hypothesis in judgement.verdict.equivalent for name in hypothesis.split("+")}
     errors = [c.title for c in identification_errors() if c.identifier in members]
     if errors and len(judgement.verdict.equivalent) > 1:

@@ -25,9 +25,9 @@ Settings = tuple[tuple[str, float], ...]
 """Parameters of effects, ``effect.name[.wheel]``, and their SI values."""
 
 
-def feedback_key(seen: str, torque: str) -> str:
-    """Key of the gain of a torque proportional to the output ``seen``."""
-    return f"feedback.{torque}_from_{seen}"
+def feedback_key(state: str, torque: str) -> str:
+    """Key of the gain of a torque proportional to the output ``state``."""
+    return f"feedback.{torque}_from_{state}"
 
 
 FEEDBACK = {
@@ -89,8 +89,8 @@ class Family:
             coordinates[together] = coupling.values(coordinates[together])
         values = fixed | dict(zip(keys, (factors * coordinates[columns])[..., None], strict=True))
         for key in wrong:
-            stated = key.removeprefix(WRONG)
-            values[stated] = values[stated] + values[key]
+            corrected_key = key.removeprefix(WRONG)
+            values[corrected_key] = values[corrected_key] + values[key]
         for candidate in self.candidates:
             values |= {key: values[source] for key, source in candidate.ties.items()}
         return values
@@ -104,7 +104,11 @@ class Family:
     def _sets(self) -> tuple[list[str], NDArray[np.intp], Array, list[int], list[str]]:
         """Keys that unknowns set, their columns and factors (n, 1); columns of powers; keys of wrong statements."""
         sets = [(key, column, factor) for column, u in enumerate(self.unknowns) for key, factor in u.sets.items()]
-        keys, columns, factors = [one[0] for one in sets], [one[1] for one in sets], [one[2] for one in sets]
+        keys, columns, factors = (
+            [setting[0] for setting in sets],
+            [setting[1] for setting in sets],
+            [setting[2] for setting in sets],
+        )
         bent = [column for column, u in enumerate(self.unknowns) if u.power != 1]
         wrong = [key for key in dict.fromkeys((*self._fixed, *keys)) if key.startswith(WRONG)]
         return keys, np.array(columns, int), np.array(factors, float)[:, None], bent, wrong
@@ -127,9 +131,9 @@ class Family:
     def matrices(self, values: Mapping[str, Array], speeds: Array) -> DescriptorPolynomial:
         """Matrices for parameter ``values`` as polynomials in the true speed, for ``speeds`` (K, S) in m/s."""
         matrices = self.models.descriptor(values, speeds)
-        for key, (seen, torque) in FEEDBACK.items():
+        for key, (output, torque) in FEEDBACK.items():
             if key in values:
-                column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(seen)
+                column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(output)
                 matrices = matrices.with_feedback(input=column, output=row, gain=values[key])
         return matrices
 
@@ -152,8 +156,8 @@ class MatrixSlopes:
     ``system`` has the matrices of the bicycle itself, arrays (1, k, ...).
     """
 
-    def __init__(self, family: Family, theta: Array, speeds: Array, wanted: bool = True) -> None:  # noqa: FBT001, FBT002
-        batch, self.steps = family.stencil(theta) if wanted else (theta[None], theta[:0])
+    def __init__(self, family: Family, theta: Array, speeds: Array, slopes: bool = True) -> None:  # noqa: FBT001, FBT002
+        batch, self.steps = family.stencil(theta) if slopes else (theta[None], theta[:0])
         self.family, self.values = family, family.values(batch)
         self.true_speeds = family.true_speeds(self.values, speeds)
         self._all = family.matrices(self.values, self.true_speeds)
@@ -174,13 +178,15 @@ class MatrixSlopes:
     ) -> Complex:
         """dP x (m, p, rows, q) of a ``matrix`` P at the speeds with numbers ``at`` (m,), for ``x`` (m, columns, q)."""
         polynomial: SpeedPolynomial = getattr(self._all, matrix)
-        v, kept = self.true_speeds[0, at, None, None], slice(None) if rows is None else rows
-        change = {power: self.difference(part)[..., kept, :] for power, part in polynomial.items()}
-        found = _product([(part, v**power * x) for power, part in change.items()], at)
-        if (moved := self.difference(self.true_speeds)).any():
+        v, selected = self.true_speeds[0, at, None, None], slice(None) if rows is None else rows
+        change = {power: self.difference(part)[..., selected, :] for power, part in polynomial.items()}
+        product = _product([(part, v**power * x) for power, part in change.items()], at)
+        if (speed_change := self.difference(self.true_speeds)).any():
             per_speed: SpeedPolynomial = getattr(self._first, matrix).derivative
-            found += (per_speed(self.true_speeds[:1])[0, at][:, kept] @ x)[:, None] * moved.T[at, :, None, None]
-        return found
+            product += (per_speed(self.true_speeds[:1])[0, at][:, selected] @ x)[:, None] * speed_change.T[
+                at, :, None, None
+            ]
+        return product
 
     def force(self, at: NDArray[np.intp], x: Complex, s: Complex) -> Complex:
         """(dF - s dE) x, shape (m, p, n, q), at the speeds ``at`` (m,), for states ``x`` (m, n, q) and ``s`` (m,)."""
@@ -195,8 +201,8 @@ def _product(terms: list[tuple[Array, Array | Complex]], at: NDArray[np.intp]) -
     right = np.ascontiguousarray(np.concatenate(vectors, 1), complex).view(float)  # real and imaginary by turns
     speeds, p, rows, columns = left.shape
     flat = left.reshape(speeds, p * rows, columns)
-    found = (flat if speeds == 1 else flat[at]) @ right
-    return found.view(complex).reshape(len(at), p, rows, -1)
+    product = (flat if speeds == 1 else flat[at]) @ right
+    return product.view(complex).reshape(len(at), p, rows, -1)
 
 
 def flat_parts(number: Complex, slope: Complex) -> tuple[Array, Array]:

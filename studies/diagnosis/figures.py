@@ -19,27 +19,29 @@ MEASURED: dict[str, Any] = {"fmt": "o", "color": "k", "ecolor": GREY, "markersiz
 
 def residuals(judgement: Judgement) -> dict[str, Array]:
     """Whitened residuals (n,) of the models of a ``judgement`` that differ, by title."""
-    every: dict[str, Any] = {
+    by_model: dict[str, Any] = {
         "nominal": judgement.nominal,
         "nuisance_only": judgement.hypotheses.null.residual,
         "effect_alone": judgement.alone and judgement.alone.residual,
         "final": judgement.final.residual,
     }
-    return {title: every[model] for model, title in titles_of_drawn_models(judgement).items()}
+    return {title: by_model[model] for model, title in titles_of_drawn_models(judgement).items()}
 
 
 def models_of(judgement: Judgement) -> dict[str, tuple[Candidates, Array]]:
     """Candidates and coordinates of the models of a ``judgement`` that differ, by title."""
     fits = {"nuisance_only": judgement.hypotheses.null, "effect_alone": judgement.alone, "final": judgement.final}
-    every = {model: (f.candidates, f.theta) for model, f in fits.items() if f is not None}
-    every["nominal"] = (), np.array([u.centre for u in judgement.kind.nuisances])
-    return {title: every[model] for model, title in titles_of_drawn_models(judgement).items()}
+    by_model = {model: (f.candidates, f.theta) for model, f in fits.items() if f is not None}
+    by_model["nominal"] = (), np.array([u.centre for u in judgement.kind.nuisances])
+    return {title: by_model[model] for model, title in titles_of_drawn_models(judgement).items()}
 
 
 def titles_of_drawn_models(judgement: Judgement) -> dict[str, str]:
     """Models that are drawn against the measurement: base, effect alone, effect with adjusted parameters."""
-    found = titles(judgement)
-    return {model: title for model, title in found.items() if model != "nuisance_only" or "final" not in found}
+    all_titles = titles(judgement)
+    return {
+        model: title for model, title in all_titles.items() if model != "nuisance_only" or "final" not in all_titles
+    }
 
 
 # ---- the story ----
@@ -53,10 +55,10 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
     steps = list(story.gap.steps)
     with drawing(target, width=8, height=1.3 + 0.45 * len(steps)) as figure:
         axis = figure.subplots()
-        for k, (what, gap) in enumerate(rows):
+        for k, (data_name, gap) in enumerate(rows):
             values = {step: value / gap.noise for step, value in gap.steps.items()}
             places = [steps.index(step) + 0.38 * k - 0.19 for step in values]
-            bars = axis.barh(places, list(values.values()), 0.34, label=what, color=look(k).colour, left=0.0)
+            bars = axis.barh(places, list(values.values()), 0.34, label=data_name, color=look(k).colour, left=0.0)
             axis.bar_label(bars, [f"{x:.3g}" for x in values.values()], padding=3, fontsize=8)
         low, high = chdtri(story.gap.noise, (0.975, 0.025)) / story.gap.noise
         axis.axvspan(low, high, color="0.85", zorder=0, label="noise alone")
@@ -111,13 +113,15 @@ def draw_before_after(judgement: Judgement, target: Path) -> bool:
     measured, sd = judgement.kind.data
     with drawing(target, width=8, height=1.2 + 2.5 * -(-len(names) // 2)) as figure:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
-            here = np.flatnonzero(series == name)
-            here = here[np.argsort(rows.abscissa[here])]
-            axis.errorbar(rows.abscissa[here], measured[here], 1.96 * sd[here], **MEASURED, label="measured, 95 %")
+            indices = np.flatnonzero(series == name)
+            indices = indices[np.argsort(rows.abscissa[indices])]
+            axis.errorbar(
+                rows.abscissa[indices], measured[indices], 1.96 * sd[indices], **MEASURED, label="measured, 95 %"
+            )
             for k, (title, gap) in enumerate(residuals(judgement).items()):
-                computed = measured[here] - sd[here] * gap[here]
+                computed = measured[indices] - sd[indices] * gap[indices]
                 style = {"linestyle": "none", "markersize": 4} if rows.condition else {"marker": ""}
-                axis.plot(rows.abscissa[here], computed, **{**look(k).plot, **style}, label=title)
+                axis.plot(rows.abscissa[indices], computed, **{**look(k).plot, **style}, label=title)
             axis.set(title=rows.show(name).channel, ylabel=rows.show(name).quantity)
             _label_abscissa(axis, rows, name)
         legend_above(figure, axis, columns=4)
@@ -149,8 +153,8 @@ def find_worst_runs(judgement: Judgement) -> tuple[dict[str, list[Array]], list[
         starts, channels = kind.initial_states(final.candidates, final.theta), tuple(kind.noise)
         computed = kind.replay_of(channels)(base, np.array([[u.centre for u in kind.nuisances]]), starts)[0]
         missed[BASE] = [
-            np.stack([run.channels[c] - y[: len(run.time)] for c, y in zip(channels, own, strict=True)], 1)
-            for run, own in zip(kind.runs, computed, strict=True)
+            np.stack([run.channels[c] - y[: len(run.time)] for c, y in zip(channels, signals, strict=True)], 1)
+            for run, signals in zip(kind.runs, computed, strict=True)
         ]
     sd = np.array([noise.sd for noise in kind.noise.values()])
     gap = [float(np.mean((e / sd) ** 2)) for e in next(iter(missed.values()))]
@@ -160,31 +164,31 @@ def find_worst_runs(judgement: Judgement) -> tuple[dict[str, list[Array]], list[
 def draw_traces(judgement: Judgement, target: Path) -> bool:
     """Every channel of the runs that the base model misses most."""
     kind: Any = judgement.kind
-    missed, shown = find_worst_runs(judgement)
+    missed, worst_runs = find_worst_runs(judgement)
     channels = tuple(kind.noise)
-    with drawing(target, width=1 + 3.2 * len(channels), height=1.0 + 1.9 * len(shown)) as figure:
-        axes = figure.subplots(len(shown), len(channels), squeeze=False)
-        for row, (line, k) in enumerate(zip(axes, shown, strict=True)):
+    with drawing(target, width=1 + 3.2 * len(channels), height=1.0 + 1.9 * len(worst_runs)) as figure:
+        axes = figure.subplots(len(worst_runs), len(channels), squeeze=False)
+        for row, (line, k) in enumerate(zip(axes, worst_runs, strict=True)):
             run = kind.runs[k]
             for c, (axis, name) in enumerate(zip(line, channels, strict=True)):
-                seen = run.channels[name]
-                computed = {title: seen - rest[k][:, c] for title, rest in missed.items()}
-                axis.plot(run.time, seen, color=GREY, linestyle="none", marker=".", markersize=3, label="measured")
+                measured = run.channels[name]
+                computed = {title: measured - gaps[k][:, c] for title, gaps in missed.items()}
+                axis.plot(run.time, measured, color=GREY, linestyle="none", marker=".", markersize=3, label="measured")
                 for number, (title, y) in enumerate(computed.items()):
                     axis.plot(run.time, y, label=title, **{**look(number).plot, "marker": "", "linewidth": 1.3})
-                _frame(axis, seen, computed)
+                _frame(axis, measured, computed)
                 axis.set_title(f"{run.name}, {run.speed:.3g} m/s" if not c else "")
                 axis.set_ylabel(name)
-                if row == len(shown) - 1:
+                if row == len(worst_runs) - 1:
                     axis.set_xlabel("time, s")
         legend_above(figure, axes[0, 0], columns=4)
     return True
 
 
-def _frame(axis: Any, seen: Array, computed: Mapping[str, Array]) -> None:
+def _frame(axis: Any, measured: Array, computed: Mapping[str, Array]) -> None:
     """Frame the measured values, and tell in numbers how far lines go that leave it."""
-    room = 0.15 * (float(np.ptp(seen)) or 1.0)
-    low, high = seen.min() - room, seen.max() + room
+    room = 0.15 * (float(np.ptp(measured)) or 1.0)
+    low, high = measured.min() - room, measured.max() + room
     axis.set_ylim(low, high)
     lines = [
         f"{title}: {y.min():.2g} .. {y.max():.2g}" for title, y in computed.items() if y.min() < low or y.max() > high
@@ -219,12 +223,12 @@ def draw_bode(judgement: Judgement, target: Path) -> bool:
         for row, pair in enumerate(pairs):
             first = next(p for p in points if (p.input, p.output) == pair)
             for place, v in enumerate(speeds):
-                here = np.array([(p.input, p.output) == pair and p.speed == v for p in points])
+                mask = np.array([(p.input, p.output) == pair and p.speed == v for p in points])
                 gain, phase = axes[2 * row : 2 * row + 2, place]
-                _draw_response(gain, phase, hertz[here], value[here], sd[here], {t: h[here] for t, h in models.items()})
+                _draw_response(gain, phase, hertz[mask], value[mask], sd[mask], {t: h[mask] for t, h in models.items()})
                 title = f"{first.channel}, {v:g} m/s"
-                gain.set_title(title if here.any() else f"{title}: not measured")
-                full = gain if full is None and here.any() else full
+                gain.set_title(title if mask.any() else f"{title}: not measured")
+                full = gain if full is None and mask.any() else full
                 if not place:
                     gain.set_ylabel(f"gain, {first.unit}")
                     phase.set_ylabel("phase, deg")
@@ -240,8 +244,8 @@ def _find_largest(judgement: Judgement, labels: list[Any]) -> list[Any]:
     gap = (judgement.nominal**2).reshape(-1, 2).sum(1)
     names = list(dict.fromkeys(labels))
     size = {name: gap[[label == name for label in labels]].mean() for name in names}
-    kept = sorted(names, key=lambda name: -size[name])[:3]
-    return [name for name in names if name in kept]
+    largest = sorted(names, key=lambda name: -size[name])[:3]
+    return [name for name in names if name in largest]
 
 
 def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Array, models: dict[str, Complex]) -> None:
@@ -249,17 +253,19 @@ def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Arra
     plain_ticks(gain.yaxis, 1.0, 2.0, 5.0)
     if not len(hertz):
         return
-    seen, size = np.unwrap(np.angle(value)), np.abs(value)
+    measured_phase, size = np.unwrap(np.angle(value)), np.abs(value)
     most = 0.9 * size  # a logarithmic axis has no zero; beyond it the interval leaves the phase unknown
     sure = 1.96 * sd < most
     gain.errorbar(hertz, size, [np.minimum(1.96 * sd, most), 1.96 * sd], **MEASURED, label="measured, 95 %")
     interval = np.rad2deg(np.arcsin(1.96 * sd[sure] / size[sure]))
-    phase.errorbar(hertz[sure], np.rad2deg(seen[sure]), interval, **MEASURED)
+    phase.errorbar(hertz[sure], np.rad2deg(measured_phase[sure]), interval, **MEASURED)
     for k, (title, computed) in enumerate(models.items()):
         line = {**look(k).plot, "marker": ""}
         gain.plot(hertz, np.abs(computed), **line, label=title)
         turned = np.unwrap(np.angle(computed))
-        turned += 2 * np.pi * np.round(np.median(seen - turned) / (2 * np.pi))  # on the turn of the measured one
+        turned += (
+            2 * np.pi * np.round(np.median(measured_phase - turned) / (2 * np.pi))
+        )  # on the turn of the measured one
         phase.plot(hertz, np.rad2deg(turned), **line)
 
 

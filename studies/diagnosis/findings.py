@@ -63,14 +63,18 @@ class Predicted:
     @property
     def loud(self) -> list[str]:
         """Channels whose estimated noise holds much that is no noise from sample to sample, as what is left does."""
-        return [n for n, (taken, rough) in self.noise.items() if min(taken, self.rms[n]["final"]) > 2.0 * rough]
+        return [
+            n
+            for n, (assumed_sd, rough_sd) in self.noise.items()
+            if min(assumed_sd, self.rms[n]["final"]) > 2.0 * rough_sd
+        ]
 
     @property
     def gap(self) -> dict[str, float | None]:
         """sqrt(max(0, chi^2/n - 1)) over that of the base model; None if that has no gap, or falls over."""
         size = {model: math.sqrt(max(0.0, value / self.numbers - 1)) for model, value in self.chi2.items()}
         whole = size["nominal"]
-        return {model: one / whole if 0 < whole < math.inf else None for model, one in size.items()}
+        return {model: root / whole if 0 < whole < math.inf else None for model, root in size.items()}
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ class Findings:
     @property
     def odd(self) -> list[WithoutOne]:
         """Parts without which everything else fits clearly, if all together do not fit."""
-        return [] if self.joint_fits else [one for one in self.without.values() if one.clear]
+        return [] if self.joint_fits else [removed for removed in self.without.values() if removed.clear]
 
     @property
     def ranked(self) -> list[PartAgainstRest]:
@@ -143,7 +147,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     alike = attempt("look-alikes", lambda: look_alikes(diagnosis), None)
     best = alike.best_single[0] if alike and alike.best_single else ""
     predictions = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque, best), ())
-    predicted_chi2 = [(one.numbers, one.chi2) for one in predictions]
+    predicted_chi2 = [(prediction.numbers, prediction.chi2) for prediction in predictions]
     return Findings(
         story=attempt("story", lambda: tell(diagnosis, predicted_chi2, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
@@ -247,7 +251,7 @@ def predicted(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "")
     best = hypotheses.find(frozenset({single})) if single else None
     fits_ |= {} if best is None else {"single_effect": best}
     predictions = predict(unseen, {model: coordinates_of(f) for model, f in fits_.items()})
-    return tuple(replace(one, single=single) for one in predictions)
+    return tuple(replace(prediction, single=single) for prediction in predictions)
 
 
 def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
@@ -294,8 +298,11 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
         chi2 = {f: f.chi2 for f in fits_}
     else:
         predictions = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})
-        count, base = sum(one.numbers for one in predictions), sum(one.chi2["nominal"] for one in predictions)
-        chi2 = {f: sum(one.chi2[str(k)] for one in predictions) for k, f in enumerate(fits_)}
+        count, base = (
+            sum(prediction.numbers for prediction in predictions),
+            sum(prediction.chi2["nominal"] for prediction in predictions),
+        )
+        chi2 = {f: sum(prediction.chi2[str(k)] for prediction in predictions) for k, f in enumerate(fits_)}
     whole = base / count - 1
     if not 0 < whole < math.inf:
         return {}, unseen is not None

@@ -298,22 +298,22 @@ class Wanted:
 
 
 def responses(
-    family: Family, wanted: Wanted, theta: Array, accelerometer: Accelerometer | None = None, *, slopes: bool = True
+    family: Family, requested: Wanted, theta: Array, accelerometer: Accelerometer | None = None, *, slopes: bool = True
 ) -> tuple[Complex, Complex]:
     """Gains (n,), SI, and their derivatives (n, p), or (n, 0)."""
-    speeds = np.unique(wanted.speed)
+    speeds = np.unique(requested.speed)
     bicycle = MatrixSlopes(family, theta, speeds, slopes)
     system, names = bicycle.system, family.symbolic
-    places, at = np.unique(np.stack([wanted.speed, wanted.frequency]), axis=1, return_inverse=True)
+    places, at = np.unique(np.stack([requested.speed, requested.frequency]), axis=1, return_inverse=True)
     at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
-    inputs, outputs = list(dict.fromkeys(wanted.inputs)), list(dict.fromkeys(wanted.outputs))
+    inputs, outputs = list(dict.fromkeys(requested.inputs)), list(dict.fromkeys(requested.outputs))
     selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
     selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
     used, weights, weight_slopes = _shown(bicycle, outputs, of_speed, s, accelerometer)
     rows = system.output[0, of_speed][:, used]
     pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
     states = np.linalg.solve(pencil, system.input[0, of_speed] @ selected_inputs + 0j)
-    pick = ([outputs.index(name) for name in wanted.outputs], [inputs.index(name) for name in wanted.inputs])
+    pick = ([outputs.index(name) for name in requested.outputs], [inputs.index(name) for name in requested.inputs])
     gains = (weights @ (rows @ states))[at, *pick]
     slope = np.zeros((len(gains), len(bicycle.steps)), complex)
     if slope.size:
@@ -503,16 +503,18 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
     def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
         return self._parts(self.wanted, candidates, theta)
 
-    def _parts(self, wanted: Wanted, candidates: Candidates, theta: Array, *, slopes: bool = True) -> base.Prediction:
+    def _parts(
+        self, requested: Wanted, candidates: Candidates, theta: Array, *, slopes: bool = True
+    ) -> base.Prediction:
         """Real and imaginary parts, one after the other, as the sensors show them, and their derivatives."""
         family = self.family(candidates)
-        gains, slope = responses(family, wanted, theta, self.accelerometer, slopes=slopes)
+        gains, slope = responses(family, requested, theta, self.accelerometer, slopes=slopes)
         errors = family.coordinates(theta)
-        for names in (wanted.inputs, wanted.outputs):
+        for names in (requested.inputs, requested.outputs):
             for name in dict.fromkeys(names):
                 acting = np.array(names) == name
                 sensor_gains, sensor_slope = gains[acting], slope[acting]
-                apply_sensor(sensor_gains, sensor_slope, wanted.s[acting], errors_of(errors, name))
+                apply_sensor(sensor_gains, sensor_slope, requested.s[acting], errors_of(errors, name))
                 gains[acting], slope[acting] = sensor_gains, sensor_slope
         return flat_parts(gains, slope)
 
@@ -541,10 +543,10 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         three_speeds = speeds[np.unique(np.linspace(0, len(speeds) - 1, 3).astype(int))]
         grid = [(f, v, output) for output in outputs for v in three_speeds for f in FORCED_HZ]
         hertz, at = np.array([f for f, _, _ in grid]), np.array([v for _, v, _ in grid])
-        wanted = Wanted(hertz, at, (source,) * len(grid), tuple(output for _, _, output in grid))
-        size = np.abs(responses(self.family(()), wanted, self.nominal, self.accelerometer, slopes=False)[0])
-        peak = np.array([size[[o == output for o in wanted.outputs]].max() for output in wanted.outputs])
-        return Proposal(title, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, wanted))
+        requested = Wanted(hertz, at, (source,) * len(grid), tuple(output for _, _, output in grid))
+        size = np.abs(responses(self.family(()), requested, self.nominal, self.accelerometer, slopes=False)[0])
+        peak = np.array([size[[o == output for o in requested.outputs]].max() for output in requested.outputs])
+        return Proposal(title, np.repeat(FORCED_SD * (size + 0.1 * peak), 2), partial(self._parts, requested))
 
     def misreadings(self) -> Iterator[tuple[str, "FrequencyResponses"]]:
         """Signs and units of inputs and outputs, outputs in each other's place, frequencies and speeds."""

@@ -31,8 +31,8 @@ OWN_BICYCLE = ("bicycle", "effects", WAY_OUT, "uncertainty")
 
 def tyre_effects() -> tuple[str, ...]:
     """Effects that are the tyre's: contact laws, aligning moments, and any that takes a value from a tyre."""
-    every = registry().items()
-    return tuple(name for name, e in every if e.slot in (CONTACT, ALIGNING) or any(p.tyre for p in e.parameters))
+    effects = registry().items()
+    return tuple(name for name, e in effects if e.slot in (CONTACT, ALIGNING) or any(p.tyre for p in e.parameters))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,22 +59,22 @@ class JointData(Joint, kind="joint"):
                 f"there is one [[part]] only: {PARTS}; of one set of data, write its kind at the top and its table "
                 'without "part."'
             )
-        tables = dict.fromkeys(one.table for one in Kind.part.values())
+        tables = dict.fromkeys(part_kind.table for part_kind in Kind.part.values())
         if stray := [name for name in tables if name in content]:
             raise InputError(
                 f"kind is 'joint' but there is a table [{stray[0]}] at the top; write it as [part.{stray[0]}]"
             )
         parts: dict[str, Part] = {}
-        for number, given in enumerate(content["part"], 1):
-            part = _read_part(given, number, content, folder, common)
+        for number, entry in enumerate(content["part"], 1):
+            part = _read_part(entry, number, content, folder, common)
             if part.name in parts:
                 raise InputError(f"[[part]]: {part.name!r} is given twice; give each part a name of its own")
             parts[part.name] = part
         things = {part.thing for part in parts.values()} - {""}
         if all(part.thing for part in parts.values()):
             raise InputError("every [[part]] has a bicycle of its own; one at least must be of the bicycle at the top")
-        if taken := things & set(parts):
-            name = taken.pop()
+        if ambiguous := things & set(parts):
+            name = ambiguous.pop()
             raise InputError(f"[[part]]: {name!r} is the name of a part and of a bicycle; call the part otherwise")
         if "common" in content:
             if not things:
@@ -90,37 +90,37 @@ class JointData(Joint, kind="joint"):
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """All parts with candidates; names of one part, or one bicycle, are ``PART/NAME`` or ``BICYCLE/NAME``."""
         names_by_part = {part.name: part.kind.names() for part in self.parts}
-        every = {name for names in names_by_part.values() for name in names}
+        known_names = {name for names in names_by_part.values() for name in names}
         for part in self.parts:
             for owner in _owners(part):
-                every |= {f"{owner}{OF}{name}" for name in names_by_part[part.name]}
-        for option, given in (("--without", without), ("--with", also)):
-            refuse_unknown("effect", given, every, where=option)
+                known_names |= {f"{owner}{OF}{name}" for name in names_by_part[part.name]}
+        for option, chosen in (("--without", without), ("--with", also)):
+            refuse_unknown("effect", chosen, known_names, where=option)
         excluded = (name for part in self.parts for name in part.kind.excludes)
         without = tuple(dict.fromkeys((*without, *excluded)))
 
-        def made_ready(part: Part, owners: Iterable[str]) -> Any:
-            left, tried = (_concerning(owners, names_by_part[part.name], given) for given in (without, also))
-            return part.kind.prepare(without=left, also=tried)
+        def prepare_part(part: Part, owners: Iterable[str]) -> Any:
+            left_out, asked_for = (_concerning(owners, names_by_part[part.name], chosen) for chosen in (without, also))
+            return part.kind.prepare(without=left_out, also=asked_for)
 
         first = next(part for part in self.parts if not part.thing)
         parts: list[Part] = []
         for part in self.parts:
             mistakes = frozenset(c.identifier for c in part.kind.mistakes() if c.mistake)
-            kind = made_ready(part, _owners(part))
+            kind = prepare_part(part, _owners(part))
             if part.thing:
                 common = {u.name for u in kind.nuisances if u.name.split(".")[0] in self.shared}
-                kind = _as_of(made_ready(first, (first.name,)), kind, self.shared)
+                kind = _as_of(prepare_part(first, (first.name,)), kind, self.shared)
                 parts.append(replace(part, kind=kind, own=mistakes, common=frozenset({*self.shared, *common})))
             else:
                 parts.append(replace(part, kind=kind, own=mistakes))
-        others = ", ".join(dict.fromkeys(part.thing for part in self.parts if part.thing))
+        other_things = ", ".join(dict.fromkeys(part.thing for part in self.parts if part.thing))
         note = (
-            f"several bicycles: {self.model.bicycle.name} and {others}; common to all of them: "
+            f"several bicycles: {self.model.bicycle.name} and {other_things}; common to all of them: "
             f"{', '.join(self.shared)}; everything else of another bicycle is its own and called BICYCLE/NAME"
         )
         try:
-            return replace(self, parts=tuple(parts), joint_notes=(note,) if others else ())
+            return replace(self, parts=tuple(parts), joint_notes=(note,) if other_things else ())
         except ValueError as error:
             raise InputError(f"[[part]]: {error}") from error
 
@@ -155,10 +155,10 @@ def _owners(part: Part) -> tuple[str, ...]:
     return (part.name, part.thing) if part.thing else (part.name,)
 
 
-def _concerning(owners: Iterable[str], known: Iterable[str], given: tuple[str, ...]) -> tuple[str, ...]:
-    """Names ``given`` that are meant for a part: its own after ``PART/``, and those that it knows."""
-    prefixed = [name.removeprefix(owner + OF) for owner in owners for name in given if name.startswith(owner + OF)]
-    return (*prefixed, *(name for name in given if name in known))
+def _concerning(owners: Iterable[str], part_names: Iterable[str], names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names ``names`` that are meant for a part: its own after ``PART/``, and those that it knows."""
+    prefixed = [name.removeprefix(owner + OF) for owner in owners for name in names if name.startswith(owner + OF)]
+    return (*prefixed, *(name for name in names if name in part_names))
 
 
 # ---- reading ----
@@ -167,7 +167,7 @@ def _concerning(owners: Iterable[str], known: Iterable[str], given: tuple[str, .
 def _part_table() -> Any:
     allowed = ", ".join(map(repr, Kind.part))
     unknown_kind = f"is not allowed in [[part]]; write one of {allowed}"
-    tables = dict.fromkeys(one.table for one in Kind.part.values())
+    tables = dict.fromkeys(part_kind.table for part_kind in Kind.part.values())
     return table(
         {
             needed("name", f"a part without a name; {PARTS}"): _name,
@@ -187,8 +187,8 @@ def _name(value: Any) -> Any:
     return value
 
 
-def _read_part(given: Any, number: int, whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Part:
-    part = read(_part_table(), given, section=f"part {number}")
+def _read_part(entry: Any, number: int, whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Part:
+    part = read(_part_table(), entry, section=f"part {number}")
     name = part["name"]
     extra = [key for key in OWN_BICYCLE if key in part]
     try:
@@ -237,7 +237,7 @@ def _restricted(
 ) -> Fit:
     """A ``final`` fit with only these unknowns, each with its places among the coordinates."""
     floating, acting = list(nuisances), list(candidates)
-    places = [*(k for _, k in floating), *(k for _, where in acting for k in where)]
+    places = [*(k for _, k in floating), *(k for _, columns in acting for k in columns)]
     return replace(
         final,
         candidates=tuple(c for c, _ in acting),

@@ -25,14 +25,14 @@ def listed(names: Iterable[str], last: str = "and") -> str:
 
 def titles(judgement: Judgement) -> dict[str, str]:
     """The models of a ``judgement`` that differ, in the order of the story, and their names."""
-    found, final, null = {"nominal": BASE}, judgement.final, judgement.hypotheses.null
+    labels, final, null = {"nominal": BASE}, judgement.final, judgement.hypotheses.null
     if final is null:
-        return found | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
+        return labels | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
     nuisances, count = bool(judgement.kind.nuisances), len(final.candidates)
     name = said(final.name) if len(final.name) < 25 else f"{count} effect{'s' if count > 1 else ''}"
-    found |= {"effect_alone": f"+ {name} alone"} if judgement.alone is not None and nuisances else {}
-    found["final"] = f"+ {name}, {ADJUSTED}" if nuisances else f"+ {name}"
-    return found | ({"nuisance_only": f"without {name}, {ADJUSTED}"} if nuisances else {})
+    labels |= {"effect_alone": f"+ {name} alone"} if judgement.alone is not None and nuisances else {}
+    labels["final"] = f"+ {name}, {ADJUSTED}" if nuisances else f"+ {name}"
+    return labels | ({"nuisance_only": f"without {name}, {ADJUSTED}"} if nuisances else {})
 
 
 PARAMETERS = {"c": "trail", "lam": "steer axis tilt", "w": "wheelbase", "mB": "mass of frame and rider"}
@@ -50,8 +50,8 @@ def as_moved(m: Moved) -> dict[str, str]:
         factor, unit = math.degrees(1.0), "deg"
     sd = factor * m.prior_sd
     digits = max(0, 1 - math.floor(math.log10(sd)))
-    now, stated = (f"{factor * x:.{digits}f}" for x in (m.value, m.prior))
-    return {"now": now, "stated": stated, "sd": number(sd, 2), "unit": unit_of(unit)}
+    new_value, stated_value = (f"{factor * x:.{digits}f}" for x in (m.value, m.prior))
+    return {"now": new_value, "stated": stated_value, "sd": number(sd, 2), "unit": unit_of(unit)}
 
 
 def bar(value: float, most: float) -> str:
@@ -90,33 +90,33 @@ def without_number(candidate: Candidate) -> str:
     """Words for a ``candidate`` of which nothing is fitted: its stated sizes, or that it has no number."""
     effect, sizes = candidate.effect, []
     if isinstance(effect, type) and issubclass(effect, Effect):  # rigs have others
-        every = [(p, entry, f"{effect.identifier}.{entry}") for p in effect.parameters for entry in p.entries()]
+        entries = [(p, entry, f"{effect.identifier}.{entry}") for p in effect.parameters for entry in p.entries()]
         sizes = [
             f"{entry} {number(candidate.fixed[key], 4)}{unit_of(p.unit)}"
-            for p, entry, key in every
+            for p, entry, key in entries
             if p.neutral is not None and key in candidate.fixed
         ]
     if sizes:
         return f"{', '.join(sizes)}, as stated: not fitted"
     integrated = {"bias": "a constant in each run", "drift": "a constant and a trend in each run"}
-    own = integrated.get(candidate.identifier.rpartition("/")[2])
-    return f"{own}, integrated out" if own else "without a number of its own"
+    integrated_words = integrated.get(candidate.identifier.rpartition("/")[2])
+    return f"{integrated_words}, integrated out" if integrated_words else "without a number of its own"
 
 
 def fate(judgement: Judgement) -> dict[str, str]:
     """Outcome for the hypotheses of a ``judgement``, by the engine's name; nothing for those that are neither."""
     verdict = judgement.verdict
-    refused = {name: str(rule) for name, _, rule in verdict.refused_leaders}
+    refusals = {name: str(rule) for name, _, rule in verdict.refused_leaders}
     for f in judgement.hypotheses.fits:
         faults = [*f.sizes_at_bound(), *f.sizes_beyond_usual(), *([] if f.converged else ["did not converge"])]
         if faults:
-            refused.setdefault(f.name, ", ".join(dict.fromkeys(faults)))
-    found = {name: f"refused: {why}" for name, why in refused.items()} | dict.fromkeys(
+            refusals.setdefault(f.name, ", ".join(dict.fromkeys(faults)))
+    outcomes = {name: f"refused: {why}" for name, why in refusals.items()} | dict.fromkeys(
         verdict.equivalent, "not ruled out"
     )
     if verdict.verdict not in ("unknown", "partial"):
-        found[judgement.final.name] = "leads" if verdict.equivalent else "explains the data"
-    return found
+        outcomes[judgement.final.name] = "leads" if verdict.equivalent else "explains the data"
+    return outcomes
 
 
 def _line(text: Any) -> Any:
@@ -126,10 +126,10 @@ def _line(text: Any) -> Any:
 
 def term_name(name: str) -> str:
     """A coefficient of the residual torque in words: ``steer torque from lean rate, slope``."""
-    torque, _, rest = name.partition("_from_")
+    torque, _, state = name.partition("_from_")
     for degree in ("slope", "curve"):
-        rest = rest.replace(f"_{degree}", f", {degree}")
-    return f"{torque} torque from {rest.replace('_', ' ')}"
+        state = state.replace(f"_{degree}", f", {degree}")
+    return f"{torque} torque from {state.replace('_', ' ')}"
 
 
 def rendered(template: str, *, markdown: bool = False, **content: Any) -> str:
@@ -144,8 +144,8 @@ def _environment(*, markdown: bool) -> Any:
     from markupsafe import Markup
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
-    shown = (said, listed, unit_of, probability, number, misfit, term_name, cells, as_moved, bar)
-    environment.filters |= {filter_.__name__: filter_ for filter_ in shown}
+    filters = (said, listed, unit_of, probability, number, misfit, term_name, cells, as_moved, bar)
+    environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS}
     return environment

@@ -53,26 +53,26 @@ def top_keys(kind: type[Kind] | None) -> Table:
     """Keys of a file of this ``kind``; without one those of a bicycle."""
     words = text("must be words in quotes")
     allowed = f"is not allowed; write one of {', '.join(map(repr, kinds()))}"
-    own: dict[Any, Any] = {
+    keys: dict[Any, Any] = {
         needed("kind", f"kind = None {allowed}"): text(allowed, allowed=Kind.top),
         maybe("description", ""): words,
         maybe("source", ""): words,
     }
     if kind is not None and not kind.of_bicycle:
-        return table(own | {maybe(kind.table): anything})
-    own |= dict.fromkeys(map(maybe, MODEL_KEYS), anything)
-    own[maybe(MODEL)] = text("must be a model file in quotes", blank=False)
-    own |= {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
-    own |= dict.fromkeys(map(maybe, _tables()), any_table)
-    own[maybe("part")] = list_of(any_table, f"must be tables: {PARTS}", least=1)
-    own[maybe("common")] = list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)
-    return table(own)
+        return table(keys | {maybe(kind.table): anything})
+    keys |= dict.fromkeys(map(maybe, MODEL_KEYS), anything)
+    keys[maybe(MODEL)] = text("must be a model file in quotes", blank=False)
+    keys |= {maybe("uncertainty", {}): any_table, maybe("candidates", {}): any_table}
+    keys |= dict.fromkeys(map(maybe, _tables()), any_table)
+    keys[maybe("part")] = list_of(any_table, f"must be tables: {PARTS}", least=1)
+    keys[maybe("common")] = list_of(text("must be an effect in quotes"), "must be a list of effects", least=1)
+    return table(keys)
 
 
 def _tables() -> dict[str, None]:
     """Tables that kinds of a bicycle are read from."""
-    every = (*Kind.top.values(), *Kind.part.values())
-    return dict.fromkeys(one.table for one in every if one.of_bicycle and not one.whole)
+    all_kinds = (*Kind.top.values(), *Kind.part.values())
+    return dict.fromkeys(kind.table for kind in all_kinds if kind.of_bicycle and not kind.whole)
 
 
 def read_measurement(path: str | Path) -> Kind:
@@ -92,46 +92,46 @@ def read_measurement(path: str | Path) -> Kind:
 
 
 def _read(content: Mapping[str, Any], path: Path) -> Kind:
-    given = read(top_keys(Kind.top.get(str(content.get("kind")))), content)
-    kind = Kind.top[given["kind"]]
-    common: dict[str, Any] = {"name": path.stem, "description": given["description"], "source": given["source"]}
+    tables = read(top_keys(Kind.top.get(str(content.get("kind")))), content)
+    kind = Kind.top[tables["kind"]]
+    common: dict[str, Any] = {"name": path.stem, "description": tables["description"], "source": tables["source"]}
     if kind.of_bicycle:
-        model = _base_model(given, path.parent)
-        known = _known(given["candidates"], model)
-        common |= {"model": model, "uncertainty": flat_uncertainty(given["uncertainty"]), "known": known}
+        model = _base_model(tables, path.parent)
+        stated_values = _known(tables["candidates"], model)
+        common |= {"model": model, "uncertainty": flat_uncertainty(tables["uncertainty"]), "known": stated_values}
         nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind.whole:
-        return kind.read(given, path.parent, common)
-    if "part" in given:
+        return kind.read(tables, path.parent, common)
+    if "part" in tables:
         raise InputError(f"kind is {kind.kind!r} but [[part]] belongs to kind = 'joint'")
-    return read_kind(kind, given, path.parent, common)
+    return read_kind(kind, tables, path.parent, common)
 
 
-def _base_model(given: Mapping[str, Any], folder: Path) -> Model:
+def _base_model(tables: Mapping[str, Any], folder: Path) -> Model:
     """Base model of a file: another file that holds it, or a bicycle with effects."""
-    own = {key: given[key] for key in MODEL_KEYS if key in given}
-    if MODEL not in given:
-        return build_model(own, folder=folder)
-    if own:
-        raise InputError(f"{MODEL} and {', '.join(own)} both give the base model; keep one")
-    return read_model(folder / given[MODEL])
+    model_tables = {key: tables[key] for key in MODEL_KEYS if key in tables}
+    if MODEL not in tables:
+        return build_model(model_tables, folder=folder)
+    if model_tables:
+        raise InputError(f"{MODEL} and {', '.join(model_tables)} both give the base model; keep one")
+    return read_model(folder / tables[MODEL])
 
 
-def read_kind(kind: type[Kind], given: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Kind:
+def read_kind(kind: type[Kind], tables: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Kind:
     """A measurement of one kind from the table of that name, which must be the only one."""
-    if kind.table not in given:
+    if kind.table not in tables:
         remedy = f"; {kind.missing}" if kind.missing else ""
         raise InputError(f"kind is {kind.kind!r} but the table [{kind.table}] is missing{remedy}")
-    for other in _tables():
-        if other in given and other != kind.table:
-            raise InputError(f"kind is {kind.kind!r} but the table [{other}] does not belong here")
-    return kind.read(given[kind.table], folder, common)
+    for foreign in _tables():
+        if foreign in tables and foreign != kind.table:
+            raise InputError(f"kind is {kind.kind!r} but the table [{foreign}] does not belong here")
+    return kind.read(tables[kind.table], folder, common)
 
 
-def flat_uncertainty(given: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
+def flat_uncertainty(nested: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
     """Dotted keys of a nested table ``[uncertainty]``."""
     flat: dict[str, float] = {}
-    for key, value in given.items():
+    for key, value in nested.items():
         if isinstance(value, Mapping) and not value:
             raise InputError(
                 f"[uncertainty.{prefix}{key}] is empty; write the 1-sigma of its parameters or take it out"
@@ -205,8 +205,8 @@ def example_measurement(bicycle: Bicycle, *, file: str, table: str) -> "tuple[st
 
     speeds, count, noise = np.arange(2.0, 15.0, 0.5), 8, 0.02  # m/s; rows; share of |eigenvalue|
     roots = modes(Model(bicycle).linear_model(), speeds).branches.get("weave", np.full((len(speeds), 1), np.nan))[:, 0]
-    seen = (roots.imag > 0) & (roots.real < 0.5) & (-roots.real < 0.5 * np.abs(roots))  # 1/s; damping ratio
-    places = np.flatnonzero(seen)
+    measurable = (roots.imag > 0) & (roots.real < 0.5) & (-roots.real < 0.5 * np.abs(roots))  # 1/s; damping ratio
+    places = np.flatnonzero(measurable)
     if len(places) < count:
         raise InputError(
             f"--bicycle {bicycle.name}: its weave can be measured at {len(places)} of {len(speeds)} speeds from "
@@ -218,7 +218,7 @@ def example_measurement(bicycle: Bicycle, *, file: str, table: str) -> "tuple[st
         sd = noise * abs(roots[k])
         real, imag = roots[k].real + sd * rng.standard_normal(), roots[k].imag + sd * rng.standard_normal()
         rows.append([speeds[k], "weave", *(round(x, 4) for x in (real, imag, sd, sd))])
-    given = {"file": file, "bicycle": bicycle.name, "table": table, "percent": f"{100 * noise:g}"}
+    words = {"file": file, "bicycle": bicycle.name, "table": table, "percent": f"{100 * noise:g}"}
     templates = make_environment("studies.diagnosis", escaped=False, keep_trailing_newline=True)
-    text = templates.get_template("example.toml.j2").render(**given)
+    text = templates.get_template("example.toml.j2").render(**words)
     return text, pd.DataFrame(rows, columns=["speed_m_s", "mode", *EIGENVALUE, *SD])

@@ -47,17 +47,17 @@ Sizes = UncertainParameter | tuple[UncertainParameter, ...]
 
 def mistake(identifier: str, sizes: Sizes, title: str, words: str = "", family: str = "") -> Candidate:
     """Candidate for one mistake of a sensor, of one size or several; its ``title`` says what its ``words`` would."""
-    every = sizes if isinstance(sizes, tuple) else (sizes,)
+    unknowns = sizes if isinstance(sizes, tuple) else (sizes,)
     title, words = title.replace("_", " "), words.replace("_", " ")
     return Candidate(
-        identifier, every, signature=words or title, title=title, weight=SENSOR, family=family.replace("_", " ")
+        identifier, unknowns, signature=words or title, title=title, weight=SENSOR, family=family.replace("_", " ")
     )
 
 
-def gain_error(sensor: str, signal: str, *, beside: str = "") -> Candidate:
+def gain_error(sensor: str, signal: str, *, reference: str = "") -> Candidate:
     """Wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %."""
     size = replace(error("scale", "1", GAIN.format(signal), 0.1, least=0.002), power=0, relative=True)
-    more = f" beside the {beside}" if beside else ""
+    more = f" beside the {reference}" if reference else ""
     title = f"wrong gain of the {sensor}"
     return mistake(
         f"{sensor}_scale", size, title, f"the {sensor} reads too much or too little{more} by a constant factor"
@@ -120,12 +120,12 @@ def speed_errors(speeds: Sequence[float]) -> tuple[Candidate, ...]:
     """Wrong scale of the speedometer, and an offset unless all ``speeds`` (m/s) are one."""
     scale = error("scale", "1", SPEED_SCALE, 0.02, least=0.002)
     words = "the true speed is the recorded one times a constant factor"
-    found = [mistake("speed_scale", scale, "wrong scale of the speed", words)]
+    candidates = [mistake("speed_scale", scale, "wrong scale of the speed", words)]
     if len(set(speeds)) > 1:
         offset = error("offset", "m/s", SPEED_OFFSET, 0.1, least=0.01, lowest=-min(1.0, 0.5 * min(speeds)))
         words = "the true speed is the recorded one and a constant more"
-        found.append(mistake("speed_offset", offset, "constant error of the speed", words))
-    return tuple(found)
+        candidates.append(mistake("speed_offset", offset, "constant error of the speed", words))
+    return tuple(candidates)
 
 
 def one_speed(speeds: Sequence[float]) -> dict[str, str]:
@@ -137,20 +137,20 @@ def geometry_errors(
     model: Model, floating: Sequence[UncertainParameter]
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """Tilt or trail of the file that is off beyond its stated uncertainty, and why one is not tried."""
-    found: list[Candidate] = []
-    refused: dict[str, str] = {}
+    candidates: list[Candidate] = []
+    reasons: dict[str, str] = {}
     for identifier, (key, unit, scale, least, word) in GEOMETRY.items():
         nuisance = next((u for u in floating if key in u.sets), None)
         sd = 0.0 if nuisance is None else nuisance.scale
         if sd >= scale:
-            refused[identifier] = f"the stated sd of {key}, {sd:g} {unit}, already allows for it ({scale:g} {unit})"
+            reasons[identifier] = f"the stated sd of {key}, {sd:g} {unit}, already allows for it ({scale:g} {unit})"
             continue
-        own = {u.name for u in floating if u.name != key}
-        moved = [key, *(f for f, leader in model.tied.items() if leader == key and f not in own)]
+        floating_names = {u.name for u in floating if u.name != key}
+        keys = [key, *(f for f, leader in model.tied.items() if leader == key and f not in floating_names)]
         size = UncertainParameter(
             "error",
             unit,
-            {WRONG + name: 1.0 for name in moved},
+            {WRONG + name: 1.0 for name in keys},
             0.0,
             scale,
             -6 * scale,
@@ -159,8 +159,8 @@ def geometry_errors(
             least=max(3 * sd, least),
         )
         signature, title = f"the stated {word} ({key}) is wrong", f"another {word} than the file states"
-        found.append(Candidate(identifier, (size,), signature=signature, title=title, weight=FILE))
-    return tuple(found), refused
+        candidates.append(Candidate(identifier, (size,), signature=signature, title=title, weight=FILE))
+    return tuple(candidates), reasons
 
 
 def wrong_geometry(final: Fit) -> dict[str, float]:
@@ -218,21 +218,25 @@ def turn_ratios(ratios: Complex, slope: Complex, errors: Mapping[str, tuple[int,
         return
 
     def shown(turn: Array) -> tuple[Complex, Complex, Array]:
-        (a, b), own = turn_axes(dict(zip(ROTATION, turn, strict=True)))
+        (a, b), to_yaw = turn_axes(dict(zip(ROTATION, turn, strict=True)))
         lean = a + b * ratios[:, 1]
-        return np.stack([ratios[:, 0], own[0] + own[1] * ratios[:, 1]], 1) / lean[:, None], lean, np.array([a, b, *own])
+        return (
+            np.stack([ratios[:, 0], to_yaw[0] + to_yaw[1] * ratios[:, 1]], 1) / lean[:, None],
+            lean,
+            np.array([a, b, *to_yaw]),
+        )
 
     angles, step = np.array([errors[key][1] for key in ROTATION]), 1e-5
-    found, lean, (_, b, _, own) = shown(angles)
+    turned, lean, (_, b, _, to_yaw) = shown(angles)
     if slope.shape[2]:
         by_yaw = slope[:, 1].copy()
-        slope[:, 1] *= own
-        slope -= found[:, :, None] * b * by_yaw[:, None]
+        slope[:, 1] *= to_yaw
+        slope -= turned[:, :, None] * b * by_yaw[:, None]
         slope /= lean[:, None, None]
         for k, key in enumerate(ROTATION):
             after, before = (shown(angles + sign * step * np.eye(3)[k])[0] for sign in (1, -1))
             slope[:, :, errors[key][0]] += (after - before) / (2 * step)
-    ratios[:] = found
+    ratios[:] = turned
 
 
 Errors = tuple[tuple[int, float] | None, ...]

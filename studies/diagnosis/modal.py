@@ -319,7 +319,7 @@ class Modal(BicycleKind, kind="modal"):
         errors = [*speed_errors(self.speeds.tolist()), *identification_errors()]
         for ratio in self._ratio_names:
             sensor = f"{ratio.partition('_')[0]}_sensor"
-            errors += [gain_error(sensor, ratio, beside="lean_sensor"), delay_error(sensor, ratio)]
+            errors += [gain_error(sensor, ratio, reference="lean_sensor"), delay_error(sensor, ratio)]
             errors.append(lowpass_error(sensor, ratio))
         if len(self._ratio_names) > 1:
             errors += [gain_error("lean_sensor", LEAN), rotation_error()]

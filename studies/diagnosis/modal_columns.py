@@ -69,9 +69,9 @@ def read_modal_columns(
     header = read_cells(path, kind=KIND, example=", ".join(needed)).header
     if len(header) == 1:  # another separator, or too little: the plain reader says which
         return read_columns(path, numbers=numbers, texts=texts, needed=needed), []
-    known = (*numbers, *texts)
-    headings = [_heading(name, known, units, path) for name in header]
-    foreign = [h.column for h in headings if h.holds and h.column not in known and h.holds not in texts]
+    column_names = (*numbers, *texts)
+    headings = [_heading(name, column_names, units, path) for name in header]
+    foreign = [h.column for h in headings if h.holds and h.column not in column_names and h.holds not in texts]
     if all(heading.holds in ("", heading.column) and heading.column not in foreign for heading in headings):
         return read_columns(path, numbers=numbers, texts=texts, needed=needed), []
     _refuse_twice(headings, path)
@@ -79,48 +79,48 @@ def read_modal_columns(
     checks = dict(numbers) | {name: lambda cell: np.nan if cell == "" else loose(cell) for name in foreign}
     words = [heading.column for heading in headings if heading.holds in texts]
     table = read_columns(path, numbers=checks, texts=words, needed=())
-    given = {h.holds: h.factor * table.numbers[h.column] for h in headings if h.column in table.numbers}
-    roots, notes = _roots(given, {heading.holds: heading.column for heading in headings}, path)
-    given = {name: values for name, values in given.items() if name in numbers} | roots
-    for name in given.keys() - set(header):  # those that were read as they are headed were checked then
+    si = {h.holds: h.factor * table.numbers[h.column] for h in headings if h.column in table.numbers}
+    roots, notes = _roots(si, {heading.holds: heading.column for heading in headings}, path)
+    si = {name: values for name, values in si.items() if name in numbers} | roots
+    for name in si.keys() - set(header):  # those that were read as they are headed were checked then
         section = next((heading.column for heading in headings if heading.holds == name), name)
-        for line, value in zip(table.lines, given[name].tolist(), strict=True):
+        for line, value in zip(table.lines, si[name].tolist(), strict=True):
             read(numbers[name], "" if math.isnan(value) else value, where=f"{path}, line {line}", section=section)
     named = {heading.holds: table.texts[heading.column] for heading in headings if heading.column in table.texts}
-    missing = [name for name in needed if name not in given and name not in named]
+    missing = [name for name in needed if name not in si and name not in named]
     if missing:
         raise InputError(f"{path}: the column {', '.join(missing)} is missing; there are {', '.join(header)}")
-    return replace(table, numbers=given, texts=named), notes
+    return replace(table, numbers=si, texts=named), notes
 
 
-def _heading(column: str, known: Iterable[str], units: Mapping[str, str], path: Path) -> Heading:
+def _heading(column: str, column_names: Iterable[str], units: Mapping[str, str], path: Path) -> Heading:
     """Understand the name of a column."""
-    if column in known:
+    if column in column_names:
         return Heading(column, column)
     base, unit = split_unit(column)
-    where = f"{path}: column {column!r}"
+    location = f"{path}: column {column!r}"
     if base in units:
-        return Heading(column, base, float(factor_to_si(unit, units[base], where=where)) if unit else 1.0)
+        return Heading(column, base, float(factor_to_si(unit, units[base], where=location)) if unit else 1.0)
     plain = re.sub(r"[\s_-]+", "_", base.casefold()).strip("_")
     stems = {
         name + end: (key, end) for key, quantity in QUANTITIES.items() for name in quantity.names for end in (SD, "")
     }
     stem = next((stem for stem in stems if plain == stem or plain.startswith(f"{stem}_")), "")
     if not stem:
-        return Heading(column, plain if plain in known else "")
+        return Heading(column, plain if plain in column_names else "")
     key, end = stems[stem]
     behind = plain.removeprefix(stem).strip("_").replace("_", "/")
-    return Heading(column, _sd_of(key) if end else _value_of(key), _factor(key, unit or behind, where))
+    return Heading(column, _sd_of(key) if end else _value_of(key), _factor(key, unit or behind, location))
 
 
-def _factor(key: str, unit: str, where: str) -> float:
+def _factor(key: str, unit: str, location: str) -> float:
     """Factor to SI of a ``unit`` in which a quantity is headed."""
     units = QUANTITIES[key].units
     plain = re.sub(r"\s", "", unit.casefold())
     if plain not in units:
         problem = f"unit {unit!r} is not one of" if unit else "no unit; write one of"
         allowed = [text for text in units if text]
-        raise InputError(f"{where}: {problem} {', '.join(allowed)} in brackets, such as {key} [{allowed[0]}]")
+        raise InputError(f"{location}: {problem} {', '.join(allowed)} in brackets, such as {key} [{allowed[0]}]")
     return units[plain]
 
 
@@ -136,46 +136,48 @@ def _sd_of(key: str) -> str:
 
 def _refuse_twice(headings: Sequence[Heading], path: Path) -> None:
     for heading in headings:
-        same = [other.column for other in headings if other.holds == heading.holds]
+        same = [h.column for h in headings if h.holds == heading.holds]
         if heading.holds and len(same) > 1:
             raise InputError(f"{path}: the columns {' and '.join(same)} give the same; keep one")
 
 
-def _roots(given: Mapping[str, Array], column: Mapping[str, str], path: Path) -> tuple[dict[str, Array], list[str]]:
+def _roots(si: Mapping[str, Array], column: Mapping[str, str], path: Path) -> tuple[dict[str, Array], list[str]]:
     """Real and imaginary parts, and their standard deviations, of frequencies and damping ratios (SI), and notes;
     ``column`` is the heading of each."""
-    ways = [name for name in ("imag_rad_s", "frequency", "natural_frequency") if name in given]
+    ways = [name for name in ("imag_rad_s", "frequency", "natural_frequency") if name in si]
     if len(ways) > 1:
         raise InputError(f"{path}: the columns {' and '.join(column[name] for name in ways)} give the same; keep one")
     way = ways[0] if ways else ""
     notes = [DAMPED.format(column=column[way])] if way == "frequency" else []
-    sd = given.get("imag_sd_rad_s" if way == "imag_rad_s" else f"{way}_sd")
-    if "damping_ratio" not in given:
+    sd = si.get("imag_sd_rad_s" if way == "imag_rad_s" else f"{way}_sd")
+    if "damping_ratio" not in si:
         if way == "natural_frequency":
             raise InputError(f"{path}: {column[way]} needs a column damping_ratio beside it")
         if way != "frequency":
             return {}, notes
-        return {"imag_rad_s": given[way]} | ({} if sd is None else {"imag_sd_rad_s": sd}), notes
-    if "real_1_s" in given:
+        return {"imag_rad_s": si[way]} | ({} if sd is None else {"imag_sd_rad_s": sd}), notes
+    if "real_1_s" in si:
         raise InputError(f"{path}: {column['damping_ratio']} and {column['real_1_s']} give the same; keep one")
     if not way:
         raise InputError(f"{path}: {column['damping_ratio']} needs a column frequency or natural_frequency beside it")
-    ratio, ratio_sd, frequency = given["damping_ratio"], given.get("damping_ratio_sd"), given[way]
+    ratio, ratio_sd, frequency = si["damping_ratio"], si.get("damping_ratio_sd"), si[way]
     if (np.abs(ratio) >= 1).any() or (frequency[np.isfinite(ratio)] == 0).any():
         raise InputError(
             f"{path}: {column['damping_ratio']} must lie between -1 and 1 (of % write damping_ratio [%]), beside a "
             "frequency above 0; a root without oscillation has real [1/s] alone"
         )
-    along = np.sqrt(1 - ratio**2)  # imaginary part over |root|
+    imaginary_share = np.sqrt(1 - ratio**2)  # imaginary part over |root|
     is_natural = way == "natural_frequency"
-    natural = frequency if is_natural else frequency / along
-    found = {"real_1_s": -ratio * natural}
+    natural = frequency if is_natural else frequency / imaginary_share
+    parts = {"real_1_s": -ratio * natural}
     if way != "imag_rad_s":
-        found["imag_rad_s"] = along * natural if is_natural else frequency
+        parts["imag_rad_s"] = imaginary_share * natural if is_natural else frequency
     if way != "imag_rad_s" and sd is not None:
-        by_ratio = ratio * natural / along * ratio_sd if is_natural and ratio_sd is not None else 0.0
-        found["imag_sd_rad_s"] = np.hypot(along * sd if is_natural else sd, by_ratio)
+        by_ratio = ratio * natural / imaginary_share * ratio_sd if is_natural and ratio_sd is not None else 0.0
+        parts["imag_sd_rad_s"] = np.hypot(imaginary_share * sd if is_natural else sd, by_ratio)
     if ratio_sd is not None:
-        by_frequency = 0.0 if sd is None else (ratio if is_natural else ratio / along) * sd
-        found["real_sd_1_s"] = np.hypot((natural if is_natural else natural / along**2) * ratio_sd, by_frequency)
-    return found, notes
+        by_frequency = 0.0 if sd is None else (ratio if is_natural else ratio / imaginary_share) * sd
+        parts["real_sd_1_s"] = np.hypot(
+            (natural if is_natural else natural / imaginary_share**2) * ratio_sd, by_frequency
+        )
+    return parts, notes

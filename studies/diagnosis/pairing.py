@@ -37,9 +37,9 @@ def note_misnamed_modes(points: Sequence["ModalPoint"], model: Model) -> list[st
         nearer = [mode for mode, distance in distances.items() if (5 * distance < own_distance).all()]
         if nearer:
             lies = f"{own_distance.min():.3g} 1/s or more" if np.isfinite(own_distance).all() else "not there"
-            other, farthest = nearer[0], distances[nearer[0]].max()
+            nearer_mode, farthest = nearer[0], distances[nearer[0]].max()
             notes.append(
-                f"every row called {name} lies on the {other} of the base model (up to {farthest:.3g} "
+                f"every row called {name} lies on the {nearer_mode} of the base model (up to {farthest:.3g} "
                 f"1/s away; its {name}: {lies}) and is compared with that root; if the name is wrong, correct it"
             )
     return notes
@@ -68,7 +68,7 @@ SAME = 1e-6  # of a root, within which two are one
 
 def find_other_roots(points: Sequence["ModalPoint"], roots: Complex, model: Model) -> list[OtherRoot]:
     """Modes with ``points`` whose ``roots`` (m,), 1/s, a ``model`` calls otherwise, and how many points they are."""
-    others = []
+    other_roots = []
     named_roots = [_name_root(point, root, model) for point, root in zip(points, roots.tolist(), strict=True)]
     for mode in dict.fromkeys(point.mode for point in points):
         rows = [k for k, point in enumerate(points) if point.mode == mode]
@@ -78,7 +78,7 @@ def find_other_roots(points: Sequence["ModalPoint"], roots: Complex, model: Mode
         more = [_more_chi2(points[k], complex(roots[k]), named_roots[k][1]) for k in elsewhere]
         speeds = [points[k].speed for k in elsewhere]
         names = dict.fromkeys(chain.from_iterable(named_roots[k][0] for k in elsewhere))
-        others.append(
+        other_roots.append(
             OtherRoot(
                 mode=mode,
                 rows=len(elsewhere),
@@ -89,7 +89,7 @@ def find_other_roots(points: Sequence["ModalPoint"], roots: Complex, model: Mode
                 more_chi2=None if None in more else sum(x for x in more if x is not None),
             )
         )
-    return others
+    return other_roots
 
 
 def _name_root(point: "ModalPoint", root: complex, model: Model) -> tuple[list[str], complex | None]:
@@ -144,10 +144,10 @@ class Wanted:
 def match_roots(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
     """Index (m,) of the nearest root of each wanted mode in ``values`` (S, n), 1/s, at sorted ``speeds`` (S,), m/s."""
     at = np.searchsorted(speeds, wanted.speed)
-    near, roots = wanted.near[:, None], values[at]
-    cost = np.abs(roots - near)
+    measured, roots = wanted.near[:, None], values[at]
+    cost = np.abs(roots - measured)
     oscillates = np.abs(roots.imag) > 1e-9 * np.abs(roots).max(1, keepdims=True)
-    cost[oscillates != (np.abs(near.imag) > 1e-6 * np.abs(near))] *= 3.0
+    cost[oscillates != (np.abs(measured.imag) > 1e-6 * np.abs(measured))] *= 3.0
     cost[roots.imag < 0] = 1e6
     index = cost.argmin(1)
     for by_name in wanted.crowded:  # no two modes at one speed have the same root

@@ -68,7 +68,7 @@ class PrescribedSteer(Replay):
         spent = int(np.abs(torque[0, 0]).argmax())
         rows = [k for k in range(n) if k not in (spent, angle)]  # that of the angle says angle' = rate
         share = torque[..., rows] / torque[..., spent, None]
-        others = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._others]]
+        other_inputs = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._others]]
 
         def without_torque(matrix: Array) -> Array:
             return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
@@ -82,7 +82,7 @@ class PrescribedSteer(Replay):
             ],
             -1,
         )
-        driving = np.concatenate([columns, without_torque(others)], -1)
+        driving = np.concatenate([columns, without_torque(other_inputs)], -1)
         solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
         state, inputs = solved[..., : len(keep)], solved[..., len(keep) :]
         b = torque[..., spent, None]
@@ -92,20 +92,20 @@ class PrescribedSteer(Replay):
         direct[..., 0] = -dynamics[..., spent, angle] / scales[0]
         direct[..., 1] = mass[..., spent, angle] / scales[0] - dynamics[..., spent, rate] / scales[1]
         direct[..., 2] = mass[..., spent, rate] / scales[1]
-        direct[..., ORDERS:] = -others[..., spent, :]
+        direct[..., ORDERS:] = -other_inputs[..., spent, :]
         needed_u = (np.einsum("...i,...ij->...j", into_rest, inputs) + direct) / b
-        seen, through = [], []
+        state_rows, through = [], []
         for name in self.channels:
             if name == STEER_TORQUE:
-                seen.append(needed_z)
+                state_rows.append(needed_z)
                 through.append(needed_u)
                 continue
             row = outputs[..., names.outputs.index(CHANNELS[name]), :]
-            seen.append(row[..., keep])
-            own = np.zeros_like(needed_u)
-            own[..., 0], own[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
-            through.append(own)
-        seen_z, direct_u = np.stack(seen, -2), np.stack(through, -2)
+            state_rows.append(row[..., keep])
+            input_row = np.zeros_like(needed_u)
+            input_row[..., 0], input_row[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
+            through.append(input_row)
+        seen_z, direct_u = np.stack(state_rows, -2), np.stack(through, -2)
         if FRICTION in values:  # overcome by the torque, the motion being what it is
             column = np.zeros((*direct_u.shape[:-1], 1))
             if STEER_TORQUE in self.channels:
@@ -123,13 +123,13 @@ class PrescribedSteer(Replay):
         most = self._uncertain_columns
         angle = np.zeros((len(sensors), len(self.runs), ORDERS, self.length))
         for i, (late, gain) in enumerate(sensors):
-            for r, (found, uncertain) in enumerate(self._angles(late)):
+            for r, (angles, uncertain) in enumerate(self._angles(late)):
                 if starts is not None:
-                    found = found + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
-                angle[i, r, :, : len(found)] = found.T / gain
-        rest = np.delete(torques, list(self.runs[0].inputs).index(STEER), 2)
-        k = max(len(angle), len(rest))
-        return np.concatenate([np.broadcast_to(part, (k, *part.shape[1:])) for part in (angle, rest)], 2)
+                    angles = angles + uncertain @ starts[r, -most:][: uncertain.shape[-1]]
+                angle[i, r, :, : len(angles)] = angles.T / gain
+        other_torques = np.delete(torques, list(self.runs[0].inputs).index(STEER), 2)
+        k = max(len(angle), len(other_torques))
+        return np.concatenate([np.broadcast_to(part, (k, *part.shape[1:])) for part in (angle, other_torques)], 2)
 
     def _angles(self, late: float) -> list[tuple[Array, Array]]:
         """Angle, rate and acceleration of each run, ``late`` s after each sample: values (T, 3), spread (T, 3, K)."""
@@ -147,7 +147,7 @@ class PrescribedSteer(Replay):
 
     def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to the uncertain coefficients of the splines, of one bicycle."""
-        step, before, after, seen, direct, _ = system.first
+        step, before, after, output, direct, _ = system.first
         ((late, gain),) = _sensor(values)
         most = self._uncertain_columns
         angle = np.zeros((len(self.runs), self.length, most, ORDERS))
@@ -156,7 +156,7 @@ class PrescribedSteer(Replay):
         signals = np.concatenate([angle[:, :-1], angle[:, 1:]], -1)
         into = np.concatenate([before[..., :ORDERS], after[..., :ORDERS]], -1).swapaxes(-1, -2)
         across = np.einsum("cd,rqn->rcqdn", np.eye(most), into).reshape(len(step), -1, most, step.shape[-1])
-        y = from_rest(step, signals.reshape(*signals.shape[:2], -1), across, seen)
+        y = from_rest(step, signals.reshape(*signals.shape[:2], -1), across, output)
         assert direct is not None
         return (y + np.einsum("rco,rtko->rctk", direct[..., :ORDERS], angle))[None]
 
@@ -165,15 +165,15 @@ def _sensor(values: Mapping[str, Array]) -> list[tuple[float, float]]:
     """Delay (s) and factor of the sensor of the steer angle, of K bicycles."""
     nothing = np.zeros((len(next(iter(values.values()))), 1))
     late, gain = (values.get(key.format(STEER), nothing)[:, 0].tolist() for key in (DELAY, GAIN))
-    return [(one, 1.0 + other) for one, other in zip(late, gain, strict=True)]
+    return [(delay, 1.0 + scale) for delay, scale in zip(late, gain, strict=True)]
 
 
 def _all_states(driven: Driven, keep: list[int], n: int) -> Driven:
     """Equations with all ``n`` states: those of the steering, which are known, stand still and are not seen."""
     lead = driven.state.shape[:-2]
-    state, seen = np.zeros((*lead, n, n)), np.zeros((*driven.seen.shape[:-1], n))
+    state, output = np.zeros((*lead, n, n)), np.zeros((*driven.seen.shape[:-1], n))
     inputs = np.zeros((*lead, n, driven.inputs.shape[-1]))
     state[..., np.ix_(keep, keep)[0], np.ix_(keep, keep)[1]] = driven.state
     inputs[..., keep, :] = driven.inputs
-    seen[..., keep] = driven.seen
-    return Driven(state, inputs, seen, driven.direct)
+    output[..., keep] = driven.seen
+    return Driven(state, inputs, output, driven.direct)

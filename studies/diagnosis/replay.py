@@ -185,15 +185,15 @@ class Replay:
         """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
         speeds = np.array([run.speed for run in self.runs])
         if self._coasts(values):
-            driven, along = self._equations_while_slowing(family, values, speeds)
+            driven, along_run = self._equations_while_slowing(family, values, speeds)
         else:
-            driven, along = self._equations(family, values, family.system(values, speeds)), None
+            driven, along_run = self._equations(family, values, family.system(values, speeds)), None
         step, before, after = discretise(driven.state, driven.inputs, self._steps)
         if self.held:
             recorded = len(self.runs[0].inputs)
             before[..., :recorded] += after[..., :recorded]
             after[..., :recorded] = 0.0
-        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts), along)
+        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts), along_run)
 
     def _coasts(self, values: Mapping[str, Array]) -> bool:
         """True if the speed falls along the runs; over less than a second it hardly does."""
@@ -214,7 +214,7 @@ class Replay:
             driven = self._equations(family, shifted, family.system(shifted, speeds))
             sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
         h, parts = half_range[..., None, None], []
-        for slow, base, fast in zip(*(each for _, each in sides), strict=True):
+        for slow, base, fast in zip(*(matrices for _, matrices in sides), strict=True):
             parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
         return sides[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
 
@@ -225,15 +225,15 @@ class Replay:
         assert changes is not None
         parts = (changes.step, changes.before, changes.after)
         stacked = [
-            np.concatenate([part[:only], *(one[:only] for one in change)], -1)
+            np.concatenate([part[:only], *(order[:only] for order in change)], -1)
             for part, change in zip(system[:3], parts, strict=True)
         ]
         d = changes.change[:only]
         u = np.broadcast_to(system.u[:only], (len(d), *system.u.shape[1:]))
 
         def grown(vector: Array, k: int) -> Array:
-            here = d[..., k, None, None]
-            return np.concatenate([vector, here * vector, here**2 * vector], -2)
+            d_k = d[..., k, None, None]
+            return np.concatenate([vector, d_k * vector, d_k**2 * vector], -2)
 
         driven = bool(u.size) and x.shape[-1] == 1
         for k in range(d.shape[-1] - 1):

@@ -32,16 +32,16 @@ WITH_TORQUE = "with a residual torque, " + ADJUSTED
 
 def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None = None) -> None:
     """Write ``report.html``, ``verdict.json``, the figures and, of bicycles, the corrected models."""
-    told = find(diagnosis) if findings is None else findings
-    verdict = json_text(record(diagnosis, told))  # before anything is written: with a NaN, nothing is
+    all_findings = find(diagnosis) if findings is None else findings
+    verdict = json_text(record(diagnosis, all_findings))  # before anything is written: with a NaN, nothing is
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / "verdict.json", f"{verdict}\n")
     attempt = Attempts()
-    captions = draw_all(diagnosis, told, folder, attempt)
-    made = attempt("corrected model", lambda: corrected(diagnosis, told.torque), Corrected({}))
-    for name, file in model_files(made).items():
-        write_text(folder / file, made.texts[name])
-    text = page(diagnosis, replace(told, failed={**told.failed, **attempt.failed}), captions, made)
+    captions = draw_all(diagnosis, all_findings, folder, attempt)
+    models = attempt("corrected model", lambda: corrected(diagnosis, all_findings.torque), Corrected({}))
+    for name, file in model_files(models).items():
+        write_text(folder / file, models.texts[name])
+    text = page(diagnosis, replace(all_findings, failed={**all_findings.failed, **attempt.failed}), captions, models)
     template = (Path(__file__).parent / "templates" / "page.html.j2").read_text(encoding="utf-8")
     title = f"What is missing: {diagnosis.kind.name}"
     html = html_page(template, title=title, text=text, extensions=("tables", "md_in_html"))
@@ -51,14 +51,14 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
 def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None) -> dict[str, str]:
     """Draw the story, the figures of the kind of measurement and the residual torque; name -> caption of each."""
     attempt = attempt or Attempts()
-    found: dict[str, Figure] = {}
+    figures: dict[str, Figure] = {}
     if (story := findings.story) is not None:
-        found["story"] = (lambda _, target: draw_story(story, _steps(diagnosis), target)), STORY
-    found |= diagnosis.kind.figures()
+        figures["story"] = (lambda _, target: draw_story(story, _steps(diagnosis), target)), STORY
+    figures |= diagnosis.kind.figures()
     if (torque := findings.torque) is not None:
-        found[EFFECT] = (lambda _, target: draw_torque(torque, target)), CAPTION
+        figures[EFFECT] = (lambda _, target: draw_torque(torque, target)), CAPTION
     captions = {}
-    for name, (draw, caption) in found.items():
+    for name, (draw, caption) in figures.items():
         if attempt(f"figure {name}", partial(draw, diagnosis, folder / name), otherwise=False):
             captions[name] = caption
     return captions
@@ -67,24 +67,24 @@ def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: At
 def _steps(diagnosis: Diagnosis) -> dict[str, str]:
     """Name of each step of the story."""
     names = titles(diagnosis)
-    found = {step: names[model] for step, model in STEPS.items() if model in names}
-    return {"adjusted": names.get("nuisance_only", BASE), "with_torque": WITH_TORQUE, **found}
+    steps = {step: names[model] for step, model in STEPS.items() if model in names}
+    return {"adjusted": names.get("nuisance_only", BASE), "with_torque": WITH_TORQUE, **steps}
 
 
-def model_files(made: Corrected) -> dict[str, str]:
+def model_files(models: Corrected) -> dict[str, str]:
     """File of each corrected model, by bicycle."""
-    others = {name: f"model_{stem}.toml" for name, stem in slugs([name for name in made.texts if name]).items()}
-    return {name: others.get(name, "model.toml") for name in made.texts}
+    other_files = {name: f"model_{stem}.toml" for name, stem in slugs([name for name in models.texts if name]).items()}
+    return {name: other_files.get(name, "model.toml") for name in models.texts}
 
 
-def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], made: Corrected | None = None) -> str:
+def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], models: Corrected | None = None) -> str:
     """The report as Markdown, with ``captions`` of the figures that there are, by name."""
-    kind, known = diagnosis.kind, diagnosis.hypotheses
-    likely = [f for f, _ in known.probabilities][:MOST]
+    kind, hypotheses = diagnosis.kind, diagnosis.hypotheses
+    likely = [f for f, _ in hypotheses.probabilities][:MOST]
     text = rendered(
         "report.md.j2",
         markdown=True,
-        **_content(diagnosis, findings, made or Corrected({})),
+        **_content(diagnosis, findings, models or Corrected({})),
         name=kind.name,
         description=kind.description,
         source=kind.source,
@@ -103,12 +103,12 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
     """Text for the terminal, 12 lines; the report is at ``place``."""
-    made = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
-    text = rendered("terminal.txt.j2", **_content(diagnosis, findings, made), place=place)
+    models = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
+    text = rendered("terminal.txt.j2", **_content(diagnosis, findings, models), place=place)
     return "\n".join(line for line in text.splitlines() if line)
 
 
-def _content(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[str, Any]:
+def _content(diagnosis: Diagnosis, findings: Findings, models: Corrected) -> dict[str, Any]:
     """Values of both templates."""
     verdict = diagnosis.verdict
     return {
@@ -117,8 +117,8 @@ def _content(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[
         "f": findings,
         "s": findings.story,
         "c": correction(diagnosis, findings.torque),
-        "made": made,
-        "files": model_files(made),
+        "made": models,
+        "files": model_files(models),
         "thing": "tyre" if diagnosis.kind.model is None else "bicycle",
         "named_rows": named_rows(diagnosis),
         "steps": _steps(diagnosis),
@@ -132,10 +132,10 @@ def _content(diagnosis: Diagnosis, findings: Findings, made: Corrected) -> dict[
 
 def named_rows(judgement: Judgement) -> list[list[str]]:
     """Effect, parameter, value, one sd and what it does, of what is named; no size that its sd exceeds."""
-    table, tried = [], {c.identifier: c for c in (*judgement.kind.candidates, *judgement.final.candidates)}
+    table, candidates = [], {c.identifier: c for c in (*judgement.kind.candidates, *judgement.final.candidates)}
     for e in judgement.verdict.effects:
         if not e.parameters:
-            table.append([e.identifier, "-", without_number(tried[e.identifier]), "-", e.signature])
+            table.append([e.identifier, "-", without_number(candidates[e.identifier]), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
             sized = [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"] if sd < abs(value) else ["left open", "-"]
@@ -143,11 +143,11 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
     return table
 
 
-def predictors(judgement: Judgement, found: tuple[Predicted, ...]) -> dict[str, str]:
+def predictors(judgement: Judgement, predictions: tuple[Predicted, ...]) -> dict[str, str]:
     """The models that runs were predicted by, and their names; with a residual torque one more."""
-    single = found[0].single.replace("+", " + ") if found else ""
+    single = predictions[0].single.replace("+", " + ") if predictions else ""
     names = titles(judgement) | {"single_effect": f"+ {single}, {ADJUSTED}", "with_torque": WITH_TORQUE}
-    return {model: title for model, title in names.items() if any(model in one.chi2 for one in found)}
+    return {model: title for model, title in names.items() if any(model in p.chi2 for p in predictions)}
 
 
 def _parts(judgement: Judgement, findings: Findings) -> list[tuple[Any, int, list[float]]]:
@@ -170,14 +170,13 @@ def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
     for k, name in enumerate(rows.condition):
         groups[name] = rows.abscissa == k
     for low, high in pairwise(edges) if rows.one_axis else ():
-        inside = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
-        if inside.any() and high > low:
-            groups[f"{low:.3g} to {high:.3g} {rows.axis.rpartition(', ')[2]}"] = inside
-    found = [
-        (name, int(inside.sum()), [float(r[inside] @ r[inside]) for r in models.values()])
-        for name, inside in groups.items()
+        mask = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
+        if mask.any() and high > low:
+            groups[f"{low:.3g} to {high:.3g} {rows.axis.rpartition(', ')[2]}"] = mask
+    places = [
+        (name, int(mask.sum()), [float(r[mask] @ r[mask]) for r in models.values()]) for name, mask in groups.items()
     ]
-    return sorted(found, key=lambda row: -row[2][0])[:MOST]
+    return sorted(places, key=lambda row: -row[2][0])[:MOST]
 
 
 # ---------------------------------------------------------------------- verdict.json
@@ -187,24 +186,24 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     """The JSON of ``velotyre diagnose``: the verdict of a ``diagnosis`` and its ``findings``."""
     f, verdict = findings, diagnosis.verdict
 
-    made = correction(diagnosis, f.torque)
+    changes = correction(diagnosis, f.torque)
 
-    def told(macro: str) -> str:
-        return rendered("one.txt.j2", macro=macro, v=verdict, f=f, c=made)
+    def phrase(macro: str) -> str:
+        return rendered("one.txt.j2", macro=macro, v=verdict, f=f, c=changes)
 
     return {
         "gap": f.story and asdict(f.story.gap),
         "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
-        "odd_part": {"parts": [one.part for one in f.odd], "sentence": told("odd")} if f.odd else None,
+        "odd_part": {"parts": [one.part for one in f.odd], "sentence": phrase("odd")} if f.odd else None,
         **({"search": "quick"} if diagnosis.quick else {}),
         **verdict_record(verdict),
-        "sentence": told("what"),
+        "sentence": phrase("what"),
         "corrected": {
-            "added": list(made.added),
-            "not_in_the_file": list(made.left_out),
-            "effects": [_effect_record(e) for e in made.effects],
-            "shifts": {m.name: m.shift for m in made.moved},
+            "added": list(changes.added),
+            "not_in_the_file": list(changes.left_out),
+            "effects": [_effect_record(e) for e in changes.effects],
+            "shifts": {m.name: m.shift for m in changes.moved},
         },
         "look_alikes": f.story and f.story.look_alikes and asdict(f.story.look_alikes),
         "moved": [
@@ -247,7 +246,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
             for p in f.ranked
         ],
         "predicted": [_predicted_record(one) for one in f.predicted],
-        "stability": None if f.stability is None else {"sentence": told("stability"), **f.stability.to_dict()},
+        "stability": None if f.stability is None else {"sentence": phrase("stability"), **f.stability.to_dict()},
         "residual_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
         "failed_sections": dict(f.failed),
     }
@@ -263,17 +262,18 @@ def _effect_record(effect: Named) -> dict[str, Any]:
     return {"identifier": effect.identifier, "parameters": parameters}
 
 
-def _predicted_record(one: Predicted) -> dict[str, Any]:
+def _predicted_record(prediction: Predicted) -> dict[str, Any]:
     return {
-        "part": one.part,
-        "runs": list(one.runs),
-        "n": one.numbers,
-        "chi2": {model: value if np.isfinite(value) else None for model, value in one.chi2.items()},
-        "gap": one.gap,
-        "rms": {channel: dict(models) for channel, models in one.rms.items()},
-        "single_effect": one.single,
+        "part": prediction.part,
+        "runs": list(prediction.runs),
+        "n": prediction.numbers,
+        "chi2": {model: value if np.isfinite(value) else None for model, value in prediction.chi2.items()},
+        "gap": prediction.gap,
+        "rms": {channel: dict(models) for channel, models in prediction.rms.items()},
+        "single_effect": prediction.single,
         "estimated_noise": {
-            channel: {"taken": taken, "sample_to_sample": rough} for channel, (taken, rough) in one.noise.items()
+            channel: {"taken": assumed_sd, "sample_to_sample": rough_sd}
+            for channel, (assumed_sd, rough_sd) in prediction.noise.items()
         },
     }
 
@@ -303,7 +303,7 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
         },
         "left_at_zero": {name: {"sd": torque.sd[name]} for name in torque.dropped},
         "covariance": {"coefficients": list(names), "matrix": torque.covariance[first:, first:].tolist()},
-        "changed": [asdict(one) for one in torque.changed()],
+        "changed": [asdict(change) for change in torque.changed()],
         "misfit": torque.fit.misfit,
         "goodness_of_fit_p": torque.p,
         "chi2": {"without": torque.beside.chi2, "with": torque.fit.chi2},

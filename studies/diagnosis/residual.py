@@ -150,8 +150,8 @@ class Selector:
 
     def _find_better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
         current, score = self.worth(chosen), self.score(chosen)
-        tried = sorted(((self.worth(move), k, move) for k, move in enumerate(self._moves(chosen))), reverse=True)
-        for worth, _, move in tried:
+        moves = sorted(((self.worth(move), k, move) for k, move in enumerate(self._moves(chosen))), reverse=True)
+        for worth, _, move in moves:
             if worth <= current:
                 return None
             if len(keys(move)) < len(keys(chosen)) or self.score(move) > score:
@@ -263,31 +263,33 @@ class Residual:
 
     def changed(self) -> tuple[Changed, ...]:
         """Parameters more than one sd from the fit without the torque, named effects first."""
-        beside = self.beside
+        without_torque = self.beside
         owner = {
-            k: c.identifier for c in beside.candidates for k in range(*beside.columns(c).indices(len(beside.theta)))
+            k: c.identifier
+            for c in without_torque.candidates
+            for k in range(*without_torque.columns(c).indices(len(without_torque.theta)))
         }
-        spread, after = (np.sqrt(np.maximum(c.diagonal(), 0.0)) for c in (beside.covariance, self.covariance))
-        count = len(beside.theta)
-        ends = np.stack([beside.theta, self.fit.theta[:count]], 1)
-        values, slopes = values_of(beside.unknowns, ends), slopes_of(beside.unknowns, ends[:, 1])
+        spread, after = (np.sqrt(np.maximum(c.diagonal(), 0.0)) for c in (without_torque.covariance, self.covariance))
+        count = len(without_torque.theta)
+        ends = np.stack([without_torque.theta, self.fit.theta[:count]], 1)
+        values, slopes = values_of(without_torque.unknowns, ends), slopes_of(without_torque.unknowns, ends[:, 1])
         value_sd = np.sqrt(np.maximum(np.diag(slopes @ self.covariance[:count, :count] @ slopes.T), 0.0))
         changes = []
-        for k, (u, (before, now)) in enumerate(zip(beside.unknowns, ends, strict=True)):
-            if abs(now - before) > spread[k]:
+        for k, (u, (before, moved_to)) in enumerate(zip(without_torque.unknowns, ends, strict=True)):
+            if abs(moved_to - before) > spread[k]:
                 was = abs(before - u.centre) >= 2.0 * spread[k]
-                gone = bool(u.size and was and abs(now - u.centre) < 2.0 * after[k])
+                vanishes = bool(u.size and was and abs(moved_to - u.centre) < 2.0 * after[k])
                 first, last, sd = (float(x) for x in (*values[k], value_sd[k]))
                 for name, factor in u.factors.items():
                     sized = factor * first, factor * last, factor * sd
-                    changes.append(Changed(name, u.unit, owner.get(k, ""), *sized, gone))
-        return tuple(sorted(changes, key=lambda one: not one.effect))
+                    changes.append(Changed(name, u.unit, owner.get(k, ""), *sized, vanishes))
+        return tuple(sorted(changes, key=lambda change: not change.effect))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
 def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     """The residual torque of a finished ``diagnosis``; None if no more than noise is left, or a tyre was measured."""
-    kind, beside = diagnosis.kind, diagnosis.final
+    kind, named_fit = diagnosis.kind, diagnosis.final
     if not diagnosis.verdict.leaves_more or kind.model is None:
         return None
     if any(effect.identifier == EFFECT for effect in kind.model.effects):
@@ -299,8 +301,8 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
             "a torque over state and speed is fitted to motion alone, not to a bench test or a tyre on a rig"
         )
     scale = SpeedScale.of(kind.speeds)
-    best = _choose_and_fit(kind, beside, scale)
-    before = held_out(kind, beside)
+    best = _choose_and_fit(kind, named_fit, scale)
+    before = held_out(kind, named_fit)
     degrees = _degrees(best)
     while True:  # until the full model keeps what the linearised problem promised
         if not degrees:
@@ -313,27 +315,27 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
         if fewer == degrees:
             after = held_out(kind, best)
             # data left out may ask for a torque that all data refuse
-            moved = best.theta[_count_before_torque(best) :].any()
-            if moved and after.log_score > before.log_score and after.chi2 < before.chi2:
+            has_torque = best.theta[_count_before_torque(best) :].any()
+            if has_torque and after.log_score > before.log_score and after.chi2 < before.chi2:
                 break
             # without the pair whose loss costs the held-out score least
             fewer = max(({p: n for p, n in degrees.items() if p != pair} for pair in degrees), key=selector.score)
         degrees = fewer
     gains = {term_names({pair: degrees[pair]})[-1]: gain for pair, gain in selector.gains(degrees).items()}
     covariance = _covariance(best, Selector(linear.with_noise(best.misfit), _count_before_torque(best), scale), degrees)
-    return Residual(best, beside, degrees, scale, covariance, before, after, gains, best.goodness)
+    return Residual(best, named_fit, degrees, scale, covariance, before, after, gains, best.goodness)
 
 
-def _choose_and_fit(kind: Kind, beside: Fit, scale: SpeedScale) -> Fit:
+def _choose_and_fit(kind: Kind, named_fit: Fit, scale: SpeedScale) -> Fit:
     """Terms chosen and fitted in turn until they stay, four times at most."""
-    best: Fit = beside
+    best: Fit = named_fit
     degrees: dict[Pair, int] = {}
-    tried = [degrees]
+    earlier_choices = [degrees]
     for _ in range(4):
         degrees = _selector(linearise(kind, best, scale), best, scale).select(degrees)
-        if degrees in tried:
+        if degrees in earlier_choices:
             break
-        tried.append(degrees)
+        earlier_choices.append(degrees)
         trial = _fit_terms(kind, best, degrees, scale)
         if trial.objective >= best.objective and len(trial.theta) >= len(best.theta):
             break

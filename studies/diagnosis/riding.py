@@ -81,16 +81,16 @@ def shapes(name: str, time: Array, hertz: float | None) -> Array:
     if name == "pedalling":
         turn = 2 * np.pi * np.multiply.outer(time - time[0], CADENCE_HZ if hertz is None else np.array([hertz]))
         return np.concatenate([np.cos(turn), np.sin(turn)], 1)
-    nodes, own = _process(name, float(time[-1] - time[0]), min(NODES, len(time)))
-    return np.stack([np.interp(time - time[0], nodes, column) for column in own.T], 1)
+    nodes, components = _process(name, float(time[-1] - time[0]), min(NODES, len(time)))
+    return np.stack([np.interp(time - time[0], nodes, column) for column in components.T], 1)
 
 
 @lru_cache(maxsize=64)
 def _process(name: str, duration: float, count: int) -> tuple[Array, Array]:
     """Principal components of a process, largest first: times (count,), and values (count, k)."""
     nodes = np.linspace(0.0, duration, count)
-    apart = np.abs(nodes[:, None] - nodes) / CORNER_S[name]
-    size, axes = np.linalg.eigh(np.exp(-(apart ** POWER[name]) / POWER[name]))
+    distance = np.abs(nodes[:, None] - nodes) / CORNER_S[name]
+    size, axes = np.linalg.eigh(np.exp(-(distance ** POWER[name]) / POWER[name]))
     most = 1 + int(np.searchsorted(np.cumsum(size[::-1]), KEPT * count * (1 if name == "rider_sway" else 0.95)))
     return nodes, (axes * np.sqrt(np.maximum(size, 0.0)))[:, ::-1][:, :most]
 
@@ -107,14 +107,14 @@ def find_course(name: str, residual: Array, columns: Array, sizes: Array) -> Cou
     if name == "pedalling":
         count = len(CADENCE_HZ)
         options = [slice(k, None, count) for k in range(count)]
-    found = np.empty((len(options), len(sizes), len(residual)))
+    evidence = np.empty((len(options), len(sizes), len(residual)))
     for k, option in enumerate(options):
         u, s, _ = np.linalg.svd(columns[..., option], full_matrices=False)
         power = np.einsum("rnk,rn->rk", u, residual) ** 2
         grown = np.multiply.outer(sizes**2, s**2)  # (sizes, R, k)
-        found[k] = (power * grown / (1 + grown) - np.log1p(grown)).sum(-1) / 2
-    best = found.max(0).sum(1).argmax()
-    hertz = tuple(CADENCE_HZ[found[:, best].argmax(0)].tolist()) if name == "pedalling" else ()
+        evidence[k] = (power * grown / (1 + grown) - np.log1p(grown)).sum(-1) / 2
+    best = evidence.max(0).sum(1).argmax()
+    hertz = tuple(CADENCE_HZ[evidence[:, best].argmax(0)].tolist()) if name == "pedalling" else ()
     return Course(float(sizes[best]), hertz)
 
 
@@ -124,34 +124,41 @@ def estimate_sizes(name: str, times: list[Array], residual: Array, columns: Arra
     Arguments as of :func:`find_course`. The coefficients are normal, given the size of the first course, that of the
     second to it, and the frequency, that of a run or the corner of all; over these is averaged by their evidence.
     """
-    found, half, periodic, s = [], columns.shape[-1] // 2, name == "pedalling", sizes[:, None, None]
-    for time, rest, push in zip(times, residual, columns, strict=True):
-        own = shapes(name, time, None)
+    terms, half, periodic, s = [], columns.shape[-1] // 2, name == "pedalling", sizes[:, None, None]
+    for time, white, push in zip(times, residual, columns, strict=True):
+        unit_courses = shapes(name, time, None)
         if periodic:
             hertz = np.linspace(CADENCE_HZ[0], CADENCE_HZ[-1], 66)
-            mixing = np.linalg.pinv(own, rcond=1e-6) @ np.array([shapes(name, time, f) for f in hertz])
+            mixing = np.linalg.pinv(unit_courses, rcond=1e-6) @ np.array([shapes(name, time, f) for f in hertz])
         else:
             nodes, base = _process(name, float(time[-1] - time[0]), min(NODES, len(time)))
             corner, inverse = CORNER_S[name] * np.geomspace(5, 0.2, 9), np.linalg.pinv(base)
-            apart = np.abs(nodes[:, None] - nodes) / corner[:, None, None]
+            distance = np.abs(nodes[:, None] - nodes) / corner[:, None, None]
             hertz = (2 * np.log(2)) ** (POWER[name] / 2 - 0.5) / (2 * np.pi * corner)  # half of the power density
-            spread = inverse @ np.exp(-(apart ** POWER[name]) / POWER[name]) @ inverse.T
+            spread = inverse @ np.exp(-(distance ** POWER[name]) / POWER[name]) @ inverse.T
             mixing = np.linalg.cholesky(spread + 1e-9 * np.eye(len(inverse)))
-        push = np.hstack([push[:, : own.shape[1]], push[:, half : half + own.shape[1]]])
-        square = own.T @ own / np.sum((own @ mixing) ** 2, (1, 2), keepdims=True)  # of variance 1 in all
+        push = np.hstack([push[:, : unit_courses.shape[1]], push[:, half : half + unit_courses.shape[1]]])
+        square = (
+            unit_courses.T @ unit_courses / np.sum((unit_courses @ mixing) ** 2, (1, 2), keepdims=True)
+        )  # of variance 1 in all
         for ratio in np.geomspace(0.3, 30.0, 6):  # of the second course to its share
-            both = np.kron(np.diag([1.0, ratio]), mixing)
-            gain, axes = np.linalg.eigh(both.swapaxes(-1, -2) @ (push.T @ push) @ both)
-            axes = both @ axes
-            pull, left = rest @ push @ axes, 1 / (s**-2 + np.maximum(gain, 0.0))  # left: variances (S, F, 2 m)
-            found.append((left * pull**2 + np.log(left / s**2)).sum(-1) / 2)
+            pair_mixing = np.kron(np.diag([1.0, ratio]), mixing)
+            gain, axes = np.linalg.eigh(pair_mixing.swapaxes(-1, -2) @ (push.T @ push) @ pair_mixing)
+            axes = pair_mixing @ axes
+            pull, spread_left = (
+                white @ push @ axes,
+                1 / (s**-2 + np.maximum(gain, 0.0)),
+            )  # spread_left: variances (S, F, 2 m)
+            terms.append((spread_left * pull**2 + np.log(spread_left / s**2)).sum(-1) / 2)
             for part in np.split(axes, 2, 1):
                 power = part.swapaxes(-1, -2) @ square @ part * len(time) / sum(map(len, times))
-                moved, crossed = ((p @ x[..., None])[..., 0] for p, x in ((power, left * pull), (power**2, left)))
-                found.append((moved * left * pull + np.diagonal(power, 0, 1, 2) * left).sum(-1))
-                found.append((4 * moved**2 * left + 2 * crossed * left).sum(-1))
-    every = np.array(found).reshape(len(times), -1, 5, *found[0].shape)  # (R, ratios, 5, S, F)
-    evidence, mean, variance = every[:, :, :1], every[:, :, 1::2], every[:, :, 2::2]
+                weighted, crossed = (
+                    (p @ x[..., None])[..., 0] for p, x in ((power, spread_left * pull), (power**2, spread_left))
+                )
+                terms.append((weighted * spread_left * pull + np.diagonal(power, 0, 1, 2) * spread_left).sum(-1))
+                terms.append((4 * weighted**2 * spread_left + 2 * crossed * spread_left).sum(-1))
+    stacked = np.array(terms).reshape(len(times), -1, 5, *terms[0].shape)  # (R, ratios, 5, S, F)
+    evidence, mean, variance = stacked[:, :, :1], stacked[:, :, 1::2], stacked[:, :, 2::2]
     share = np.ones_like(evidence)
     if periodic:
         total = np.logaddexp.reduce(evidence, -1, keepdims=True)
@@ -168,5 +175,5 @@ def estimate_sizes(name: str, times: list[Array], residual: Array, columns: Arra
     factor = np.append(SHARES[name].max(1), 1.0)  # N m or N, Hz
     value, sd = factor * value, factor * np.sqrt(square - value**2)
     first = int(periodic and value[1] * sd[0] > value[0] * sd[1])  # of a process the second takes what is too fast
-    told = (first, 2) if over[0] + over[-1] < 0.05 else (first,)
-    return {SIZED[name][k][0]: (float(value[k]), float(sd[k]), SIZED[name][k][1]) for k in told}
+    reported = (first, 2) if over[0] + over[-1] < 0.05 else (first,)
+    return {SIZED[name][k][0]: (float(value[k]), float(sd[k]), SIZED[name][k][1]) for k in reported}

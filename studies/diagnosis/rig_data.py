@@ -111,8 +111,15 @@ class SweepBlocks(Reduced):
             return total, np.empty((len(total), 0))
         h = 0.5 * float(np.median(np.diff(self.slip_time)))
         by_delay = -(curve(h)[0] - curve(-h)[0]) / (2 * h)
-        others = (np.ones_like(force), self.clock, gain * by_delay, force * self.clock, self.slip**2, sign * force / 2)
-        return total, np.stack([*(gain * part), *others], 1)
+        other_slopes = (
+            np.ones_like(force),
+            self.clock,
+            gain * by_delay,
+            force * self.clock,
+            self.slip**2,
+            sign * force / 2,
+        )
+        return total, np.stack([*(gain * part), *other_slopes], 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,27 +139,29 @@ def condition_label(condition: Condition) -> str:
 
 def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:
     """Block means of a sweep with their noise, and notes on it."""
-    found = fit_slip_sweep(run)
-    blocks, used = found.blocks, np.flatnonzero(found.blocks.settled)
-    every = -(-len(used) // 240)  # of longer sweeps every second, third ... block is compared
-    kept = used[::every]
-    notes = [f"{name}: {fault}" for fault in found.sensor_faults]
-    if every > 1:
-        notes.append(f"{name}: one block of {every} is compared ({len(kept)} of {len(used)}); neighbours tell the same")
+    fitted = fit_slip_sweep(run)
+    blocks, used = fitted.blocks, np.flatnonzero(fitted.blocks.settled)
+    stride = -(-len(used) // 240)  # of longer sweeps every second, third ... block is compared
+    compared = used[::stride]
+    notes = [f"{name}: {fault}" for fault in fitted.sensor_faults]
+    if stride > 1:
+        notes.append(
+            f"{name}: one block of {stride} is compared ({len(compared)} of {len(used)}); neighbours tell the same"
+        )
     slip = _smooth(blocks)
     return SweepBlocks(
         name,
         run.condition,
-        blocks.time[kept],
-        slip[kept],
-        blocks.force[kept],
-        np.sign(blocks.rate[kept]),
-        blocks.branch[kept],
+        blocks.time[compared],
+        slip[compared],
+        blocks.force[compared],
+        np.sign(blocks.rate[compared]),
+        blocks.branch[compared],
         blocks.time,
         slip,
         blocks.speed,
-        found.rate,
-        _noise(found, slip, kept),
+        fitted.rate,
+        _noise(fitted, slip, compared),
     ), tuple(notes)
 
 
@@ -160,41 +169,41 @@ def _smooth(blocks: Blocks) -> Array:
     """Slip with its sensor noise averaged by a moving parabola within each branch."""
     slip = blocks.slip.copy()
     for number in np.unique(blocks.branch):
-        here = blocks.branch == number
-        window = min(15, int(here.sum()) - 1 + int(here.sum()) % 2)
+        in_branch = blocks.branch == number
+        window = min(15, int(in_branch.sum()) - 1 + int(in_branch.sum()) % 2)
         if window > 3:
-            slip[here] = scipy.signal.savgol_filter(slip[here], window, 2)
+            slip[in_branch] = scipy.signal.savgol_filter(slip[in_branch], window, 2)
     return slip
 
 
-def _noise(found: SlipSweepFit, slip: Array, kept: NDArray[np.intp]) -> AR1Noise:
+def _noise(fitted: SlipSweepFit, slip: Array, compared: NDArray[np.intp]) -> AR1Noise:
     """Noise of the compared blocks, from the residual of the fit with everything free."""
-    blocks, p = found.blocks, found.parameters
-    clock = (blocks.time[kept] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
-    direction = np.sign(blocks.rate[kept])
+    blocks, p = fitted.blocks, fitted.parameters
+    clock = (blocks.time[compared] - 0.5 * (blocks.time[0] + blocks.time[-1])) / (blocks.time[-1] - blocks.time[0])
+    direction = np.sign(blocks.rate[compared])
     force, part = lagged_magic_formula(
-        time=blocks.time[kept],
+        time=blocks.time[compared],
         history=interpolate_slip(blocks.time, slip),
         direction=direction,
-        cornering_stiffness=found.curve_slope,
+        cornering_stiffness=fitted.curve_slope,
         **{key: p[key] for key in ("peak", "shape", "curvature", "horizontal_shift", "lag", "hysteresis")},
     )
-    both = len(np.unique(direction)) > 1
-    columns = [*(part if both else part[:5]), np.ones_like(clock), clock]
-    left, size, _ = np.linalg.svd(np.stack([c / max(float(np.abs(c).max()), 1e-300) for c in columns], 1), False)
-    left = left[:, size > 1e-6 * size[0]]
-    residual = blocks.force[kept] - force - p["vertical_shift"] - p["drift"] * clock
-    residual -= left @ (left.T @ residual)
+    both_ways = len(np.unique(direction)) > 1
+    columns = [*(part if both_ways else part[:5]), np.ones_like(clock), clock]
+    basis, size, _ = np.linalg.svd(np.stack([c / max(float(np.abs(c).max()), 1e-300) for c in columns], 1), False)
+    basis = basis[:, size > 1e-6 * size[0]]
+    residual = blocks.force[compared] - force - p["vertical_shift"] - p["drift"] * clock
+    residual -= basis @ (basis.T @ residual)
     floor = (1e-4 * float(np.abs(blocks.force).max())) ** 2  # rounding of a file without noise
-    return estimate_noise(blocks.time[kept], residual, left, floor)
+    return estimate_noise(blocks.time[compared], residual, basis, floor)
 
 
 def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
     """Readings of a pull over the tyre's own displacement, or over that of the plate."""
-    found = fit_pull_test(test)
+    fitted = fit_pull_test(test)
     good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
     displacement = (test.plate_displacement if plate else test.tyre_deflection)[good]
-    rounding = found.lateral_stiffness.value * found.resolution / np.sqrt(6.0)
+    rounding = fitted.lateral_stiffness.value * fitted.resolution / np.sqrt(6.0)
     clock = np.linspace(-0.5, 0.5, len(displacement)) if test.time is None else test.time[good]
     clock = (clock - clock[0]) / (clock[-1] - clock[0]) - 0.5
     return PullReadings(
@@ -203,7 +212,7 @@ def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
         displacement,
         test.side_force[good],
         clock,
-        max(found.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
+        max(fitted.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
     )
 
 
@@ -245,12 +254,12 @@ def rig_nuisances(
     """Tyre parameters with the reference's uncertainty, scatter of one recording, drifts, certified calibration."""
     sd: dict[str, tuple[float, str]] = {}
     for label in dict.fromkeys(s.label for s in sweeps):
-        value, own = curves[label].cornering_stiffness or (1.0, 0.0)
-        sd[f"cornering stiffness, {label}"] = own / value, "1"
+        value, value_sd = curves[label].cornering_stiffness or (1.0, 0.0)
+        sd[f"cornering stiffness, {label}"] = value_sd / value, "1"
         sd[f"peak, {label}"] = 0.1, "1"  # of the curve: 4 deg of slip do not tell peak, shape, curvature one by one
     for label in dict.fromkeys(p.label for p in pulls):
-        value, own = curves[label].lateral_stiffness or (1.0, 0.0)
-        sd[f"lateral stiffness, {label}"] = own / value, "1"
+        value, value_sd = curves[label].lateral_stiffness or (1.0, 0.0)
+        sd[f"lateral stiffness, {label}"] = value_sd / value, "1"
     if sweeps:
         sd |= {"shape": (0.15, "1"), "curvature": (0.5, "1"), "load gain": (0.005, "1")}
         sd |= {"slip gain": (c.slip, "1"), "slip zero": (1e-4, "rad")}
@@ -269,15 +278,15 @@ def rig_nuisances(
 
 def rig_candidates(terms: Sequence[Term], recorded: Recorded) -> tuple[Candidates, dict[str, str]]:
     """Rig effects among ``terms`` that may be missing, and why others cannot be tried."""
-    refused = {term.identifier: why for term in terms if (why := term.needs(recorded))}
+    reasons = {term.identifier: why for term in terms if (why := term.needs(recorded))}
     candidates = tuple(
         Candidate(
             term.identifier, tuple(_unknown_of(term, p, recorded) for p in term.parameters), signature=term.signature
         )
         for term in terms
-        if term.identifier not in refused
+        if term.identifier not in reasons
     )
-    return candidates, refused
+    return candidates, reasons
 
 
 def _unknown_of(term: Term, p: RigParameter, recorded: Recorded) -> UncertainParameter:

@@ -68,25 +68,27 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "RigNumbers":
-        given, model = read(cls.keys, content, section="rig"), common["model"]
-        if ("tyre" in given) == ("recordings" in given):
+        settings, model = read(cls.keys, content, section="rig"), common["model"]
+        if ("tyre" in settings) == ("recordings" in settings):
             raise InputError(f"[rig]: give one of tyre and recordings; {EXAMPLE}")
-        if "recordings" in given and "surface" in given:
+        if "recordings" in settings and "surface" in settings:
             raise InputError("[rig]: surface belongs to a tyre; recordings have their own")
-        how = {key: given.get(key) for key in ("surface", "pressure_bar", EXTRAPOLATE)}
+        how = {key: settings.get(key) for key in ("surface", "pressure_bar", EXTRAPOLATE)}
         notes: list[str] = []
-        if "tyre" in given:
-            tyre = given["tyre"]
+        if "tyre" in settings:
+            tyre = settings["tyre"]
             several = isinstance(tyre, dict)
-            files = {w: tyre_file(one, folder) for w, one in tyre.items()} if several else tyre_file(tyre, folder)
+            files = {w: tyre_file(name, folder) for w, name in tyre.items()} if several else tyre_file(tyre, folder)
             tyres = joint_wheel_tyres(tyre=files, bicycle=model.bicycle, **how)
         else:
-            tyres, notes = _fit_folder(folder / given["recordings"], model.bicycle, how)
+            tyres, notes = _fit_folder(folder / settings["recordings"], model.bicycle, how)
         notes += tyre_notes(dict(zip(WHEELS, tyres.properties, strict=True)))
-        quantities, values, covariance = _numbers(tyres, trail=given["trail"])
-        own = [e.identifier for e in model.effects if e.identifier in own_trails()]
-        if own and any(quantity == TRAIL for quantity, _ in quantities):
-            raise InputError(f"[rig]: the rig's pneumatic trail cannot be compared with {own[0]}; write trail = false")
+        quantities, values, covariance = _numbers(tyres, trail=settings["trail"])
+        trail_effects = [e.identifier for e in model.effects if e.identifier in own_trails()]
+        if trail_effects and any(quantity == TRAIL for quantity, _ in quantities):
+            raise InputError(
+                f"[rig]: the rig's pneumatic trail cannot be compared with {trail_effects[0]}; write trail = false"
+            )
         return cls(
             **common,
             quantities=quantities,
@@ -116,12 +118,12 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
     def rows(self) -> Rows:  # type: ignore[override]
         """One row for each number; all are held out together."""
         n = len(self.quantities)
-        where = tuple(f"{quantity}, {wheel}" for quantity, wheel in self.quantities)
-        shown = {
+        labels = tuple(f"{quantity}, {wheel}" for quantity, wheel in self.quantities)
+        displays = {
             label: Series(quantity, f"{quantity}, {UNITS[quantity]}", "load, N")
-            for label, (quantity, _) in zip(where, self.quantities, strict=True)
+            for label, (quantity, _) in zip(labels, self.quantities, strict=True)
         }
-        return Rows(where, np.full(n, self.load), where, np.zeros(n, np.intp), displays=shown, axis="load, N")
+        return Rows(labels, np.full(n, self.load), labels, np.zeros(n, np.intp), displays=displays, axis="load, N")
 
     @property
     def data(self) -> tuple[Array, Array]:
@@ -130,10 +132,10 @@ class RigNumbers(BicycleKind, kind="rig", top=False):
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> base.Prediction:
         family = self.family(candidates)
         batch, steps = family.stencil(theta) if slopes else (theta[None], np.zeros(0))
-        there = {e.identifier for e in self.model.effects} - {c.replaces for c in candidates}
-        there |= {c.effect.identifier for c in candidates if c.effect is not None}
+        acting = {e.identifier for e in self.model.effects} - {c.replaces for c in candidates}
+        acting |= {c.effect.identifier for c in candidates if c.effect is not None}
         values = family.values(batch)
-        computed = np.stack([_model(quantity, wheel, values, there) for quantity, wheel in self.quantities], 1)
+        computed = np.stack([_model(quantity, wheel, values, acting) for quantity, wheel in self.quantities], 1)
         white = np.linalg.solve(np.linalg.cholesky(self.covariance), (self.values - computed).T).T
         return white[0], central_differences(white, steps) if slopes else np.empty((len(white[0]), 0))
 
@@ -155,8 +157,8 @@ def _numbers(tyres: JointProperties, *, trail: bool) -> tuple[tuple[tuple[str, s
     ]
     if trail and all(p.pneumatic_trail_sd is not None for p in tyres.properties):
         numbers += [((TRAIL, wheel), f"pneumatic_trail.{k}", p.pneumatic_trail, 1.0) for k, (wheel, p) in wheels]
-    names, own, values, slopes = zip(*numbers, strict=True)
-    covariance = tyres.joint.among(own) * np.outer(slopes, slopes)
+    names, keys, values, slopes = zip(*numbers, strict=True)
+    covariance = tyres.joint.among(keys) * np.outer(slopes, slopes)
     # two wheels at one condition say the same thing once: a relative sd of 0.1 % is added to each number
     return names, np.array(values), covariance + np.diag((1e-3 * np.array(values)) ** 2)
 
@@ -179,15 +181,15 @@ def _fit_folder(folder: Path, bicycle: Bicycle, how: dict[str, Any]) -> tuple[Jo
     return tyres, [*remarks, *(f"{name} left out: {why}" for name, why in campaign.skipped.items())]
 
 
-def _model(quantity: str, wheel: str, values: dict[str, Array], there: set[str]) -> Array:
+def _model(quantity: str, wheel: str, values: dict[str, Array], acting: set[str]) -> Array:
     """A number of the model for each coordinate of a batch (K,), zero if the model has none."""
 
     def of(slot: str, number: str) -> Array | None:
         """The value that an effect of that slot takes from a tyre under the name of a number."""
         for name, effect in registry().items():
-            for p in effect.parameters if name in there and effect.slot == slot else ():
-                if p.tyre == number and (found := values.get(f"{name}.{p.name}.{wheel}")) is not None:
-                    return found[:, 0]
+            for p in effect.parameters if name in acting and effect.slot == slot else ():
+                if p.tyre == number and (wheel_value := values.get(f"{name}.{p.name}.{wheel}")) is not None:
+                    return wheel_value[:, 0]
         return None
 
     nothing = np.zeros(len(next(iter(values.values()))))

@@ -108,19 +108,19 @@ class RigRecordings(TyreKind, kind="rig"):
             self.reference.at(condition.load, condition.pressure)
         signals: list[tuple[str, Any, Any]] = [(name, run.slip_angle, run.side_force) for name, run in self.sweeps]
         signals += [(name, test.side_force, test.plate_displacement) for name, test in self.pulls]
-        seen: dict[tuple[bytes, bytes], str] = {}
+        names_by_data: dict[tuple[bytes, bytes], str] = {}
         for name, first, second in signals:
             key = np.asarray(first).tobytes(), np.asarray(second).tobytes()
-            if key in seen:
-                raise InputError(f"{name}: the same recording as {seen[key]}; keep one, or it counts twice")
-            seen[key] = name
+            if key in names_by_data:
+                raise InputError(f"{name}: the same recording as {names_by_data[key]}; keep one, or it counts twice")
+            names_by_data[key] = name
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "RigRecordings":
         rig = read(cls.keys, content, section="rig")
-        tolerance, given = rig["load_tolerance"], rig["recordings"]
+        tolerance, source = rig["load_tolerance"], rig["recordings"]
         settings = FitSettings(Calibration(**rig["calibration"]), load_tolerance=tolerance)
-        sweeps, pulls, notes = _recordings(_files(given, folder), tolerance, skip_bad=isinstance(given, str))
+        sweeps, pulls, notes = _recordings(_files(source, folder), tolerance, skip_bad=isinstance(source, str))
         return cls(
             reference=read_reference(rig["reference"], folder, settings),
             sweeps=sweeps,
@@ -137,9 +137,9 @@ class RigRecordings(TyreKind, kind="rig"):
         """Reduce the recordings, find their reference and choose candidates."""
         blocks, notes = [], list(self.notes)
         for name, run in self.sweeps:
-            sweep, said = reduce_sweep(name, run)
+            sweep, sweep_notes = reduce_sweep(name, run)
             blocks.append(sweep)
-            notes += said
+            notes += sweep_notes
         plate = self.pull_displacement == "plate"
         readings = tuple(reduce_pull(name, test, plate=plate) for name, test in self.pulls)
         curves = {s.label: self._curve_with("cornering_stiffness", s) for s in blocks}
@@ -156,10 +156,10 @@ class RigRecordings(TyreKind, kind="rig"):
             other_loads=any(abs(s.condition.load / curves[s.label].load - 1) > ALIKE for s in blocks),
             known={} if length is None else {"relaxation_length": length},
         )
-        every, refused = rig_candidates(rig_terms(), recorded)
-        can = {c.identifier: c for c in every}
-        for what, names in (("[rig]: includes", self.includes), ("--without", without), ("--with", also)):
-            refuse_unknown("rig effect", names, {*can, *refused}, where=what)
+        all_candidates, refused = rig_candidates(rig_terms(), recorded)
+        can = {c.identifier: c for c in all_candidates}
+        for origin, names in (("[rig]: includes", self.includes), ("--without", without), ("--with", also)):
+            refuse_unknown("rig effect", names, {*can, *refused}, where=origin)
         for name in self.includes:
             if name in refused:
                 raise InputError(f"[rig]: includes {name!r}, but: {refused[name]}; take it out")
@@ -171,7 +171,7 @@ class RigRecordings(TyreKind, kind="rig"):
             curves=curves,
             refused=refused,
             nuisances=(*floating, *(u for name in self.includes for u in can[name].unknowns)),
-            candidates=tuple(c for c in every if c.identifier not in {*self.includes, *without}),
+            candidates=tuple(c for c in all_candidates if c.identifier not in {*self.includes, *without}),
             terms=(*rig_terms(), *PHENOMENOLOGICAL),
             without_cause=rig_candidates(PHENOMENOLOGICAL, recorded)[0],
             notes=(*notes, *self._list_assumptions(blocks, readings, curves, off=recorded.other_loads)),
@@ -189,10 +189,10 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def _bend_beyond(self, condition: Condition, curve: Curve) -> float:
         """ln(1 + R/Rd) of a condition beyond that of the reference."""
-        here, there = (
+        bend, reference_bend = (
             log_curvature(wheel_radius=self.wheel_radius, drum_radius=x.drum_radius) for x in (condition, curve)
         )
-        return here - there
+        return bend - reference_bend
 
     def _list_assumptions(
         self, sweeps: Sequence[SweepBlocks], pulls: Sequence[PullReadings], curves: Mapping[str, Curve], *, off: bool
@@ -246,7 +246,7 @@ class RigRecordings(TyreKind, kind="rig"):
                 length = length * curve.length[0] / first[0]
             lag = (length + true * t.compliance) / sweep.speed
         side = -1.0 if turned else 1.0
-        each = (
+        terms = (
             true * force / slip,
             peak * force,
             curve.shape + v["shape"],
@@ -261,7 +261,7 @@ class RigRecordings(TyreKind, kind="rig"):
             t.asymmetry,
             t.gain_by_sign,
         )
-        return np.stack([np.broadcast_to(np.asarray(x, float), count) for x in each], axis=1)
+        return np.stack([np.broadcast_to(np.asarray(x, float), count) for x in terms], axis=1)
 
     def simulate_pull(self, pull: PullReadings, values: Values) -> Array:
         """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and terms of effects."""
@@ -301,26 +301,26 @@ class RigRecordings(TyreKind, kind="rig"):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """One series a recording; innovations in the order of time."""
-        where, x, series, fold = [], [], [], []
+        places, x, series, fold = [], [], [], []
         split = len(self.blocks) + len(self.readings) < FOLDS
         for k, s in enumerate(self.blocks):
             degrees = np.rad2deg(s.slip)
             for slip, direction in zip(degrees, s.direction, strict=True):
                 low = int(np.floor(slip))
                 sense = "up" if direction > 0 else "down"
-                where.append(f"slip sweep, {s.name}, {sense}, {low} to {low + 1} deg")
+                places.append(f"slip sweep, {s.name}, {sense}, {low} to {low + 1} deg")
             x += degrees.tolist()
             series += [s.name] * len(degrees)
             fold += _segments(s.branch) if split else [k] * len(degrees)
         for k, p in enumerate(self.readings, len(self.blocks)):
             n, way = len(p.force), np.gradient(p.displacement)
-            where += [f"pull test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in way]
+            places += [f"pull test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in way]
             x += (1e3 * p.displacement).tolist()
             series += [p.name] * n
             fold += _segments(np.zeros(n, int)) if split else [k] * n
-        shown = {s.name: Series("slip sweep", "side force, N", "slip angle, deg") for s in self.blocks}
-        shown |= {p.name: Series("pull test", "side force, N", "displacement, mm") for p in self.readings}
-        return Rows(tuple(where), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, displays=shown)
+        displays = {s.name: Series("slip sweep", "side force, N", "slip angle, deg") for s in self.blocks}
+        displays |= {p.name: Series("pull test", "side force, N", "displacement, mm") for p in self.readings}
+        return Rows(tuple(places), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, displays=displays)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Innovations (n,) and their derivatives (n, p)."""
@@ -328,13 +328,13 @@ class RigRecordings(TyreKind, kind="rig"):
         residual, jacobian = [], []
         for s in self.blocks:
             force, slope = self._force(s, batch, steps)
-            both = s.whiten(np.column_stack([s.force - force, -slope]))
-            residual.append(both[:, 0])
-            jacobian.append(both[:, 1:])
+            whitened = s.whiten(np.column_stack([s.force - force, -slope]))
+            residual.append(whitened[:, 0])
+            jacobian.append(whitened[:, 1:])
         for p in self.readings:
-            every = self.simulate_pull(p, batch)
-            residual.append((p.force - every[0]) / p.sd)
-            jacobian.append(-central_differences(every, steps) / p.sd)
+            forces = self.simulate_pull(p, batch)
+            residual.append((p.force - forces[0]) / p.sd)
+            jacobian.append(-central_differences(forces, steps) / p.sd)
         return np.concatenate(residual), np.concatenate(jacobian)
 
     def _batch(self, candidates: Candidates, theta: Array, *, slopes: bool) -> tuple[dict[str, Array], Array]:
@@ -370,17 +370,17 @@ class RigRecordings(TyreKind, kind="rig"):
         for term in self.terms:
             term.add_to(terms, values)
         load = max(float(np.abs(p.force).max()) for p in self.readings)
-        moved = load * np.broadcast_to(np.asarray(terms.compliance, float), 1 + 2 * len(steps))[:, None]
-        return moved[0], central_differences(moved, steps)
+        movement = load * np.broadcast_to(np.asarray(terms.compliance, float), 1 + 2 * len(steps))[:, None]
+        return movement[0], central_differences(movement, steps)
 
     def _further_sweeps(self) -> list[Proposal]:
         sweeps, first = self.blocks, self.blocks[0]
         proposals: list[Proposal] = []
 
-        def propose(what: str, *, turned: bool = False, **changes: Any) -> None:
+        def propose(title: str, *, turned: bool = False, **changes: Any) -> None:
             sweep = _path(first, self.calibration.repeatability, **changes)
             predict = partial(self._swept_again, sweep, turned=turned)
-            proposals.append(Proposal(what, np.ones(len(sweep.time)), predict))
+            proposals.append(Proposal(title, np.ones(len(sweep.time)), predict))
 
         single = len({float(way) for s in sweeps for way in s.direction}) == 1
         if single:
@@ -410,8 +410,8 @@ class RigRecordings(TyreKind, kind="rig"):
     def forces(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
         """Computed force (n,), N, of every recording by name."""
         values, none = self._batch(candidates, theta, slopes=False)
-        found = {s.name: self._force(s, values, none)[0] for s in self.blocks}
-        return found | {p.name: self.simulate_pull(p, values)[0] for p in self.readings}
+        computed = {s.name: self._force(s, values, none)[0] for s in self.blocks}
+        return computed | {p.name: self.simulate_pull(p, values)[0] for p in self.readings}
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         return np.concatenate(list(self.forces(candidates, theta).values()))
@@ -480,18 +480,18 @@ def _path(
 # ---- reading ----
 
 
-def _files(given: Any, folder: Path) -> list[tuple[str, Path]]:
+def _files(source: Any, folder: Path) -> list[tuple[str, Path]]:
     """All recordings of a folder, or those of a list, with their names."""
-    if isinstance(given, str):
-        root = folder / given
+    if isinstance(source, str):
+        root = folder / source
         return [(str(path.relative_to(root).with_suffix("")), path) for path in recordings_in(root)]
-    if not isinstance(given, list) or not given or not all(isinstance(name, str) for name in given):
-        raise InputError(f"[rig]: recordings = {given!r} must be a folder in quotes or a list of files")
-    stems = [Path(name).stem for name in given]
-    for stem, name in zip(stems, given, strict=True):
+    if not isinstance(source, list) or not source or not all(isinstance(name, str) for name in source):
+        raise InputError(f"[rig]: recordings = {source!r} must be a folder in quotes or a list of files")
+    stems = [Path(name).stem for name in source]
+    for stem, name in zip(stems, source, strict=True):
         if stems.count(stem) > 1:
             raise InputError(f"[rig]: recordings names {name} twice, or two files of that name; keep one")
-    return [(stem, folder / name) for stem, name in zip(stems, given, strict=True)]
+    return [(stem, folder / name) for stem, name in zip(stems, source, strict=True)]
 
 
 def _recordings(
@@ -532,38 +532,38 @@ def draw_recordings(judgement: Judgement, target: Path) -> bool:
     """Measured minus base model over slip or displacement, branch by branch, one panel for each of eight recordings."""
     kind: Any = judgement.kind
     computed = {title: kind.forces(*model) for title, model in models_of(judgement).items()}
-    base, *others = computed.values()
-    shown = [(s.name, np.rad2deg(s.slip), s.force, s.direction, "slip angle, deg") for s in kind.blocks]
+    base, *corrected = computed.values()
+    drawn = [(s.name, np.rad2deg(s.slip), s.force, s.direction, "slip angle, deg") for s in kind.blocks]
     for p in kind.readings:
         way = np.sign(np.gradient(p.displacement))
-        shown.append((p.name, 1e3 * p.displacement, p.force, way, "displacement, mm"))
-    shown = shown[:8]
-    with drawing(target, width=8, height=1.2 + 2.6 * -(-len(shown) // 2)) as figure:
-        axes = panels(figure, len(shown))
-        for axis, (name, x, force, way, label) in zip(axes, shown, strict=False):
+        drawn.append((p.name, 1e3 * p.displacement, p.force, way, "displacement, mm"))
+    drawn = drawn[:8]
+    with drawing(target, width=8, height=1.2 + 2.6 * -(-len(drawn) // 2)) as figure:
+        axes = panels(figure, len(drawn))
+        for axis, (name, x, force, way, label) in zip(axes, drawn, strict=False):
             gap, up = force - base[name], way > 0
             style = {"linestyle": "none", "marker": "o", "markersize": 3, "color": GREY}
             axis.plot(x[up], gap[up], **style, label="measured, rising")
             axis.plot(x[~up], gap[~up], **style, markerfacecolor="w", label="measured, falling")
-            for k, (title, found) in enumerate(zip(list(computed)[1:], others, strict=True), 1):
-                for here, said in ((up, title), (way < 0, "_")):
-                    _line(axis, x, found[name] - base[name], here, k, said)
+            for k, (title, forces) in enumerate(zip(list(computed)[1:], corrected, strict=True), 1):
+                for mask, caption in ((up, title), (way < 0, "_")):
+                    _line(axis, x, forces[name] - base[name], mask, k, caption)
             axis.axhline(0, color="k", linewidth=0.8)
             axis.set(title=name, xlabel=label, ylabel="side force minus base model, N")
         legend_above(figure, axes[0], columns=2)
     return True
 
 
-def _line(axis: Any, x: Array, gap: Array, here: NDArray[np.bool_], k: int, title: str) -> None:
+def _line(axis: Any, x: Array, gap: Array, mask: NDArray[np.bool_], k: int, title: str) -> None:
     """Mean of the cycles in bins of x, so that a line stays a line."""
-    if not here.any():
+    if not mask.any():
         return
     edges = np.linspace(x.min(), x.max() + 1e-12, 41)
-    place = np.digitize(x[here], edges)
+    place = np.digitize(x[mask], edges)
     bins = np.unique(place)
     axis.plot(
-        [x[here][place == b].mean() for b in bins],
-        [gap[here][place == b].mean() for b in bins],
+        [x[mask][place == b].mean() for b in bins],
+        [gap[mask][place == b].mean() for b in bins],
         **{**look(k).plot, "marker": ""},
         label=title,
     )

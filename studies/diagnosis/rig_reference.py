@@ -58,24 +58,24 @@ class Reference:
 
     def at(self, load: float, pressure: float) -> Curve:
         """The curve for a ``load`` (N) and ``pressure`` (Pa): its own, else between loads, else of the nearest load."""
-        near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
-        if not near:
+        same_pressure = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
+        if not same_pressure:
             have = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in sorted({c.pressure for c in self.curves}))
             raise InputError(
                 f"the reference ({self.origin}) has nothing at {pressure / PASCAL_PER_BAR:g} bar (it has {have} bar); "
                 "stiffness is not extrapolated over pressure"
             )
-        near.sort(key=lambda c: c.load)
-        best = min(near, key=lambda c: abs(math.log(c.load / load)))
-        below, above = [c for c in near if c.load < load], [c for c in near if c.load > load]
-        if (apart := max(best.load / load, load / best.load)) > 3.0 and not (below and above):
+        same_pressure.sort(key=lambda c: c.load)
+        best = min(same_pressure, key=lambda c: abs(math.log(c.load / load)))
+        lighter, heavier = [c for c in same_pressure if c.load < load], [c for c in same_pressure if c.load > load]
+        if (ratio := max(best.load / load, load / best.load)) > 3.0 and not (lighter and heavier):
             raise InputError(
                 f"the reference ({self.origin}) at {best.load:g} N says nothing of a recording at {load:g} N, "
-                f"{apart:.3g} times apart (at most 3); give one near that load, or mend the load's unit"
+                f"{ratio:.3g} times apart (at most 3); give one near that load, or mend the load's unit"
             )
-        if abs(best.load / load - 1) < ALIKE or not below or not above:
+        if abs(best.load / load - 1) < ALIKE or not lighter or not heavier:
             return best
-        low, high = below[-1], above[0]
+        low, high = lighter[-1], heavier[0]
         share = math.log(load / low.load) / math.log(high.load / low.load)
 
         def between(a: Value | None, b: Value | None) -> Value | None:
@@ -96,11 +96,13 @@ class Reference:
 
     def load_exponent(self, pressure: float) -> float | None:
         """d(ln C)/d(ln load) at a ``pressure`` (Pa); None with fewer than two loads."""
-        near = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE and c.cornering_stiffness]
-        loads = np.log([c.load for c in near])
-        if len(near) < 2 or np.ptp(loads) < ALIKE:
+        same_pressure = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE and c.cornering_stiffness]
+        loads = np.log([c.load for c in same_pressure])
+        if len(same_pressure) < 2 or np.ptp(loads) < ALIKE:
             return None
-        return float(np.polyfit(loads, np.log([c.cornering_stiffness[0] for c in near if c.cornering_stiffness]), 1)[0])
+        return float(
+            np.polyfit(loads, np.log([c.cornering_stiffness[0] for c in same_pressure if c.cornering_stiffness]), 1)[0]
+        )
 
 
 TRACK = {"flat": "on a flat track", "drum": "on a drum"}
@@ -138,8 +140,8 @@ def _value_and_sd(content: Any) -> "Value | None":
     """Value and sd of one quantity by a fit."""
     if content is None:
         return None
-    given = table({needed("value"): number(), needed("sd"): number(endless=True)}, others=True)(content)
-    return given["value"], given["sd"]
+    pair = table({needed("value"): number(), needed("sd"): number(endless=True)}, others=True)(content)
+    return pair["value"], pair["sd"]
 
 
 CAMPAIGN = table(
@@ -173,27 +175,29 @@ UNSTATED = 0.02  # relative sd of a stiffness whose source states none
 def read_reference(content: Any, folder: Path, settings: FitSettings) -> Reference:
     """The reference that [rig.reference] names."""
     chosen = read(REFERENCE, content, section="rig.reference")
-    given = [key for key in SOURCES if key in chosen]
-    if len(given) != 1:
-        raise InputError(f"[rig.reference] has {', '.join(given) or 'no source'}; give one of {', '.join(SOURCES)}")
-    source, drum = given[0], chosen.get("drum_radius_m")
+    sources = [key for key in SOURCES if key in chosen]
+    if len(sources) != 1:
+        raise InputError(f"[rig.reference] has {', '.join(sources) or 'no source'}; give one of {', '.join(SOURCES)}")
+    source, drum = sources[0], chosen.get("drum_radius_m")
     if source == "conditions":
-        found = _read_curves(chosen[source])
+        reference = _read_curves(chosen[source])
     elif source == "table":
-        found = _of_table(folder / chosen[source], drum)
+        reference = _of_table(folder / chosen[source], drum)
     elif source == "campaign":
-        found = _campaign(folder / chosen[source], drum)
+        reference = _campaign(folder / chosen[source], drum)
     else:
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
         rows = [_row_of_fitted(condition) for condition in keep_upright(campaign.conditions)]
-        left = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
-        origin = f"recordings in {campaign.folder.name}/" + (f" ({left})" if left else "")
-        found = _of_conditions(rows, origin, str(campaign.folder))
-    other = next((c for c in found.curves if drum is not None and c.drum_radius != drum), None)
-    if other is not None:
-        says = f"a radius of {other.drum_radius:g} m" if other.drum_radius else "a flat track"
-        raise InputError(f"[rig.reference]: drum_radius_m = {drum:g}, but {found.origin}: {says}; take one of them out")
-    return found
+        skipped = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
+        origin = f"recordings in {campaign.folder.name}/" + (f" ({skipped})" if skipped else "")
+        reference = _of_conditions(rows, origin, str(campaign.folder))
+    contradicting = next((c for c in reference.curves if drum is not None and c.drum_radius != drum), None)
+    if contradicting is not None:
+        says = f"a radius of {contradicting.drum_radius:g} m" if contradicting.drum_radius else "a flat track"
+        raise InputError(
+            f"[rig.reference]: drum_radius_m = {drum:g}, but {reference.origin}: {says}; take one of them out"
+        )
+    return reference
 
 
 def _of_table(path: Path, drum: float | None) -> Reference:
@@ -205,21 +209,21 @@ def _of_table(path: Path, drum: float | None) -> Reference:
     if t.surface == "drum" and diameter is None and drum is None:
         raise InputError(f"{path}: a drum without drum_diameter_m; add it, or drum_radius_m in [rig.reference]")
     radius = diameter / 2 if diameter else drum
-    found = [
+    curves = [
         Curve(f, p, (c, s), (k, ks or UNSTATED * k), drum_radius=radius if t.surface == "drum" else None)
         for f, p, c, s, k, ks in (map(float, row) for row in rows)
     ]
-    return Reference(tuple(found), f"table {path.name}, {TRACK[t.surface]}", t.tyre)
+    return Reference(tuple(curves), f"table {path.name}, {TRACK[t.surface]}", t.tyre)
 
 
 Row = tuple[str, str, Curve]
 
 
-def _of_conditions(rows: list[Row], origin: str, where: str) -> Reference:
+def _of_conditions(rows: list[Row], origin: str, location: str) -> Reference:
     """One tyre on one surface."""
-    for what, names in (("tyres", {tyre for tyre, _, _ in rows}), ("surfaces", {surface for _, surface, _ in rows})):
+    for plural, names in (("tyres", {tyre for tyre, _, _ in rows}), ("surfaces", {surface for _, surface, _ in rows})):
         if len(names) > 1:
-            raise InputError(f"{where}: a reference of {len(names)} {what}, {', '.join(sorted(names))}; give one")
+            raise InputError(f"{location}: a reference of {len(names)} {plural}, {', '.join(sorted(names))}; give one")
     return Reference(tuple(curve for _, _, curve in rows), f"{origin}, {TRACK[rows[0][1]]}", rows[0][0])
 
 
@@ -248,12 +252,12 @@ def _campaign(path: Path, drum: float | None) -> Reference:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from None
-    given = read(CAMPAIGN, content, where=f"{path}: not the JSON of `velotyre tyre fit --json`")["conditions"]
-    if not given:
+    conditions = read(CAMPAIGN, content, where=f"{path}: not the JSON of `velotyre tyre fit --json`")["conditions"]
+    if not conditions:
         raise InputError(f"{path}: holds no conditions")
     rows: list[Row] = []
-    least = min(abs(c["camber_deg"]) for c in given)
-    for c in (c for c in given if abs(c["camber_deg"]) == least):
+    least = min(abs(c["camber_deg"]) for c in conditions)
+    for c in (c for c in conditions if abs(c["camber_deg"]) == least):
         length, on_drum = c["relaxation_length_m"], c["surface"] == "drum"
         if length is not None:
             length = length[0], math.hypot(length[1], LENGTH_SD * length[0])
@@ -269,28 +273,30 @@ def _campaign(path: Path, drum: float | None) -> Reference:
 def _read_curves(rows: list[Any]) -> Reference:
     curves: list[Curve] = []
     for row in rows:
-        where = f"[[rig.reference.conditions]] number {len(curves) + 1}"
-        curve = _condition(row, where)
-        for place, other in enumerate(curves, 1):
-            if abs(curve.load / other.load - 1) < ALIKE and abs(curve.pressure / other.pressure - 1) < ALIKE:
-                raise InputError(f"{where}: load and pressure of number {place} again; keep one")
+        location = f"[[rig.reference.conditions]] number {len(curves) + 1}"
+        curve = _condition(row, location)
+        for place, earlier in enumerate(curves, 1):
+            if abs(curve.load / earlier.load - 1) < ALIKE and abs(curve.pressure / earlier.pressure - 1) < ALIKE:
+                raise InputError(f"{location}: load and pressure of number {place} again; keep one")
         curves.append(curve)
     return Reference(tuple(curves), "values in the file")
 
 
-def _condition(content: Any, where: str) -> Curve:
-    row = read(CONDITION, content, where=where)
+def _condition(content: Any, location: str) -> Curve:
+    row = read(CONDITION, content, where=location)
     if (row["surface"] == "drum") != ("drum_radius_m" in row):
-        raise InputError(f"{where}: surface = {row['surface']!r}; {SURFACE}")
+        raise InputError(f"{location}: surface = {row['surface']!r}; {SURFACE}")
     for key, share, kind in LEAST:
         least = share * row["load_N"]
         if row.get(key, least) < least:
-            raise InputError(f"{where}: {key} = {row[key]:g} is below {least:g}, too soft for a tyre; is it in {kind}?")
+            raise InputError(
+                f"{location}: {key} = {row[key]:g} is below {least:g}, too soft for a tyre; is it in {kind}?"
+            )
 
     def pair(name: str, unit: str, relative: float) -> Value | None:
         key, sd_key = f"{name}_{unit}", f"{name}_sd_{unit}"
         if key not in row and sd_key in row:
-            raise InputError(f"{where}: {sd_key} without {key}")
+            raise InputError(f"{location}: {sd_key} without {key}")
         return (row[key], row.get(sd_key, relative * row[key])) if key in row else None
 
     return Curve(

@@ -28,7 +28,7 @@ class RunResponse:
 
 
 def responses_of_runs(
-    given: Sequence[str],
+    recordings: Sequence[str],
     source: str,
     outputs: Sequence[str],
     channel_map: ChannelMap | None,
@@ -45,49 +45,49 @@ def responses_of_runs(
             raise InputError(f"--output: {unknown('output', name, MOTIONS)}")
     if not outputs or len(set(outputs)) < len(outputs):
         raise InputError(f"--output {','.join(outputs)!r}: name each output once, such as roll_rate,steer")
-    if len(set(given)) < len(given):
-        raise InputError(f"{next(x for x in given if list(given).count(x) > 1)!r} is given twice; keep one")
-    _refuse_two_speeds(given)
+    if len(set(recordings)) < len(recordings):
+        raise InputError(f"{next(x for x in recordings if list(recordings).count(x) > 1)!r} is given twice; keep one")
+    _refuse_two_speeds(recordings)
     column = {**FORCED_INPUTS, **MOTIONS}.get(reference, reference)
     if column == FORCED_INPUTS[source]:
         raise InputError(
             f"--instrument {reference}: this is the input itself, no reference from outside; leave --instrument out, "
             "or name the signal that was added to the input"
         )
-    runs = named_apart([_read(text, reference, channel_map) for text in given])
+    runs = named_apart([_read(text, reference, channel_map) for text in recordings])
     refuse_copies(runs)
     notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
-    found = []
+    responses = []
     for speed in sorted({run.speed for run in runs}):
-        here = [run for run in runs if run.speed == speed]
-        _refuse_steps(here)
-        driven = [_signal(run, FORCED_INPUTS[source], f"--input {source}") for run in here]
-        pushed = [_signal(run, column, f"--instrument {reference}") for run in here] if reference else None
+        same_speed = [run for run in runs if run.speed == speed]
+        _refuse_steps(same_speed)
+        driven = [_signal(run, FORCED_INPUTS[source], f"--input {source}") for run in same_speed]
+        pushed = [_signal(run, column, f"--instrument {reference}") for run in same_speed] if reference else None
         for name in outputs:
-            seen = [_signal(run, MOTIONS[name], f"--output {name}") for run in here]
+            measured = [_signal(run, MOTIONS[name], f"--output {name}") for run in same_speed]
             try:
                 response = spectral_response(
-                    driven, seen, here[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
+                    driven, measured, same_speed[0].step, segment_s=segment_s, references=pushed, highest_hz=highest_hz
                 )
             except InputError as error:
-                raise InputError(f"{', '.join(run.name for run in here)}: {error}") from None
-            found.append(RunResponse(source, name, speed, response))
-        if lines := found[-1].found.lines:
+                raise InputError(f"{', '.join(run.name for run in same_speed)}: {error}") from None
+            responses.append(RunResponse(source, name, speed, response))
+        if lines := responses[-1].found.lines:
             notes.append(
                 f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the "
                 "response is told at these alone, from whole recordings, and --segment is not used"
             )
-        if left := found[-1].found.left_out:
+        if left_out := responses[-1].found.left_out:
             notes.append(
-                f"{speed:g} m/s: left out {left} frequenc{'ies' if left > 1 else 'y'} at which {reference or source} "
+                f"{speed:g} m/s: left out {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which {reference or source} "
                 f"hardly moves {'the ' + spoken(source) if reference else 'anything'}"
             )
-    if not reference and not all(one.found.lines for one in found):  # lines average the noise before they are divided
+    if not reference and not all(r.found.lines for r in responses):  # lines average the noise before they are divided
         notes.append(
             "output over input: where a rider or controller answered the motion, its noise biases the ratio; name a "
             "reference that came from outside with --instrument"
         )
-    return found, notes
+    return responses, notes
 
 
 def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Path, tuple[Run, ...]]:
@@ -96,12 +96,14 @@ def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Pa
         return file, read_forced(file, speed, reference=reference, channel_map=channel_map)
 
 
-def _refuse_two_speeds(given: Sequence[str]) -> None:
-    known: dict[str, float] = {}
-    for text in given:
+def _refuse_two_speeds(recordings: Sequence[str]) -> None:
+    speeds: dict[str, float] = {}
+    for text in recordings:
         file, speed = file_and_speed(text)
-        if (other := known.setdefault(file.resolve().as_posix(), speed)) != speed:
-            raise InputError(f"{file} is given at {other:g} and at {speed:g} m/s; a recording has one speed: keep one")
+        if (earlier := speeds.setdefault(file.resolve().as_posix(), speed)) != speed:
+            raise InputError(
+                f"{file} is given at {earlier:g} and at {speed:g} m/s; a recording has one speed: keep one"
+            )
 
 
 def _refuse_steps(runs: Sequence[Run]) -> None:
@@ -114,15 +116,15 @@ def _refuse_steps(runs: Sequence[Run]) -> None:
 
 
 def _signal(run: Run, column: str, option: str) -> Array:
-    there = {**run.channels, **run.inputs}
-    if column not in there:
-        raise InputError(f"{run.name}: {option}: {column} was not recorded; it holds {', '.join(there)}")
-    return there[column]
+    signals = {**run.channels, **run.inputs}
+    if column not in signals:
+        raise InputError(f"{run.name}: {option}: {column} was not recorded; it holds {', '.join(signals)}")
+    return signals[column]
 
 
 def rows_of(response: RunResponse) -> list[dict[str, Any]]:
     """Rows of a table for ``kind = "frequency_response"``, SI, of a ``response``."""
-    found = response.found
+    spectrum = response.found
     return [
         {
             "input": response.input,
@@ -133,17 +135,19 @@ def rows_of(response: RunResponse) -> list[dict[str, Any]]:
             "im": float(f"{gain.imag:.6g}"),
             "sd": float(f"{sd:.4g}"),
             "coherence": float(f"{coherence:.4g}"),
-            "averages": round(found.averages, 2),
+            "averages": round(spectrum.averages, 2),
         }
-        for f, gain, sd, coherence in zip(found.frequency_hz, found.gain, found.sd, found.coherence, strict=True)
+        for f, gain, sd, coherence in zip(
+            spectrum.frequency_hz, spectrum.gain, spectrum.sd, spectrum.coherence, strict=True
+        )
     ]
 
 
 def shown_of(response: RunResponse) -> list[list[Any]]:
     """The row of a ``response`` in the terminal."""
-    found, words = response.found, f"{spoken(response.input)} to {spoken(response.output)}"
-    if not len(found.gain):
-        return [[response.speed, words, 0, None, found.averages, None, None]]
-    band = f"{found.frequency_hz[0]:.3g} to {found.frequency_hz[-1]:.3g}"
-    middle = (float(np.median(found.coherence)), float(np.median(found.sd / np.abs(found.gain))))
-    return [[response.speed, words, len(found.gain), band, found.averages, *middle]]
+    spectrum, words = response.found, f"{spoken(response.input)} to {spoken(response.output)}"
+    if not len(spectrum.gain):
+        return [[response.speed, words, 0, None, spectrum.averages, None, None]]
+    band = f"{spectrum.frequency_hz[0]:.3g} to {spectrum.frequency_hz[-1]:.3g}"
+    middle = (float(np.median(spectrum.coherence)), float(np.median(spectrum.sd / np.abs(spectrum.gain))))
+    return [[response.speed, words, len(spectrum.gain), band, spectrum.averages, *middle]]

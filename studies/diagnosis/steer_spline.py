@@ -51,10 +51,10 @@ class Functions(NamedTuple):
 def jumping(time: Array, jumps: Sequence[float] | Array, derivative: int = 0) -> Array:
     """Angles (n, 4 J) whose acceleration jumps from 0 to 1 and then stays or dies away, or whose rate jumps."""
     after = np.maximum(time[:, None] - np.asarray(jumps, float), 0.0)[..., None]
-    begun, lost = (after > 0).astype(float), np.exp(-after / DYING)
-    stays = (after**2 / 2, after, begun, 0 * after)[derivative]
-    dies = (DYING * (after - DYING * (1 - lost)), DYING * (1 - lost), begun * lost, -begun * lost / DYING)
-    sooner = (after, begun, 0 * after, 0 * after)[derivative]
+    started, decay = (after > 0).astype(float), np.exp(-after / DYING)
+    stays = (after**2 / 2, after, started, 0 * after)[derivative]
+    dies = (DYING * (after - DYING * (1 - decay)), DYING * (1 - decay), started * decay, -started * decay / DYING)
+    sooner = (after, started, 0 * after, 0 * after)[derivative]
     return np.concatenate([stays, sooner, dies[derivative]], -1).reshape(len(time), -1)
 
 
@@ -69,10 +69,10 @@ def torque_jumps(time: Array, torque: Array) -> tuple[float, ...]:
     clear = 6.0 * max(noise * float(np.linalg.norm(weights)), float(np.finfo(float).eps * np.abs(torque).max()))
 
     def without(steps: dict[int, float]) -> Array:
-        left = torque.copy()
+        remaining = torque.copy()
         for place, size in steps.items():
-            left[place + aside :] -= size
-        return left
+            remaining[place + aside :] -= size
+        return remaining
 
     steps: dict[int, float] = {}  # place -> size, each with the others taken away
     passed: list[int] = []
@@ -86,11 +86,11 @@ def torque_jumps(time: Array, torque: Array) -> tuple[float, ...]:
             passed.append(place)  # a cubic does not follow the torque beside a larger step
             continue
         steps[place] = float(sizes[place])
-        for other in list(steps) * 3:  # rounds in which steps that are near each other are told apart
-            left = without({k: size for k, size in steps.items() if k != other})
-            steps[other] = float(weights @ left[other : other + len(weights)])
-    found = [k for k in sorted(steps, key=lambda k: -abs(steps[k])) if abs(steps[k]) > clear]
-    return tuple(float(x) for x in (time[aside - 1 :][found] + time[aside:][found]) / 2)
+        for step in list(steps) * 3:  # rounds in which steps that are near each other are told apart
+            remaining = without({k: size for k, size in steps.items() if k != step})
+            steps[step] = float(weights @ remaining[step : step + len(weights)])
+    jumps = [k for k in sorted(steps, key=lambda k: -abs(steps[k])) if abs(steps[k]) > clear]
+    return tuple(float(x) for x in (time[aside - 1 :][jumps] + time[aside:][jumps]) / 2)
 
 
 class Shapes(NamedTuple):
@@ -111,16 +111,16 @@ def shapes_of(functions: Functions, integrated: int) -> Shapes:
     free[count:, integrated:] = np.eye(whole - count)
     free /= np.linalg.norm(basis @ free, axis=0)
     q, r, vt = np.linalg.svd(basis @ free, full_matrices=False)
-    apart = r > 1e-6 * r[0]  # jumps at neighbouring samples are alike
-    q, free = q[:, apart], free @ (vt[apart].T / r[apart])
+    distinct = r > 1e-6 * r[0]  # jumps at neighbouring samples are alike
+    q, free = q[:, distinct], free @ (vt[distinct].T / r[distinct])
     sums = np.eye(whole, count - integrated, -integrated)
     for _ in range(integrated):
         sums[:count] = np.cumsum(sums[:count], axis=0)  # without rounding: their differences of that order are white
     for _ in range(2):  # rounding leaves something the first time
         sums -= free @ (q.T @ (basis @ sums))
     u, s, vt = np.linalg.svd(basis @ sums, full_matrices=False)
-    seen = s > 1e-11 * s[0]  # below it a singular value is rounding
-    u, s, vt = u[:, seen], s[seen], vt[seen]
+    resolved = s > 1e-11 * s[0]  # below it a singular value is rounding
+    u, s, vt = u[:, resolved], s[resolved], vt[resolved]
     weight = np.concatenate([np.full(free.shape[1], np.inf), s**2])
     coefficients = np.concatenate([free, sums @ (vt.T / s)], 1)
     return Shapes(coefficients, np.concatenate([q, u], 1), weight, free.shape[1])
@@ -160,16 +160,16 @@ class Likelihood:
     def _parts(self) -> tuple[Array, float, float]:
         """Squares along the motions that are not free and beside all of them, and the log of the free part."""
         n, free, power = len(self.recorded), self.shapes.free, self.seen**2
-        rest = max(float(self.recorded @ self.recorded - power.sum()), 0.0)
+        square_beside = max(float(self.recorded @ self.recorded - power.sum()), 0.0)
         white = third_difference_noise(self.recorded) ** 2 + self._rounding
-        return power[free:], rest, free * math.log(n * white)
+        return power[free:], square_beside, free * math.log(n * white)
 
     def at(self, size: float, sd: float | None) -> tuple[float, float]:
         """Log evidence, and sd (rad) of the noise: the most probable if ``sd`` is None."""
-        power, rest, wide = self._parts
+        power, square_beside, wide = self._parts
         n, free = len(self.recorded), self.shapes.free
         grown = 1 + 10**size * self._weight
-        squares = float(np.sum(power / grown)) + rest
+        squares = float(np.sum(power / grown)) + square_beside
         variance = squares / (n - free) + self._rounding if sd is None else sd**2
         spread = (n - free) * math.log(variance) + float(np.sum(np.log(grown)))
         return -0.5 * (spread + squares / variance + wide), math.sqrt(variance)
@@ -177,10 +177,10 @@ class Likelihood:
     @cached_property
     def likely(self) -> Likely:
         """Evidence, noise and shares at the most probable sizes."""
-        tried = np.arange(-4.0, 24.1, 0.5)
+        exponents = np.arange(-4.0, 24.1, 0.5)
 
         def best(sd: float | None) -> float:
-            first = float(max(tried, key=lambda size: self.at(size, sd)[0]))
+            first = float(max(exponents, key=lambda size: self.at(size, sd)[0]))
             bounds = (first - 0.5, first + 0.5)
             return float(
                 scipy.optimize.minimize_scalar(lambda x: -self.at(x, sd)[0], bounds=bounds, method="bounded").x
@@ -197,14 +197,14 @@ class Likelihood:
     @property
     def left(self) -> float:
         """Sd of the rest of the record, by its degrees of freedom."""
-        left = self.recorded - self.shapes.motions @ (self.likely.share * self.seen)
-        return float(np.sqrt(left @ left / max(len(left) - self.likely.share.sum(), 1.0)))
+        remainder = self.recorded - self.shapes.motions @ (self.likely.share * self.seen)
+        return float(np.sqrt(remainder @ remainder / max(len(remainder) - self.likely.share.sum(), 1.0)))
 
 
 def find_most_likely(functions: Functions, recorded: Array, least: float | None) -> Likelihood:
     """Most probable number of times that the noise was integrated: from an acceleration that jumps to a smooth one."""
-    tried = [Likelihood(recorded, shapes_of(functions, integrated), least) for integrated in (2, 3, 4, 5)]
-    return max(tried, key=lambda one: one.likely.evidence)
+    likelihoods = [Likelihood(recorded, shapes_of(functions, integrated), least) for integrated in (2, 3, 4, 5)]
+    return max(likelihoods, key=lambda likelihood: likelihood.likely.evidence)
 
 
 @dataclass(frozen=True)
@@ -236,27 +236,27 @@ class SteerSpline:
         best = find_most_likely(functions, recorded, noise)
         while functions.spans < most:
             finer = functions._replace(spans=min(most, 2 * functions.spans))
-            other = find_most_likely(finer, recorded, noise)
-            if best.left <= allowed and other.likely.evidence - best.likely.evidence <= 1.0:
+            finer_fit = find_most_likely(finer, recorded, noise)
+            if best.left <= allowed and finer_fit.likely.evidence - best.likely.evidence <= 1.0:
                 break
-            functions, best = finer, other
+            functions, best = finer, finer_fit
         shapes, likely = best.shapes, best.likely
-        shown = likely.share * best.seen
+        amplitudes = likely.share * best.seen
         acceleration = functions.at(time, 2) @ shapes.coefficients
         twice = np.tril(np.ones((len(recorded),) * 2)) * step
         smoothing = (acceleration * likely.share) @ (shapes.motions.T @ (twice @ twice))
         variance = np.cumsum((np.sum(acceleration**2, axis=0) * likely.share)[shapes.free :])
         # the roughest are left out, never the smooth ones, which lean the bicycle however little they accelerate
-        kept = shapes.free + 1 + int(np.sum(variance < (1 - 1e-3) * variance[-1]))
-        spread = likely.noise * shapes.coefficients[:, :kept] * np.sqrt(likely.share[:kept])
-        return cls(functions, shapes.coefficients @ shown, spread, smoothing)
+        count = shapes.free + 1 + int(np.sum(variance < (1 - 1e-3) * variance[-1]))
+        spread = likely.noise * shapes.coefficients[:, :count] * np.sqrt(likely.share[:count])
+        return cls(functions, shapes.coefficients @ amplitudes, spread, smoothing)
 
     def at(self, later: float = 0.0) -> tuple[Array, Array]:
         """Angle and two derivatives (T, 3) at times ``later`` by so many s, and their uncertainty (T, 3, K)."""
         time = self.functions.time
-        inside = np.clip(time + later, time[0], time[-1])
-        dt = (time + later - inside)[:, None]
-        angle, rate, acceleration, jerk = (self.functions.at(inside, k) for k in range(ORDERS + 1))
+        clipped = np.clip(time + later, time[0], time[-1])
+        dt = (time + later - clipped)[:, None]
+        angle, rate, acceleration, jerk = (self.functions.at(clipped, k) for k in range(ORDERS + 1))
         shapes = np.stack(
             [
                 angle + dt * (rate + dt / 2 * (acceleration + dt / 3 * jerk)),

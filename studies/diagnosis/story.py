@@ -88,14 +88,19 @@ def tell(
     look_alikes: LookAlikes | None = None,
 ) -> Story:
     """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
-    null, final, alone, n = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone, float(len(diagnosis.nominal))
+    null, final, effect_alone, n = (
+        diagnosis.hypotheses.null,
+        diagnosis.final,
+        diagnosis.alone,
+        float(len(diagnosis.nominal)),
+    )
     is_named = bool(final.candidates and null.nuisances)
     went = compare_nuisances(null, null)
     far = tuple(m for m in went[:3] if abs(m.shift) > LOUD)
     most = max((abs(m.shift) for m in went), default=0.0)
     fitted: dict[str, float | None] = {
         "nominal": float(diagnosis.nominal @ diagnosis.nominal),
-        "effect_alone": alone.chi2 if alone else None,
+        "effect_alone": effect_alone.chi2 if effect_alone else None,
         "final": final.chi2,
         "with_torque": torque.fit.chi2 if torque else None,
         "nuisance_only": null.chi2,
@@ -107,25 +112,25 @@ def tell(
         models = {name: score.chi2 for name, score in diagnosis.held_out.items() if score.possible}
         count = n if "final" in models else 0.0
         models |= {"nominal": float(diagnosis.nominal @ diagnosis.nominal)}
-        if alone and count:
-            models["effect_alone"] = held_out(diagnosis.kind, alone).chi2
+        if effect_alone and count:
+            models["effect_alone"] = held_out(diagnosis.kind, effect_alone).chi2
         if torque and count:
             models["with_torque"] = torque.after.chi2
     gap = _gap(fitted, most, n, is_named=is_named)
-    out = _gap(models, most, count, is_named=is_named) if count else None
-    return Story(gap, out, bool(predicted), far, look_alikes)
+    held_out_gap = _gap(models, most, count, is_named=is_named) if count else None
+    return Story(gap, held_out_gap, bool(predicted), far, look_alikes)
 
 
 def _gap(chi2: Mapping[str, float | None], most: float, count: float, *, is_named: bool) -> Gap:
     """The gap from ``chi2`` by model; how far parameters went without the effect at ``most``, in sd."""
     of = {name: None if x is None else _number(x) for name, x in chi2.items()}
-    without = of.get("nuisance_only") if is_named else None
+    without_effect = of.get("nuisance_only") if is_named else None
     return Gap(
         base=of.get("nominal"),
         effect_alone=of.get("effect_alone"),
         adjusted=of.get("final"),
         with_torque=of.get("with_torque"),
-        without_effect=without,
+        without_effect=without_effect,
         without_effect_moved_sd=most,
         noise=count,
     )
@@ -140,28 +145,32 @@ def farthest_off(diagnosis: Judgement) -> Where | None:
     kind = diagnosis.kind
     if kind.parts:  # the series of each part have their own units
         views = [(part.name, kind.view_part(diagnosis, k)) for k, part in enumerate(kind.parts)]
-        name, most = max(views, key=lambda one: float(one[1].nominal @ one[1].nominal) - len(one[1].nominal))
-        found = farthest_off(most)
-        return found and replace(found, series=f"{name}: {found.series}")
+        name, worst_part = max(views, key=lambda view: float(view[1].nominal @ view[1].nominal) - len(view[1].nominal))
+        worst_of_part = farthest_off(worst_part)
+        return worst_of_part and replace(worst_of_part, series=f"{name}: {worst_of_part.series}")
     gap, rows = diagnosis.nominal, kind.rows
-    shown = [rows.show(name) for name in rows.series]
-    labels = np.array([f"{one.channel}, {one.quantity}, {one.axis}" for one in shown])
+    displays = [rows.show(name) for name in rows.series]
+    labels = np.array([f"{display.channel}, {display.quantity}, {display.axis}" for display in displays])
     excess = {name: float(((gap**2)[labels == name] - 1).sum()) for name in dict.fromkeys(labels.tolist())}
     worst = max(excess, key=lambda name: excess[name])
     if not (excess[worst] > 0 and np.isfinite(gap).all()):
         return None
-    here = np.flatnonzero(labels == worst)
-    one = shown[here[0]]
-    away = kind.residuals_by_channel((), np.array([u.centre for u in kind.nuisances]))[one.channel]
-    away = away[(labels == worst)[rows.channels == one.channel]]
-    loud = np.abs(gap[here]) > LOUD if (np.abs(gap[here]) > LOUD).any() else np.ones(len(here), bool)
-    away, places, size = away[loud], rows.abscissa[here][loud], float(np.sqrt(np.mean(away[loud] ** 2)))
-    one_sign = bool(abs(away.mean()) > 0.8 * size)
-    quantity, _, unit = one.quantity.partition(", ")
-    series = ", ".join(dict.fromkeys(word for word in (one.channel, quantity) if word))
+    indices = np.flatnonzero(labels == worst)
+    display = displays[indices[0]]
+    deviation = kind.residuals_by_channel((), np.array([u.centre for u in kind.nuisances]))[display.channel]
+    deviation = deviation[(labels == worst)[rows.channels == display.channel]]
+    loud = np.abs(gap[indices]) > LOUD if (np.abs(gap[indices]) > LOUD).any() else np.ones(len(indices), bool)
+    deviation, places, size = (
+        deviation[loud],
+        rows.abscissa[indices][loud],
+        float(np.sqrt(np.mean(deviation[loud] ** 2))),
+    )
+    one_sign = bool(abs(deviation.mean()) > 0.8 * size)
+    quantity, _, unit = display.quantity.partition(", ")
+    series = ", ".join(dict.fromkeys(word for word in (display.channel, quantity) if word))
     ends = float(places.min()), float(places.max())
-    by = float(away.mean()) if one_sign else size
-    return Where(series, ends, one.axis or rows.axis, by, unit or unit_of_column(one.channel), one_sign)
+    by = float(deviation.mean()) if one_sign else size
+    return Where(series, ends, display.axis or rows.axis, by, unit or unit_of_column(display.channel), one_sign)
 
 
 def unit_of_column(name: str) -> str:

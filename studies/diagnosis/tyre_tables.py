@@ -80,24 +80,24 @@ class TyreTables(TyreKind, kind="tyre_tables"):
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         for option, names in (("--without", without), ("--with", also)):
             refuse_unknown("effect", names, (*SCALES, DRUM), where=option)
-        found = []
+        candidates = []
         for name, sd in SCALES.items():
             size = UncertainParameter("scale", "1", {name: 1.0}, 0.0, sd, -5 * sd, 5 * sd, size=True, least=0.002)
-            found.append(Candidate(name, (size,)))
+            candidates.append(Candidate(name, (size,)))
         if self.measured.drum_diameter:
             exponent = UncertainParameter("exponent", "1", {DRUM: 1.0}, 0.0, 0.6, 0.0, 3.0, size=True, least=0.02)
-            found.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))
-        return replace(self, candidates=tuple(c for c in found if c.identifier not in without))
+            candidates.append(Candidate(DRUM, (exponent,), signature=DrumCurvature.terms[0].signature))
+        return replace(self, candidates=tuple(c for c in candidates if c.identifier not in without))
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """One row a condition; loads are held out in turn."""
         t, name = self.measured, "cornering stiffness"
         places = zip(t.load, t.pressure, strict=True)
-        where = tuple(f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar" for load, pressure in places)
+        labels = tuple(f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar" for load, pressure in places)
         fold = np.unique(t.load, return_inverse=True)[1]
         return Rows(
-            where, t.load, (name,) * len(where), fold, displays={name: Series(name, "natural logarithm", "load, N")}
+            labels, t.load, (name,) * len(labels), fold, displays={name: Series(name, "natural logarithm", "load, N")}
         )
 
     @property
@@ -110,13 +110,13 @@ class TyreTables(TyreKind, kind="tyre_tables"):
     def _slopes(self) -> dict[str, Array]:
         """d(ln C)/d(coordinate) of each candidate at every condition."""
         t, h = self.measured, 1e-3
-        one, at = np.ones(len(t.load)), self._log_reference(t.load, t.pressure)
-        found = {"force_scale": one, "slip_angle_scale": -one}
-        found["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
-        found["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
+        ones, at = np.ones(len(t.load)), self._log_reference(t.load, t.pressure)
+        slopes = {"force_scale": ones, "slip_angle_scale": -ones}
+        slopes["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
+        slopes["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h
         if t.drum_diameter:
-            found[DRUM] = -one * log_curvature(wheel_radius=WHEEL_RADIUS, drum_radius=t.drum_diameter / 2)
-        return found
+            slopes[DRUM] = -ones * log_curvature(wheel_radius=WHEEL_RADIUS, drum_radius=t.drum_diameter / 2)
+        return slopes
 
     def _log_reference(self, load: Array, pressure: Array) -> Array:
         """ln C of the reference, quadratic in ln(load) and ln(pressure): six coefficients."""

@@ -480,7 +480,9 @@ def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
     unknowns = final.unknowns[: final.effect_columns.start]
     count = len(unknowns)
     centre = np.array([u.centre for u in unknowns])
-    prior_values, null_values, final_values = values_of(unknowns, np.stack([centre, null.theta[:count], final.theta[:count]], 1)).T
+    prior_values, null_values, final_values = values_of(
+        unknowns, np.stack([centre, null.theta[:count], final.theta[:count]], 1)
+    ).T
     slopes = slopes_of(unknowns, final.theta[:count])
     sd = np.sqrt(np.maximum(np.diag(slopes @ final.covariance[:count, :count] @ slopes.T), 0.0))
     moved = []

@@ -549,7 +549,10 @@ def rank_measurements(kind: Kind, members: list[Fit]) -> list[Separation]:
         if not all(np.isfinite(p).all() and np.isfinite(s).all() for p, s in predicted):
             continue
         (leader_values, leader_spread), *rivals = predicted
-        gains = [_distance(leader_values - rival_values, np.hstack([leader_spread, rival_spread]) / np.sqrt(2)) for rival_values, rival_spread in rivals]
+        gains = [
+            _distance(leader_values - rival_values, np.hstack([leader_spread, rival_spread]) / np.sqrt(2))
+            for rival_values, rival_spread in rivals
+        ]
         separations.append(Separation(proposal.what, min(gains)))
     return sorted([*separations, *_bench_tests(members)], key=lambda s: -s.gain)
 
@@ -566,7 +569,7 @@ def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
 
 
 def _distance(gap: Array, spread: Array) -> float:
-    """Root of gap' (1 + spread spread')^-1 gap: a ``gap`` (m,) in the noise (1) and what moves it by 1 sd each (m, k)."""
+    """Root of gap' (1 + spread spread')^-1 gap: ``gap`` (m,) in sd of noise, ``spread`` (m, k) what moves it by 1 sd."""
     pull = spread.T @ gap
     remainder = gap - spread @ np.linalg.solve(np.eye(len(pull)) + spread.T @ spread, pull)
     return float(np.sqrt(max(0.0, float(gap @ remainder))))

@@ -37,9 +37,7 @@ class Linear:
     @cached_property
     def _rests(self) -> tuple[Sums, ...]:
         """Sums of the rows without each fold."""
-        return tuple(
-            _add_sums(part for fold, part in self._folds.items() if fold != number) for number in self._folds
-        )
+        return tuple(_add_sums(part for fold, part in self._folds.items() if fold != number) for number in self._folds)
 
     def posterior(self, columns: NDArray[np.intp], sd: Array | None = None) -> tuple[Array, Array]:
         """Mean (q,) and covariance (q, q) of the coordinates in ``columns``, of prior ``sd`` (1), the others zero."""

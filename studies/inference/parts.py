@@ -60,7 +60,14 @@ def parts_against_rest(kind: Kind, joint: Fit) -> tuple[PartAgainstRest, ...]:
         common = [number for number in by_part if number in by_others]
         shown_by_both = [number for number in common if by_part[number].seen and by_others[number].seen]
         compared = [
-            Compared(number, by_part[number].unit, by_part[number].value, by_part[number].sd, by_others[number].value, by_others[number].sd)
+            Compared(
+                number,
+                by_part[number].unit,
+                by_part[number].value,
+                by_part[number].sd,
+                by_others[number].value,
+                by_others[number].sd,
+            )
             for number in shown_by_both
         ]
         unseen = tuple(number for number in common if number not in shown_by_both)
@@ -105,7 +112,7 @@ class _Number(NamedTuple):
 
 
 def _fit_some_parts(selection: Kind, joint: Fit) -> dict[str, _Number]:
-    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on ``selection`` parts, fitted to these alone."""
+    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on the parts of ``selection``, fitted to it."""
     acting = tuple(c for c in joint.candidates if selection.concerns(c))
     column = {u.name: k for k, u in enumerate(joint.nuisances)}
     sizes = (joint.theta[joint.columns(c)] for c in acting)

@@ -119,7 +119,9 @@ def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str],
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
     for judged in run(outcome, variants(kind, candidates)):
-        same = judged.verdict == verdict.verdict and (_effects(judged.names[0]) in members if judged.names else not members)
+        same = judged.verdict == verdict.verdict and (
+            _effects(judged.names[0]) in members if judged.names else not members
+        )
         outcomes.append(replace(judged, same=same))
         if progress:
             progress(judged.what)
