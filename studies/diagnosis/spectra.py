@@ -79,8 +79,8 @@ def responses_of_runs(
             )
         if left_out := responses[-1].found.left_out:
             notes.append(
-                f"{speed:g} m/s: left out {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which {reference or source} "
-                f"hardly moves {'the ' + spoken(source) if reference else 'anything'}"
+                f"{speed:g} m/s: left out {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which "
+                f"{reference or source} hardly moves {'the ' + spoken(source) if reference else 'anything'}"
             )
     if not reference and not all(r.found.lines for r in responses):  # lines average the noise before they are divided
         notes.append(

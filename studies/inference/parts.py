@@ -112,7 +112,7 @@ class _Number(NamedTuple):
 
 
 def _fit_some_parts(selection: Kind, joint: Fit) -> dict[str, _Number]:
-    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on the parts of ``selection``, fitted to it."""
+    """Numbers, by EFFECT.PARAMETER, of the effects of ``joint`` that act on a ``selection`` of parts, fitted to it."""
     acting = tuple(c for c in joint.candidates if selection.concerns(c))
     column = {u.name: k for k, u in enumerate(joint.nuisances)}
     sizes = (joint.theta[joint.columns(c)] for c in acting)
