@@ -72,4 +72,6 @@ def command(
         from studies.reporting.output import write_csv
 
         write_csv(pd.DataFrame([row for response in responses for row in rows_of(response)]), out_file)
-        click.echo(f'{out_file}: {sum(len(r.found.gain) for r in responses)} rows, read by kind = "frequency_response"')
+        click.echo(
+            f'{out_file}: {sum(len(r.spectrum.gain) for r in responses)} rows, read by kind = "frequency_response"'
+        )

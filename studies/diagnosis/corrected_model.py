@@ -17,7 +17,7 @@ from bicycle.parameters.possible_inertia import fitting_moments
 from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.family import WRONG, Family
-from studies.diagnosis.labels import rendered, said
+from studies.diagnosis.labels import render, said
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.inference import Fit
 from studies.inference.parameter import slopes_of
@@ -131,7 +131,7 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle
     import tomli_w
 
     changes = correction(diagnosis, residual, bicycle)
-    about = rendered("model_description.txt.j2", d=diagnosis, c=changes, notes=model.bicycle.notes)
+    about = render("model_description.txt.j2", d=diagnosis, c=changes, notes=model.bicycle.notes)
     content: dict[str, Any] = {
         "description": about,
         WAY_OUT: False,

@@ -146,7 +146,7 @@ def find(diagnosis: Diagnosis) -> Findings:
     between, separations = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
     alike = attempt("look-alikes", lambda: look_alikes(diagnosis), None)
     best = alike.best_single[0] if alike and alike.best_single else ""
-    predictions = attempt("runs that were never fitted", lambda: predicted(diagnosis, fit_of_torque, best), ())
+    predictions = attempt("runs that were never fitted", lambda: predict_held_out(diagnosis, fit_of_torque, best), ())
     predicted_chi2 = [(prediction.numbers, prediction.chi2) for prediction in predictions]
     return Findings(
         story=attempt("story", lambda: tell(diagnosis, predicted_chi2, torque, alike), None),
@@ -236,7 +236,7 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
 # ---------------------------------------------------------------------- runs that were never fitted
 
 
-def predicted(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "") -> tuple[Predicted, ...]:
+def predict_held_out(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "") -> tuple[Predicted, ...]:
     """Predict what was held out by each model, part by part; empty if nothing was.
 
     Also with a residual ``torque``, and by a ``single`` effect, if there are such.
@@ -321,7 +321,7 @@ def predict(unseen: Kind, fits_by_model: Mapping[str, Found]) -> tuple[Predicted
         rms: dict[str, dict[str, float]] = {}
         residuals: dict[str, Array] = {}
         for model, (candidates, coordinates) in models.items():
-            acting, theta = here(whole, candidates, coordinates)
+            acting, theta = select_concerning(whole, candidates, coordinates)
             if whole is not part_kind:
                 acting, places = whole.restrict_to_part(0, acting)
                 theta = theta[places]
@@ -345,7 +345,9 @@ def coordinates_of(hypothesis: Fit) -> Found:
     return hypothesis.candidates, floating | sizes
 
 
-def here(kind: Kind, candidates: tuple[Candidate, ...], at: Mapping[str, Array]) -> tuple[tuple[Candidate, ...], Array]:
+def select_concerning(
+    kind: Kind, candidates: tuple[Candidate, ...], at: Mapping[str, Array]
+) -> tuple[tuple[Candidate, ...], Array]:
     """Candidates that concern a ``kind``, and its coordinates among those that :func:`coordinates_of` gives."""
     acting = tuple(c for c in candidates if kind.concerns(c))
     sizes = (at[c.identifier] for c in acting)

@@ -100,7 +100,7 @@ class ResponsePoint:
     @property
     def channel(self) -> str:
         """Output and input in words."""
-        return f"{spoken(self.input)} to {spoken(self.output)}"
+        return f"{describe_signal(self.input)} to {describe_signal(self.output)}"
 
     def read_as(
         self,
@@ -137,7 +137,7 @@ class Accelerometer:
     z: float  # m, down from the ground: above it negative
 
 
-def spoken(name: str) -> str:
+def describe_signal(name: str) -> str:
     """An input or output called ``name`` in words."""
     return {"lean_rate": "roll rate"}.get(name, name.replace("_", " "))
 
@@ -309,7 +309,7 @@ def responses(
     inputs, outputs = list(dict.fromkeys(requested.inputs)), list(dict.fromkeys(requested.outputs))
     selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
     selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
-    used, weights, weight_slopes = _shown(bicycle, outputs, of_speed, s, accelerometer)
+    used, weights, weight_slopes = _weigh_outputs(bicycle, outputs, of_speed, s, accelerometer)
     rows = system.output[0, of_speed][:, used]
     pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
     states = np.linalg.solve(pencil, system.input[0, of_speed] @ selected_inputs + 0j)
@@ -325,7 +325,7 @@ def responses(
     return gains, slope
 
 
-def _shown(
+def _weigh_outputs(
     bicycle: MatrixSlopes, signals: list[str], at: NDArray[np.intp], s: Complex, place: Accelerometer | None
 ) -> tuple[list[int], Complex, Array]:
     """Measured signals as sums of outputs of the model, at speeds ``at`` and i omega ``s`` (m,)."""
@@ -416,7 +416,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         errors = [*speed_errors(self.speeds.tolist())]
         points = sorted(self.points, key=lambda p: (p.input, p.output))
         for name in dict.fromkeys(p.output for p in points):
-            sensor = spoken(name).replace(" ", "_")
+            sensor = describe_signal(name).replace(" ", "_")
             errors += [gain_error(sensor, name), delay_error(sensor, name), lowpass_error(sensor, name)]
         for name in dict.fromkeys(p.input for p in points):
             if name not in self._alone:
@@ -428,8 +428,8 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         for name, output in self._alone.items():
             for error in ("scale", "delay"):
                 reasons[f"{name}_{error}"] = (
-                    f"the only response to it is that of the {spoken(output)}, whose {error} looks the same: see "
-                    f"{spoken(output).replace(' ', '_')}_{error}"
+                    f"the only response to it is that of the {describe_signal(output)}, whose {error} looks the "
+                    f"same: see {describe_signal(output).replace(' ', '_')}_{error}"
                 )
         return reasons
 
@@ -523,21 +523,22 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         source, proposals = self.points[0].input, []
         for output in FORCED_OUTPUTS:
             if output not in self.wanted.outputs:
-                title = f"the response of the {spoken(output)} to the {spoken(source)} at the measured speeds"
-                proposals.append(self._further(title, source, (output,)))
+                pair = f"{describe_signal(output)} to the {describe_signal(source)}"
+                title = f"the response of the {pair} at the measured speeds"
+                proposals.append(self._propose_responses(title, source, (output,)))
         for further_input in ("steer_torque", "lateral_force"):
             if further_input not in self.wanted.inputs:
                 measured_outputs = tuple(dict.fromkeys(self.wanted.outputs))
                 proposals.append(
-                    self._further(
-                        f"the response to a {spoken(further_input)} at the measured speeds",
+                    self._propose_responses(
+                        f"the response to a {describe_signal(further_input)} at the measured speeds",
                         further_input,
                         measured_outputs,
                     )
                 )
         return (*proposals, *self.propose_forced_response(float(self.speeds.max())))
 
-    def _further(self, title: str, source: str, outputs: tuple[str, ...]) -> Proposal:
+    def _propose_responses(self, title: str, source: str, outputs: tuple[str, ...]) -> Proposal:
         """Responses of ``outputs`` to a ``source`` at three of the measured speeds."""
         speeds = np.unique(self.speeds)
         three_speeds = speeds[np.unique(np.linspace(0, len(speeds) - 1, 3).astype(int))]
@@ -557,12 +558,15 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         outputs = list(dict.fromkeys(p.output for p in self.points))
         for name in outputs:
             for reading, factor in (ACCELERATIONS if name == ACCELERATION else ANGLES).items():
-                yield f"{spoken(name)} {reading}", read(of=name, gain=factor)
+                yield f"{describe_signal(name)} {reading}", read(of=name, gain=factor)
         for name in dict.fromkeys(p.input for p in self.points):
             for reading, factor in TORQUE_READINGS.items():
-                yield f"{spoken(name)} {reading}", read(of=name, gain=1 / factor)
+                yield f"{describe_signal(name)} {reading}", read(of=name, gain=1 / factor)
         for first, second in combinations([name for name in outputs if name != ACCELERATION], 2):
-            yield f"{spoken(first)} and {spoken(second)} swapped", read(names={first: second, second: first})
+            yield (
+                f"{describe_signal(first)} and {describe_signal(second)} swapped",
+                read(names={first: second, second: first}),
+            )
         for reading, factor in SPEED_READINGS.items():
             yield reading, read(speed=factor)
         yield "frequencies in rad/s", read(frequency=1 / (2 * math.pi))

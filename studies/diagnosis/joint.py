@@ -147,7 +147,7 @@ class JointData(Joint, kind="joint"):
                 floating |= {u.name: (u, next(position)) for u in part.kind.nuisances}
                 acting |= {c.identifier: (c, [next(position) for _ in c.unknowns]) for c in candidates}
             assert first is not None
-            fits[called] = first, _restricted(final, floating.values(), acting.values())
+            fits[called] = first, _select_unknowns(final, floating.values(), acting.values())
         return fits
 
 
@@ -227,12 +227,12 @@ def _of_first(final: Fit) -> Fit:
     """Part of a ``final`` fit that is of the first bicycle: without effects that are another's own."""
     candidates = [c for c in final.candidates if c.effect is None or OF not in c.identifier]
     floating = [(u, k) for k, u in enumerate(final.unknowns[: final.effect_columns.start])]
-    return _restricted(
+    return _select_unknowns(
         final, floating, [(c, list(range(*final.columns(c).indices(len(final.theta))))) for c in candidates]
     )
 
 
-def _restricted(
+def _select_unknowns(
     final: Fit, nuisances: Iterable[tuple[UncertainParameter, int]], candidates: Iterable[tuple[Candidate, list[int]]]
 ) -> Fit:
     """A ``final`` fit with only these unknowns, each with its places among the coordinates."""

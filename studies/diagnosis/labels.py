@@ -132,8 +132,8 @@ def term_name(name: str) -> str:
     return f"{torque} torque from {state.replace('_', ' ')}"
 
 
-def rendered(template: str, *, markdown: bool = False, **content: Any) -> str:
-    """A ``template`` of this room filled with the ``content``, escaped if it is ``markdown``, without empty ends."""
+def render(template: str, *, markdown: bool = False, **content: Any) -> str:
+    """Fill a ``template`` of this room with the ``content``, escaped if it is ``markdown``, without empty ends."""
     text = _environment(markdown=markdown).get_template(template).render(**content)
     lines = [line.rstrip() for line in text.splitlines()]
     return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).strip()
@@ -153,4 +153,4 @@ def _environment(*, markdown: bool) -> Any:
 
 def sentence(verdict: Verdict) -> str:
     """The ``verdict`` in words that its figures bear."""
-    return rendered("one.txt.j2", macro="sentence", v=verdict, f=None)
+    return render("one.txt.j2", macro="sentence", v=verdict, f=None)

@@ -97,7 +97,7 @@ def _read(content: Mapping[str, Any], path: Path) -> Kind:
     common: dict[str, Any] = {"name": path.stem, "description": tables["description"], "source": tables["source"]}
     if kind.of_bicycle:
         model = _base_model(tables, path.parent)
-        stated_values = _known(tables["candidates"], model)
+        stated_values = _check_candidates(tables["candidates"], model)
         common |= {"model": model, "uncertainty": flat_uncertainty(tables["uncertainty"]), "known": stated_values}
         nuisances(model, common["uncertainty"])  # complains here, where the file is known
     if kind.whole:
@@ -143,7 +143,7 @@ def flat_uncertainty(nested: Mapping[str, Any], prefix: str = "") -> dict[str, f
     return flat
 
 
-def _known(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
+def _check_candidates(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
     present = [effect.identifier for effect in model.effects]
     for identifier, parameters in candidates.items():
         try:

@@ -14,7 +14,7 @@ from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.figures import STORY, draw_story, residuals, titles_of_drawn_models
 from studies.diagnosis.findings import Attempts, Findings, Predicted, find
-from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, rendered, sentence, titles, unit_of, without_number
+from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, render, sentence, titles, unit_of, without_number
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
 from studies.inference import RULES, Judgement, Named, Verdict
@@ -81,7 +81,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
     """The report as Markdown, with ``captions`` of the figures that there are, by name."""
     kind, hypotheses = diagnosis.kind, diagnosis.hypotheses
     likely = [f for f, _ in hypotheses.probabilities][:MOST]
-    text = rendered(
+    text = render(
         "report.md.j2",
         markdown=True,
         **_content(diagnosis, findings, models or Corrected({})),
@@ -104,7 +104,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
     """Text for the terminal, 12 lines; the report is at ``place``."""
     models = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
-    text = rendered("terminal.txt.j2", **_content(diagnosis, findings, models), place=place)
+    text = render("terminal.txt.j2", **_content(diagnosis, findings, models), place=place)
     return "\n".join(line for line in text.splitlines() if line)
 
 
@@ -189,13 +189,13 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     changes = correction(diagnosis, f.torque)
 
     def phrase(macro: str) -> str:
-        return rendered("one.txt.j2", macro=macro, v=verdict, f=f, c=changes)
+        return render("one.txt.j2", macro=macro, v=verdict, f=f, c=changes)
 
     return {
         "gap": f.story and asdict(f.story.gap),
         "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
-        "odd_part": {"parts": [one.part for one in f.odd], "sentence": phrase("odd")} if f.odd else None,
+        "odd_part": {"parts": [removed.part for removed in f.odd], "sentence": phrase("odd")} if f.odd else None,
         **({"search": "quick"} if diagnosis.quick else {}),
         **verdict_record(verdict),
         "sentence": phrase("what"),
@@ -245,7 +245,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
             }
             for p in f.ranked
         ],
-        "predicted": [_predicted_record(one) for one in f.predicted],
+        "predicted": [_predicted_record(prediction) for prediction in f.predicted],
         "stability": None if f.stability is None else {"sentence": phrase("stability"), **f.stability.to_dict()},
         "residual_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
         "failed_sections": dict(f.failed),
@@ -303,7 +303,7 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
         },
         "left_at_zero": {name: {"sd": torque.sd[name]} for name in torque.dropped},
         "covariance": {"coefficients": list(names), "matrix": torque.covariance[first:, first:].tolist()},
-        "changed": [asdict(change) for change in torque.changed()],
+        "changed": [asdict(change) for change in torque.list_changes()],
         "misfit": torque.fit.misfit,
         "goodness_of_fit_p": torque.p,
         "chi2": {"without": torque.beside.chi2, "with": torque.fit.chi2},

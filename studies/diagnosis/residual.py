@@ -261,7 +261,7 @@ class Residual:
             sd[:, column] = np.sqrt(np.maximum(variance, 0.0))
         return mean.reshape(-1, 2, 4), sd.reshape(-1, 2, 4)
 
-    def changed(self) -> tuple[Changed, ...]:
+    def list_changes(self) -> tuple[Changed, ...]:
         """Parameters more than one sd from the fit without the torque, named effects first."""
         without_torque = self.beside
         owner = {

@@ -105,7 +105,7 @@ class RigRecordings(TyreKind, kind="rig"):
         if self.reference.tyre is not None and self.reference.tyre != tyres[0]:
             raise InputError(f"recordings of {tyres[0]!r}, the reference is of {self.reference.tyre!r}; give one tyre")
         for condition in conditions:
-            self.reference.at(condition.load, condition.pressure)
+            self.reference.curve_at(condition.load, condition.pressure)
         signals: list[tuple[str, Any, Any]] = [(name, run.slip_angle, run.side_force) for name, run in self.sweeps]
         signals += [(name, test.side_force, test.plate_displacement) for name, test in self.pulls]
         names_by_data: dict[tuple[bytes, bytes], str] = {}
@@ -179,7 +179,7 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def _curve_with(self, needed: str, recording: SweepBlocks | PullReadings) -> Curve:
         """The reference for a recording, with the stiffness that it needs."""
-        curve = self.reference.at(recording.condition.load, recording.condition.pressure)
+        curve = self.reference.curve_at(recording.condition.load, recording.condition.pressure)
         if getattr(curve, needed) is None:
             raise InputError(
                 f"{recording.name}: the reference ({self.reference.origin}) has no {needed.replace('_', ' ')} "
@@ -289,7 +289,7 @@ class RigRecordings(TyreKind, kind="rig"):
     def curve(self, condition: Condition) -> Curve:
         """The reference for a ``condition``."""
         prepared = self.curves.get(condition_label(condition))
-        return prepared or self.reference.at(condition.load, condition.pressure)
+        return prepared or self.reference.curve_at(condition.load, condition.pressure)
 
     @property
     def data(self) -> tuple[Array, Array]:
@@ -361,7 +361,7 @@ class RigRecordings(TyreKind, kind="rig"):
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Further sweeps: other branch, rate, speed, track, load, the tyre turned round; a gauge at the rim."""
         gauge = Proposal("dial gauge at rim and fixture in the pull test", np.full(1, 1e-5), self._rim_gauge)
-        return (*(self._further_sweeps() if self.blocks else ()), *([gauge] if self.readings else ()))
+        return (*(self._propose_sweeps() if self.blocks else ()), *([gauge] if self.readings else ()))
 
     def _rim_gauge(self, candidates: Candidates, theta: Array) -> Prediction:
         """Movement (1,), m, of rim and fixture in the hardest pull, and its derivatives."""
@@ -373,7 +373,7 @@ class RigRecordings(TyreKind, kind="rig"):
         movement = load * np.broadcast_to(np.asarray(terms.compliance, float), 1 + 2 * len(steps))[:, None]
         return movement[0], central_differences(movement, steps)
 
-    def _further_sweeps(self) -> list[Proposal]:
+    def _propose_sweeps(self) -> list[Proposal]:
         sweeps, first = self.blocks, self.blocks[0]
         proposals: list[Proposal] = []
 

@@ -56,7 +56,7 @@ class Reference:
     origin: str
     tyre: str | None = None
 
-    def at(self, load: float, pressure: float) -> Curve:
+    def curve_at(self, load: float, pressure: float) -> Curve:
         """The curve for a ``load`` (N) and ``pressure`` (Pa): its own, else between loads, else of the nearest load."""
         same_pressure = [c for c in self.curves if abs(c.pressure / pressure - 1) < ALIKE]
         if not same_pressure:
@@ -187,7 +187,7 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
         reference = _campaign(folder / chosen[source], drum)
     else:
         campaign = fit_campaign(folder / chosen[source], settings=settings, jobs=1, progress=False)
-        rows = [_row_of_fitted(condition) for condition in keep_upright(campaign.conditions)]
+        rows = [_row_from_fit(condition) for condition in keep_upright(campaign.conditions)]
         skipped = "; ".join(f"{name} left out: {why}" for name, why in campaign.skipped.items())
         origin = f"recordings in {campaign.folder.name}/" + (f" ({skipped})" if skipped else "")
         reference = _of_conditions(rows, origin, str(campaign.folder))
@@ -227,7 +227,7 @@ def _of_conditions(rows: list[Row], origin: str, location: str) -> Reference:
     return Reference(tuple(curve for _, _, curve in rows), f"{origin}, {TRACK[rows[0][1]]}", rows[0][0])
 
 
-def _row_of_fitted(condition: Any) -> Row:
+def _row_from_fit(condition: Any) -> Row:
     """A condition of a fitted campaign, its curve that of the first sweep (coefficients are never averaged)."""
     c, k, length = condition.cornering_stiffness, condition.lateral_stiffness, condition.relaxation_length
     shape = condition.sweeps[0].details if condition.sweeps else {}

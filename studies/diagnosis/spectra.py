@@ -9,7 +9,7 @@ import numpy as np
 
 from bicycle.identification.frequency_response import SpectralResponse, spectral_response
 from bicycle.identification.recording import FORCED_INPUTS, MOTIONS, Run, read_forced, refuse_copies
-from studies.diagnosis.frequency_response import spoken
+from studies.diagnosis.frequency_response import describe_signal
 from studies.model_space.run_argument import file_and_speed, named_apart
 from tyre.formats.channel_map import ChannelMap
 from tyre.ground.arrays import Array
@@ -19,12 +19,12 @@ from tyre.recordings.draft import looking
 
 @dataclass(frozen=True)
 class RunResponse:
-    """The response ``found`` of the signal ``output`` to the signal ``input``, of the runs at one speed."""
+    """The response ``spectrum`` of the signal ``output`` to the signal ``input``, of the runs at one speed."""
 
     input: str
     output: str
     speed: float  # m/s
-    found: SpectralResponse
+    spectrum: SpectralResponse
 
 
 def responses_of_runs(
@@ -72,17 +72,19 @@ def responses_of_runs(
             except InputError as error:
                 raise InputError(f"{', '.join(run.name for run in same_speed)}: {error}") from None
             responses.append(RunResponse(source, name, speed, response))
-        if lines := responses[-1].found.lines:
+        if lines := responses[-1].spectrum.lines:
             notes.append(
-                f"{speed:g} m/s: {spoken(reference or source)} is made of {lines} lines, as a multisine is; the "
-                "response is told at these alone, from whole recordings, and --segment is not used"
+                f"{speed:g} m/s: {describe_signal(reference or source)} is made of {lines} lines, as a multisine is; "
+                "the response is told at these alone, from whole recordings, and --segment is not used"
             )
-        if left_out := responses[-1].found.left_out:
+        if left_out := responses[-1].spectrum.left_out:
             notes.append(
                 f"{speed:g} m/s: left out {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which "
-                f"{reference or source} hardly moves {'the ' + spoken(source) if reference else 'anything'}"
+                f"{reference or source} hardly moves {'the ' + describe_signal(source) if reference else 'anything'}"
             )
-    if not reference and not all(r.found.lines for r in responses):  # lines average the noise before they are divided
+    if not reference and not all(
+        r.spectrum.lines for r in responses
+    ):  # lines average the noise before they are divided
         notes.append(
             "output over input: where a rider or controller answered the motion, its noise biases the ratio; name a "
             "reference that came from outside with --instrument"
@@ -124,7 +126,7 @@ def _signal(run: Run, column: str, option: str) -> Array:
 
 def rows_of(response: RunResponse) -> list[dict[str, Any]]:
     """Rows of a table for ``kind = "frequency_response"``, SI, of a ``response``."""
-    spectrum = response.found
+    spectrum = response.spectrum
     return [
         {
             "input": response.input,
@@ -145,7 +147,7 @@ def rows_of(response: RunResponse) -> list[dict[str, Any]]:
 
 def shown_of(response: RunResponse) -> list[list[Any]]:
     """The row of a ``response`` in the terminal."""
-    spectrum, words = response.found, f"{spoken(response.input)} to {spoken(response.output)}"
+    spectrum, words = response.spectrum, f"{describe_signal(response.input)} to {describe_signal(response.output)}"
     if not len(spectrum.gain):
         return [[response.speed, words, 0, None, spectrum.averages, None, None]]
     band = f"{spectrum.frequency_hz[0]:.3g} to {spectrum.frequency_hz[-1]:.3g}"

@@ -31,7 +31,7 @@ class Gap:
         names = ("base", "effect_alone", "adjusted", "with_torque", "without_effect")
         return {name: x for name in names if (x := getattr(self, name)) is not None}
 
-    def left(self, step: str) -> float | None:
+    def remaining_share(self, step: str) -> float | None:
         """Share of the gap sqrt(chi^2/n - 1) of the base model that a ``step`` leaves; None if there is none."""
         base, value = self.base, getattr(self, step)
         if base is None or value is None or base <= self.noise:

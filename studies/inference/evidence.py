@@ -88,10 +88,10 @@ def within_uncertainty(hypothesis: Fit) -> float:
     narrowing = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
     free = np.clip(np.linalg.eigvalsh(narrowing), 0.0, 1.0)
     mean, variance = float(free.sum()), 2 * float((free**2).sum())
-    return _p_larger(float(went @ went), mean, variance) if variance > 1e-12 else 1.0
+    return _upper_tail_p(float(went @ went), mean, variance) if variance > 1e-12 else 1.0
 
 
-def _p_larger(statistic: float, mean: float, variance: float) -> float:
+def _upper_tail_p(statistic: float, mean: float, variance: float) -> float:
     """P(larger) by the chi^2 distribution with these moments: Satterthwaite (1946), Biometrics Bulletin 2, 110-114."""
     return float(chdtrc(2 * mean**2 / variance, 2 * mean * statistic / variance))
 
@@ -149,7 +149,7 @@ def whiteness(kind: Kind, hypothesis: Fit) -> float:
     for statistic in statistics:
         mean, variance = float(statistic[1:].mean()), float(statistic[1:].var(ddof=1))
         has_spread = variance > 0 and math.isfinite(statistic[0])
-        values.append(_p_larger(float(statistic[0]), mean, variance) if has_spread else 1.0)
+        values.append(_upper_tail_p(float(statistic[0]), mean, variance) if has_spread else 1.0)
     return min(1.0, len(values) * min(values))
 
 

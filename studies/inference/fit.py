@@ -485,13 +485,13 @@ def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
     ).T
     slopes = slopes_of(unknowns, final.theta[:count])
     sd = np.sqrt(np.maximum(np.diag(slopes @ final.covariance[:count, :count] @ slopes.T), 0.0))
-    moved = []
+    shifts = []
     for k, u in enumerate(unknowns):
         if u.coupling is None:
             ways = (null.theta[k] - u.centre) / u.scale, (final.theta[k] - u.centre) / u.scale
         else:  # its own coordinate moves others as well
             ways = (null_values[k] - prior_values[k]) / u.scale, (final_values[k] - prior_values[k]) / u.scale
-        moved.append(
+        shifts.append(
             Moved(
                 u.name,
                 u.unit,
@@ -504,4 +504,4 @@ def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
                 assumed=u.assumed,
             )
         )
-    return tuple(sorted(moved, key=lambda m: -abs(m.shift)))
+    return tuple(sorted(shifts, key=lambda m: -abs(m.shift)))

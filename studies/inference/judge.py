@@ -569,7 +569,7 @@ def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
 
 
 def _distance(gap: Array, spread: Array) -> float:
-    """Root of gap' (1 + spread spread')^-1 gap: ``gap`` (m,) in sd of noise, ``spread`` (m, k) its moves by 1 sd each."""
+    """Root of gap' (1 + spread spread')^-1 gap: ``gap`` (m,) in sd of noise, ``spread`` (m, k) moves it by 1 sd."""
     pull = spread.T @ gap
     remainder = gap - spread @ np.linalg.solve(np.eye(len(pull)) + spread.T @ spread, pull)
     return float(np.sqrt(max(0.0, float(gap @ remainder))))

@@ -145,7 +145,7 @@ def leading(judgement: Judgement) -> tuple[Candidate, ...]:
 
 
 def variants(kind: Kind, candidates: tuple[Candidate, ...]) -> Iterator[Variant]:
-    """Every variant of a ``kind`` with the candidates ``candidates``."""
+    """Every variant of a ``kind`` with these ``candidates``."""
     rows = kind.rows
     all_rows = np.ones(len(rows.places), bool)
     for factor in (0.8, 1.3):

@@ -82,7 +82,7 @@ def test_where_nothing_is_named_the_words_tell_single_effects_from_several():
     alike = findings.story.look_alikes
     assert alike.unseen
     assert alike.nearest == "drift+steer_spring"
-    assert alike.adjusted == pytest.approx(findings.story.held_out.left("adjusted"))
+    assert alike.adjusted == pytest.approx(findings.story.held_out.remaining_share("adjusted"))
     assert alike.adjusted == pytest.approx(kicks.gap["nuisance_only"])
     assert (alike.best_single, alike.tried) == (("steer_damper", pytest.approx(kicks.gap["single_effect"])), 2)
     assert alike.best_single[1] > 0.99 * alike.adjusted  # without the drift the damper predicts nothing

@@ -170,7 +170,7 @@ def test_the_first_screen_tells_where_what_how_sure_and_what_is_shown(one):
     where = find(one).where
     assert where.by == pytest.approx((one.kind.readings - 2)[np.abs(one.nominal) > 2].mean(), rel=0.6)
     assert re.search(r"\*\*Where\.\*\* [ab]: measured [\d.]+ above the base model, time [\d.]+ to 6 s\.", text)
-    assert find(one).story.held_out.left("effect_alone") == 0.0
+    assert find(one).story.held_out.remaining_share("effect_alone") == 0.0
     assert "it alone leaves nothing of the base model's gap" in text
     assert "and the tyre would have to be another one: level" in text
     for word in ("χ²", "p =", "odds", "chi^2"):

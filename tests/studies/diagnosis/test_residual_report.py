@@ -152,7 +152,7 @@ def test_a_parameter_that_the_torque_moves_by_more_than_one_sd_is_told(reported,
     now[names.index("xB")], now[len(names) + size], after[len(names) + size] = x, mass, 3.2
     moved = dataclasses.replace(torque.fit, theta=np.append(now, -3.0))
     changed = dataclasses.replace(torque, beside=beside, fit=moved, covariance=np.diag(np.append(after, 0.1) ** 2))
-    found = changed.changed()
+    found = changed.list_changes()
     assert [one.name for one in found] == told
     if told:
         assert (found[0].effect, found[0].named, found[0].value) == ("luggage", 11.6, mass)
