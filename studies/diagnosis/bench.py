@@ -411,7 +411,8 @@ class Bench(BicycleKind, kind="bench"):
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Tests that were not made: a slow sweep and steady rates with the wheel lifted, a sweep on a free plate."""
-        done_already, sd = {(r.test, r.condition) for r in self.readings}, float(np.median(self.setup.sd))
+        done_already = {(r.test, r.condition) for r in self.readings}
+        sd = float(np.median(self.setup.sd))
         sweep = [(x, 0.0, d) for x in (-0.2, -0.1, 0.0, 0.1, 0.2) for d in (1.0, -1.0)]
         damper = [(0.0, rate, float(np.sign(rate))) for rate in (-2.0, -1.0, 1.0, 2.0)]
         up_and_down = "a slow sweep of the steer angle up and down, 0.2 rad to each side"

@@ -30,7 +30,7 @@ from tyre.measured.plausible import WAY_OUT
 class Corrected:
     """Texts of the corrected models by bicycle ("" is the one at the top); none of a tyre."""
 
-    texts: Mapping[str, str]
+    texts: Mapping[str, str]  # bicycle -> model file, TOML
     error: str = ""  # why there are none; "" if there are
     of_others: str = ""  # why there are none of the other bicycles; "" if there are, or no others
 

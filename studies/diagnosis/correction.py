@@ -87,7 +87,8 @@ def correction(diagnosis: Diagnosis, residual: Residual | None = None, bicycle: 
 def _final_fit_as_stated(diagnosis: Diagnosis) -> Fit:
     """The final fit with the covariance that the verdict states: averaged over its class, a poor fit as noise."""
     final = diagnosis.final
-    averaged, fitted = averaged_variance(diagnosis.hypotheses, final), final.covariance.diagonal()
+    averaged = averaged_variance(diagnosis.hypotheses, final)
+    fitted = final.covariance.diagonal()
     wider = np.sqrt(np.divide(averaged, fitted, out=np.ones_like(fitted), where=(averaged > fitted) & (fitted > 0)))
     return replace(final, covariance=final.noise_factor**2 * final.covariance * np.outer(wider, wider))
 

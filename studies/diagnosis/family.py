@@ -41,9 +41,9 @@ FEEDBACK = {
 class Family:
     """All models that differ in the numbers of nuisances and candidates; ``settings`` replace numbers of the base."""
 
-    base: Model
-    nuisances: tuple[UncertainParameter, ...]
-    candidates: tuple[Candidate, ...] = ()
+    base: Model  # the bicycle and its effects before candidates are added
+    nuisances: tuple[UncertainParameter, ...]  # float in every fit; their coordinates come first
+    candidates: tuple[Candidate, ...] = ()  # that are added; their coordinates follow in this order
     settings: Settings = ()
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
@@ -133,7 +133,8 @@ class Family:
         matrices = self.models.descriptor(values, speeds)
         for key, (output, torque) in FEEDBACK.items():
             if key in values:
-                column, row = self.symbolic.inputs.index(torque), self.symbolic.outputs.index(output)
+                column = self.symbolic.inputs.index(torque)
+                row = self.symbolic.outputs.index(output)
                 matrices = matrices.with_feedback(input=column, output=row, gain=values[key])
         return matrices
 

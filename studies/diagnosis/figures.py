@@ -109,7 +109,8 @@ def plain_ticks(axis: Any, *places: float) -> None:
 def draw_before_after(judgement: Judgement, target: Path) -> bool:
     """Measured values with 95 % intervals and the models."""
     rows = judgement.kind.rows
-    names, series = list(dict.fromkeys(rows.series)), np.array(rows.series)
+    names = list(dict.fromkeys(rows.series))
+    series = np.array(rows.series)
     measured, sd = judgement.kind.data
     with drawing(target, width=8, height=1.2 + 2.5 * -(-len(names) // 2)) as figure:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
@@ -148,9 +149,12 @@ def find_worst_runs(judgement: Judgement) -> tuple[dict[str, list[Array]], list[
     """Measured less computed signals of each model and run (samples, channels), and the four runs missed most."""
     kind: Any = judgement.kind
     missed = {title: kind.residual_signals(*model) for title, model in models_of(judgement).items()}
-    final, base, with_it = judgement.final, kind.family(()), kind.family(judgement.final.candidates)
+    final = judgement.final
+    base = kind.family(())
+    with_it = kind.family(judgement.final.candidates)
     if BASE in missed and final.candidates and base.symbolic.declared.states == with_it.symbolic.declared.states:
-        starts, channels = kind.initial_states(final.candidates, final.theta), tuple(kind.noise)
+        starts = kind.initial_states(final.candidates, final.theta)
+        channels = tuple(kind.noise)
         computed = kind.replay_of(channels)(base, np.array([[u.centre for u in kind.nuisances]]), starts)[0]
         missed[BASE] = [
             np.stack([run.channels[c] - y[: len(run.time)] for c, y in zip(channels, signals, strict=True)], 1)
@@ -253,7 +257,8 @@ def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Arra
     plain_ticks(gain.yaxis, 1.0, 2.0, 5.0)
     if not len(hertz):
         return
-    measured_phase, size = np.unwrap(np.angle(value)), np.abs(value)
+    measured_phase = np.unwrap(np.angle(value))
+    size = np.abs(value)
     most = 0.9 * size  # a logarithmic axis has no zero; beyond it the interval leaves the phase unknown
     sure = 1.96 * sd < most
     gain.errorbar(hertz, size, [np.minimum(1.96 * sd, most), 1.96 * sd], **MEASURED, label="measured, 95 %")

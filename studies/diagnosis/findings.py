@@ -48,7 +48,7 @@ class Predicted:
     """Prediction of the held-out runs of one part by each model."""
 
     part: str  # empty if the measurement has no parts
-    runs: tuple[str, ...]
+    runs: tuple[str, ...]  # names of the held-out runs
     numbers: int  # how many are compared
     # by model: nominal, nuisance_only, final, effect_alone if something is named, single_effect (the best of one
     # effect) if unknown, with_torque if one was fitted
@@ -294,7 +294,8 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
     """Share of the base model's gap that each fit leaves (empty without a gap), and whether on runs never fitted."""
     unseen = diagnosis.kind.held_out_data()
     if unseen is None:
-        count, base = len(diagnosis.nominal), float(diagnosis.nominal @ diagnosis.nominal)
+        count = len(diagnosis.nominal)
+        base = float(diagnosis.nominal @ diagnosis.nominal)
         chi2 = {f: f.chi2 for f in fits_}
     else:
         predictions = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})

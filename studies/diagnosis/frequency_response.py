@@ -95,7 +95,7 @@ class ResponsePoint:
     speed: float  # m/s
     value: complex
     sd: float  # in the unit of ``value``, of the real as of the imaginary part
-    group: str = ""
+    group: str = ""  # points of one group are held out together; of one speed if ""
 
     @property
     def channel(self) -> str:
@@ -342,7 +342,8 @@ def _weigh_outputs(
         v, g = bicycle.true_speeds, bicycle.values["g"]
         weights[:, k, lateral], weights[:, k, rolling] = s, -place.z * s
         weights[:, k, yaw], weights[:, k, lean] = place.x * s + v[0, at], -g[0]
-        slopes[:, :, k, yaw], slopes[:, :, k, lean] = bicycle.difference(v).T[at], -bicycle.difference(g)[:, 0]
+        slopes[:, :, k, yaw] = bicycle.difference(v).T[at]
+        slopes[:, :, k, lean] = -bicycle.difference(g)[:, 0]
     outputs = bicycle.family.symbolic.outputs
     return [outputs.index(name) for name in used], weights, slopes
 
@@ -378,7 +379,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
     )
     columns: ClassVar[tuple[str, ...]] = (*TEXTS, *NUMBERS)
     points: tuple[ResponsePoint, ...]  # one a measured response
-    accelerometer: Accelerometer | None = None
+    accelerometer: Accelerometer | None = None  # its place, m; None if none was read
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "FrequencyResponses":

@@ -42,7 +42,7 @@ class JointData(Joint, kind="joint"):
     of_bicycle: ClassVar[bool] = True
     whole: ClassVar[bool] = True
     name: str = field()  # the file's name
-    model: Model = field()
+    model: Model = field()  # base model of the bicycle at the top of the file
     uncertainty: Mapping[str, float] = field(default_factory=dict)  # as of a single measurement
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # as of a single measurement
     description: str = ""  # words of the file
@@ -213,7 +213,9 @@ def _other_bicycle(
         raise InputError("bicycle is the one at the top; leave it out")
     effects = {**whole.get("effects", {}), **part.get("effects", {})}
     content = {"bicycle": part["bicycle"], "effects": effects}
-    model = build_model(content | {k: part[k] for k in (WAY_OUT,) if k in part}, folder=folder)
+    if WAY_OUT in part:
+        content[WAY_OUT] = part[WAY_OUT]
+    model = build_model(content, folder=folder)
     of_effects = {key: sd for key, sd in common["uncertainty"].items() if "." in key}
     uncertainty = of_effects | flat_uncertainty(part.get("uncertainty", {}))
     nuisances(model, uncertainty)  # complains here, where the part is known

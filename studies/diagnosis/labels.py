@@ -28,7 +28,8 @@ def titles(judgement: Judgement) -> dict[str, str]:
     labels, final, null = {"nominal": BASE}, judgement.final, judgement.hypotheses.null
     if final is null:
         return labels | ({"nuisance_only": ADJUSTED} if judgement.kind.nuisances else {})
-    nuisances, count = bool(judgement.kind.nuisances), len(final.candidates)
+    nuisances = bool(judgement.kind.nuisances)
+    count = len(final.candidates)
     name = said(final.name) if len(final.name) < 25 else f"{count} effect{'s' if count > 1 else ''}"
     labels |= {"effect_alone": f"+ {name} alone"} if judgement.alone is not None and nuisances else {}
     labels["final"] = f"+ {name}, {ADJUSTED}" if nuisances else f"+ {name}"
@@ -108,7 +109,9 @@ def fate(judgement: Judgement) -> dict[str, str]:
     verdict = judgement.verdict
     refusals = {name: str(rule) for name, _, rule in verdict.refused_leaders}
     for f in judgement.hypotheses.fits:
-        faults = [*f.sizes_at_bound(), *f.sizes_beyond_usual(), *([] if f.converged else ["did not converge"])]
+        faults = [*f.sizes_at_bound(), *f.sizes_beyond_usual()]
+        if not f.converged:
+            faults.append("did not converge")
         if faults:
             refusals.setdefault(f.name, ", ".join(dict.fromkeys(faults)))
     outcomes = {name: f"refused: {why}" for name, why in refusals.items()} | dict.fromkeys(

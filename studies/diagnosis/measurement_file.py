@@ -170,7 +170,8 @@ def available_measurements() -> tuple[str, ...]:
 @contextmanager
 def packaged_measurement(name_or_path: str | Path) -> Iterator[Path]:
     """Give the file of a measurement for as long as it is read: ``name_or_path`` itself, or that of a packaged name."""
-    path, name = Path(name_or_path), str(name_or_path)
+    path = Path(name_or_path)
+    name = str(name_or_path)
     if path.suffix or path.is_file() or "/" in name:
         yield path
         return

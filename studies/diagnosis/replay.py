@@ -284,7 +284,8 @@ class Replay:
         """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
         if mistakes.ROTATION[1] not in values:
             return outputs
-        turned, places = outputs.copy(), [names.index(CHANNELS[name]) for name in mistakes.BOX]
+        turned = outputs.copy()
+        places = [names.index(CHANNELS[name]) for name in mistakes.BOX]
         for place, shares in zip(places, mistakes.turn_axes(values), strict=True):
             turned[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
         return turned
@@ -316,8 +317,10 @@ class Replay:
                 settings[:, column] = values[key][:, 0]
         if (settings == settings[0]).all():
             settings = settings[:1]
-        riding, last = riding_in(values), len(names) + (mistakes.FRICTION in values)
-        signals = np.zeros((len(settings), len(self.runs), last + len(PUSHES) * bool(riding), self.length))
+        riding = riding_in(values)
+        last = len(names) + (mistakes.FRICTION in values)
+        with_pushes = last + len(PUSHES) if riding else last
+        signals = np.zeros((len(settings), len(self.runs), with_pushes, self.length))
         signals[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
         for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
             delay = settings[i, 2 * m + 1]
@@ -356,9 +359,10 @@ class Replay:
         """
 
         def lean(run: Run) -> Array:
-            rate, found = run.channels[mistakes.BOX[0]], np.cumsum(run.channels[mistakes.BOX[0]]) * run.step
+            rate = run.channels[mistakes.BOX[0]]
+            integral = np.cumsum(rate) * run.step
             balance = (run.speed * run.channels[mistakes.BOX[1]] + np.gradient(rate, run.step)) / 9.81
-            return found + np.polyval(np.polyfit(run.time, balance - found, 1), run.time)
+            return integral + np.polyval(np.polyfit(run.time, balance - integral, 1), run.time)
 
         return np.cos(self.pad_runs([lean(run)] for run in self.runs)[:, 0].T)
 

@@ -163,16 +163,18 @@ def _parts(judgement: Judgement, findings: Findings) -> list[tuple[Any, int, lis
 def _places(judgement: Judgement) -> list[tuple[str, int, list[float]]]:
     """Numbers and chi^2 of the models by channel, by condition and by third of the abscissa, the largest first."""
     rows, models = judgement.kind.rows, residuals(judgement)
-    series, edges = np.array(rows.series), np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
+    series = np.array(rows.series)
+    edges = np.quantile(rows.abscissa, [0, 1 / 3, 2 / 3, 1])
     if len(set(rows.series)) > MOST:
         series = rows.channels
     groups = {str(name): series == name for name in dict.fromkeys(series.tolist())}
     for k, name in enumerate(rows.condition):
         groups[name] = rows.abscissa == k
-    for low, high in pairwise(edges) if rows.one_axis else ():
-        mask = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
-        if mask.any() and high > low:
-            groups[f"{low:.3g} to {high:.3g} {rows.axis.rpartition(', ')[2]}"] = mask
+    if rows.one_axis:
+        for low, high in pairwise(edges):
+            mask = (rows.abscissa >= low) & ((rows.abscissa < high) | (high == edges[-1]))
+            if mask.any() and high > low:
+                groups[f"{low:.3g} to {high:.3g} {rows.axis.rpartition(', ')[2]}"] = mask
     places = [
         (name, int(mask.sum()), [float(r[mask] @ r[mask]) for r in models.values()]) for name, mask in groups.items()
     ]
@@ -191,12 +193,13 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     def phrase(macro: str) -> str:
         return render("one.txt.j2", macro=macro, v=verdict, f=f, c=changes)
 
+    search = {"search": "quick"} if diagnosis.quick else {}
     return {
         "gap": f.story and asdict(f.story.gap),
         "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
         "where": f.where and asdict(f.where),
         "odd_part": {"parts": [removed.part for removed in f.odd], "sentence": phrase("odd")} if f.odd else None,
-        **({"search": "quick"} if diagnosis.quick else {}),
+        **search,
         **verdict_record(verdict),
         "sentence": phrase("what"),
         "corrected": {
@@ -283,7 +286,8 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
     if torque is None:
         return None
     names = (*torque.kept, *torque.dropped)
-    first, units = len(torque.covariance) - len(names), {u.name: u.unit for u in torque.fit.unknowns}
+    first = len(torque.covariance) - len(names)
+    units = {u.name: u.unit for u in torque.fit.unknowns}
     return {
         "fitted": True,
         "name_of_a_cause": False,

@@ -41,7 +41,9 @@ class SpeedScale:
     def of(cls, speeds: ArrayLike) -> "SpeedScale":
         """Scale of measured ``speeds`` (n,), m/s; speeds that lie within a tenth are one."""
         v = np.unique(np.asarray(speeds, float))
-        middle, half, least = float(v[0] + v[-1]) / 2, float(v[-1] - v[0]) / 2, 0.1
+        middle = float(v[0] + v[-1]) / 2
+        half = float(v[-1] - v[0]) / 2
+        least = 0.1
         distinct = 1 + int((np.diff(v) > least / 2 * v[1:]).sum())
         return cls(middle, max(half, least * middle), min(distinct, len(DEGREES)))
 
@@ -119,7 +121,7 @@ class Selector:
 
     linear: Linear
     floating: int  # how many
-    scale: SpeedScale
+    scale: SpeedScale  # of the measured speeds; its ``most`` limits the terms of a pair
 
     def columns(self, degrees: Degrees) -> NDArray[np.intp]:
         """Columns (q,) of what floats anyway and of the terms of ``degrees``."""
@@ -149,7 +151,8 @@ class Selector:
         return chosen
 
     def _find_better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
-        current, score = self.worth(chosen), self.score(chosen)
+        current = self.worth(chosen)
+        score = self.score(chosen)
         moves = sorted(((self.worth(move), k, move) for k, move in enumerate(self._moves(chosen))), reverse=True)
         for worth, _, move in moves:
             if worth <= current:
@@ -191,8 +194,8 @@ def _lower(chosen: Degrees, pair: Pair) -> dict[Pair, int]:
 class Changed:
     """A parameter that the torque moves by more than one sd."""
 
-    name: str
-    unit: str
+    name: str  # of the parameter
+    unit: str  # of the values and the sd
     effect: str  # whose it is; "" of the bicycle and the measurement
     named: float  # its value without the torque, in ``unit``
     value: float  # with the torque, in ``unit``
@@ -207,7 +210,7 @@ class Residual:
     fit: Fit  # the named model with the residual torque
     beside: Fit  # and without
     degrees: Degrees  # number of terms by pair of torque and state
-    scale: SpeedScale
+    scale: SpeedScale  # of the measured speeds, which the terms are polynomials of
     covariance: Array  # (p + q, p + q), of the p coordinates of fit, then of the q terms that were not chosen
     before: HeldOut  # prediction of data left out, without
     after: HeldOut  # and with the torque
@@ -272,7 +275,8 @@ class Residual:
         spread, after = (np.sqrt(np.maximum(c.diagonal(), 0.0)) for c in (without_torque.covariance, self.covariance))
         count = len(without_torque.theta)
         ends = np.stack([without_torque.theta, self.fit.theta[:count]], 1)
-        values, slopes = values_of(without_torque.unknowns, ends), slopes_of(without_torque.unknowns, ends[:, 1])
+        values = values_of(without_torque.unknowns, ends)
+        slopes = slopes_of(without_torque.unknowns, ends[:, 1])
         value_sd = np.sqrt(np.maximum(np.diag(slopes @ self.covariance[:count, :count] @ slopes.T), 0.0))
         changes = []
         for k, (u, (before, moved_to)) in enumerate(zip(without_torque.unknowns, ends, strict=True)):
@@ -365,7 +369,8 @@ def _selector(linear: Linear, about: Fit, scale: SpeedScale) -> Selector:
 def _covariance(best: Fit, selector: Selector, degrees: Degrees) -> Array:
     """Second moment about the fit of its coordinates and of the terms that were not chosen, in their units."""
     linear, floating = selector.linear, selector.floating
-    chosen, full = selector.columns(degrees), candidate(selector.scale.full, selector.scale)
+    chosen = selector.columns(degrees)
+    full = candidate(selector.scale.full, selector.scale)
     columns = np.array([*chosen, *sorted({*selector.columns(selector.scale.full)} - {*chosen})], dtype=np.intp)
     term_sd = [u.scale for u in full.unknowns]
     sd = np.array([*(u.scale for u in best.unknowns[:floating]), *(term_sd[k - floating] for k in columns[floating:])])

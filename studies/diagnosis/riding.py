@@ -132,7 +132,8 @@ def estimate_sizes(name: str, times: list[Array], residual: Array, columns: Arra
             mixing = np.linalg.pinv(unit_courses, rcond=1e-6) @ np.array([shapes(name, time, f) for f in hertz])
         else:
             nodes, base = _process(name, float(time[-1] - time[0]), min(NODES, len(time)))
-            corner, inverse = CORNER_S[name] * np.geomspace(5, 0.2, 9), np.linalg.pinv(base)
+            corner = CORNER_S[name] * np.geomspace(5, 0.2, 9)
+            inverse = np.linalg.pinv(base)
             distance = np.abs(nodes[:, None] - nodes) / corner[:, None, None]
             hertz = (2 * np.log(2)) ** (POWER[name] / 2 - 0.5) / (2 * np.pi * corner)  # half of the power density
             spread = inverse @ np.exp(-(distance ** POWER[name]) / POWER[name]) @ inverse.T

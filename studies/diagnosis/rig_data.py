@@ -39,8 +39,8 @@ SWEEP_TERMS = (
 class Reduced:
     """Recording reduced to the numbers of a fit."""
 
-    name: str
-    condition: Condition
+    name: str  # of the recording, as its file is called
+    condition: Condition  # tyre, load, pressure and track
 
     @property
     def label(self) -> str:

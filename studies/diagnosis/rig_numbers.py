@@ -187,9 +187,10 @@ def _model(quantity: str, wheel: str, values: dict[str, Array], acting: set[str]
     def of(slot: str, number: str) -> Array | None:
         """The value that an effect of that slot takes from a tyre under the name of a number."""
         for name, effect in registry().items():
-            for p in effect.parameters if name in acting and effect.slot == slot else ():
-                if p.tyre == number and (wheel_value := values.get(f"{name}.{p.name}.{wheel}")) is not None:
-                    return wheel_value[:, 0]
+            if name in acting and effect.slot == slot:
+                for p in effect.parameters:
+                    if p.tyre == number and (wheel_value := values.get(f"{name}.{p.name}.{wheel}")) is not None:
+                        return wheel_value[:, 0]
         return None
 
     nothing = np.zeros(len(next(iter(values.values()))))

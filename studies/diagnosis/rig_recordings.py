@@ -87,6 +87,7 @@ class RigRecordings(TyreKind, kind="rig"):
     includes: tuple[str, ...] = ()  # rig effects that the base model contains
     pull_displacement: str = "tyre"  # ``tyre`` (plate minus rim) or ``plate``
     wheel_radius: float = WHEEL_RADIUS  # m, for the drum's curvature
+    # relative sd of the gains of the sensors, and of a stiffness from one recording to the next
     calibration: Calibration = Calibration()  # noqa: RUF009 - frozen
     # The following are filled by :meth:`ready`.
     blocks: tuple[SweepBlocks, ...] = ()  # the sweeps as means of blocks
@@ -267,7 +268,8 @@ class RigRecordings(TyreKind, kind="rig"):
         """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and terms of effects."""
         curve = self.curve(pull.condition)
         assert curve.lateral_stiffness is not None
-        (v, count), t = _with_zeros(values), PullTerms(pull.displacement)
+        v, count = _with_zeros(values)
+        t = PullTerms(pull.displacement)
         for term in self.terms:
             term.add_to(t, values)
 
@@ -313,7 +315,8 @@ class RigRecordings(TyreKind, kind="rig"):
             series += [s.name] * len(degrees)
             fold += _segments(s.branch) if split else [k] * len(degrees)
         for k, p in enumerate(self.readings, len(self.blocks)):
-            n, way = len(p.force), np.gradient(p.displacement)
+            n = len(p.force)
+            way = np.gradient(p.displacement)
             places += [f"pull test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in way]
             x += (1e3 * p.displacement).tolist()
             series += [p.name] * n
@@ -360,8 +363,11 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def propose_measurements(self) -> tuple[Proposal, ...]:
         """Further sweeps: other branch, rate, speed, track, load, the tyre turned round; a gauge at the rim."""
-        gauge = Proposal("dial gauge at rim and fixture in the pull test", np.full(1, 1e-5), self._rim_gauge)
-        return (*(self._propose_sweeps() if self.blocks else ()), *([gauge] if self.readings else ()))
+        proposals = self._propose_sweeps() if self.blocks else []
+        if self.readings:
+            title = "dial gauge at rim and fixture in the pull test"
+            proposals.append(Proposal(title, np.full(1, 1e-5), self._rim_gauge))
+        return tuple(proposals)
 
     def _rim_gauge(self, candidates: Candidates, theta: Array) -> Prediction:
         """Movement (1,), m, of rim and fixture in the hardest pull, and its derivatives."""

@@ -52,9 +52,9 @@ class Curve:
 class Reference:
     """Curves of one tyre, and their origin in words."""
 
-    curves: tuple[Curve, ...]
-    origin: str
-    tyre: str | None = None
+    curves: tuple[Curve, ...]  # one a load and pressure
+    origin: str  # where they are from, in words, for the report
+    tyre: str | None = None  # its name; None if the source names none
 
     def curve_at(self, load: float, pressure: float) -> Curve:
         """The curve for a ``load`` (N) and ``pressure`` (Pa): its own, else between loads, else of the nearest load."""

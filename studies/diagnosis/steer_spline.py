@@ -51,7 +51,8 @@ class Functions(NamedTuple):
 def jumping(time: Array, jumps: Sequence[float] | Array, derivative: int = 0) -> Array:
     """Angles (n, 4 J) whose acceleration jumps from 0 to 1 and then stays or dies away, or whose rate jumps."""
     after = np.maximum(time[:, None] - np.asarray(jumps, float), 0.0)[..., None]
-    started, decay = (after > 0).astype(float), np.exp(-after / DYING)
+    started = (after > 0).astype(float)
+    decay = np.exp(-after / DYING)
     stays = (after**2 / 2, after, started, 0 * after)[derivative]
     dies = (DYING * (after - DYING * (1 - decay)), DYING * (1 - decay), started * decay, -started * decay / DYING)
     sooner = (after, started, 0 * after, 0 * after)[derivative]
@@ -139,7 +140,7 @@ class Likelihood:
     """Probability of a record (T,), rad, as motion of these shapes with noise of sd ``least`` or more."""
 
     recorded: Array  # (T,), rad
-    shapes: Shapes
+    shapes: Shapes  # the K motions that it may be made of
     least: float | None  # rad; None: the noise is estimated with no lower limit
 
     @cached_property
@@ -211,7 +212,7 @@ def find_most_likely(functions: Functions, recorded: Array, least: float | None)
 class SteerSpline:
     """A smoothed steer angle with C coefficients."""
 
-    functions: Functions
+    functions: Functions  # the C functions that the angle is a sum of
     coefficients: Array  # (C,), rad
     spread: Array  # (C, K): the coefficients' change by one sd of each of K independent combinations, rad
     smoothing: Array  # (T, T): from an acceleration at the samples to what the spline shows of it

@@ -74,7 +74,7 @@ class LookAlikes:
 class Story:
     """Numbers of the first screen; ``far`` has the parameters that must be others without the effect."""
 
-    gap: Gap
+    gap: Gap  # chi^2 of each step on all data
     held_out: Gap | None  # on data that were left out of the fits; None if none could be
     unseen: bool  # what is held out are runs that were never fitted
     far: tuple[Moved, ...]  # at most three, the farthest first

@@ -57,6 +57,7 @@ class TyreTables(TyreKind, kind="tyre_tables"):
     missing: ClassVar[str] = "write [tyre_tables], reference and measured below it"
     reference: MeasuredTable
     measured: MeasuredTable
+    # assumptions in reading
     notes: tuple[str, ...] = (f"repeatability of a cornering stiffness: {REPEATABILITY:.0%} on each surface",)
 
     @classmethod
@@ -110,7 +111,8 @@ class TyreTables(TyreKind, kind="tyre_tables"):
     def _slopes(self) -> dict[str, Array]:
         """d(ln C)/d(coordinate) of each candidate at every condition."""
         t, h = self.measured, 1e-3
-        ones, at = np.ones(len(t.load)), self._log_reference(t.load, t.pressure)
+        ones = np.ones(len(t.load))
+        at = self._log_reference(t.load, t.pressure)
         slopes = {"force_scale": ones, "slip_angle_scale": -ones}
         slopes["load_scale"] = (self._log_reference(t.load * (1 + h), t.pressure) - at) / h
         slopes["pressure_scale"] = (self._log_reference(t.load, t.pressure * (1 + h)) - at) / h

@@ -57,7 +57,7 @@ class AcceptanceCheck:
 
     rule: str  # key of ACCEPTANCE_RULES
     figure: str  # what was found, as the list of rules prints it
-    passed: bool
+    passed: bool  # the rule holds
     culprit: str = ""  # what the complaint names; the figure if empty
     remark: str = ""  # what is said though the rule holds
 

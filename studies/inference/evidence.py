@@ -87,7 +87,8 @@ def within_uncertainty(hypothesis: Fit) -> float:
     went = (hypothesis.theta[:count] - np.array([u.centre for u in hypothesis.nuisances])) / sd
     narrowing = np.eye(count) - hypothesis.covariance[:count, :count] / np.outer(sd, sd)
     free = np.clip(np.linalg.eigvalsh(narrowing), 0.0, 1.0)
-    mean, variance = float(free.sum()), 2 * float((free**2).sum())
+    mean = float(free.sum())
+    variance = 2 * float((free**2).sum())
     return _upper_tail_p(float(went @ went), mean, variance) if variance > 1e-12 else 1.0
 
 

@@ -77,7 +77,7 @@ class Part:
 class Joint(Kind):
     """Several measurements fitted at once."""
 
-    parts: tuple[Part, ...] = field()
+    parts: tuple[Part, ...] = field()  # the sets of data, in the order of the file
     joint_notes: tuple[str, ...] = ()  # notes on the whole, for the report
     # identifiers of the candidates that are tried; None for all candidates of the parts
     tried: frozenset[str] | None = field(default=None, kw_only=True)

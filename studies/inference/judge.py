@@ -47,7 +47,7 @@ class Acceptance:
     leader: Fit | None = None  # what was judged, named or not
     # what cannot be told from the leader, itself first, and why; empty if nothing is named
     members: Mapping[Fit, Reason] = field(default_factory=dict)
-    checks: Checks = ()
+    checks: Checks = ()  # answers to the rules that were asked, in their order
 
 
 def accept(hypotheses: Hypotheses, leader: Fit | None) -> Acceptance:
@@ -114,11 +114,13 @@ def _class_of(hypotheses: Hypotheses, leader: Fit) -> tuple[dict[Fit, Reason], H
     peers = list(dict.fromkeys([*members, *rivals]))
     wide = hypotheses.refit_with_wider_priors([f for f in peers if f.converged or f is leader])
     best = wide.rank()[0]
-    for f in wide.rank() if wide.p_nothing < RULES.nothing else ():  # else the reservation says it
-        original, odds = hypotheses.find(f.identifiers), wide.odds(best, f)
-        if original is not None and original not in members and f.physical and odds < RULES.clear_odds:
-            # no name may hang on the priors
-            members[original] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
+    if wide.p_nothing < RULES.nothing:  # else the reservation says it
+        for f in wide.rank():
+            original = hypotheses.find(f.identifiers)
+            odds = wide.odds(best, f)
+            if original is not None and original not in members and f.physical and odds < RULES.clear_odds:
+                # no name may hang on the priors
+                members[original] = Reason("leads wide") if f is best else Reason("close wide", odds=odds)
     return members, wide
 
 
@@ -161,7 +163,8 @@ def check_rules(
         weak_words = f"not {', '.join(weak)}" if weak else "yes"
         partial_name.append(AcceptanceCheck("each_alone", weak_words, not weak, culprit=", ".join(weak)))
 
-    shift_p, white_p = within_uncertainty(leader), whiteness(kind, leader)
+    shift_p = within_uncertainty(leader)
+    white_p = whiteness(kind, leader)
     no_reservation = [AcceptanceCheck("parameters", f"{shift_p:.2g}", shift_p > RULES.poor_fit)]
     remainder_check = _check_what_is_left(kind, leader)
     if remainder_check is not None:
@@ -237,7 +240,7 @@ class Judgement:
     """A verdict with everything a report shows."""
 
     kind: Kind  # with its noise as it was estimated
-    verdict: Verdict
+    verdict: Verdict  # what is missing, in numbers and words
     hypotheses: Hypotheses  # all that were fitted
     final: Fit  # with what was named; the null if nothing was
     alone: Fit | None = None  # the named effects with nothing else moved
@@ -422,12 +425,13 @@ def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> l
     if lost:
         warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
     extensions = []
-    for f in hypotheses.find_extensions(final) if final.candidates else ():
-        odds = min(hypotheses.odds(f, final), 1000.0)  # more needs no figure
-        share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
-        extensions.append(
-            f"{'+'.join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)} ({share})"
-        )
+    if final.candidates:
+        for f in hypotheses.find_extensions(final):
+            odds = min(hypotheses.odds(f, final), 1000.0)  # more needs no figure
+            share = f"{odds:.0f} : 1" if odds >= 1.5 else f"1 : {1 / odds:.0f}"
+            extensions.append(
+                f"{'+'.join(c.identifier for c in f.candidates if c.identifier not in final.identifiers)} ({share})"
+            )
     if extensions:
         warnings.append(
             f"beside {final.name} cannot be ruled out, with odds: {', '.join(extensions)}; its numbers would change, "
@@ -448,7 +452,8 @@ def averaged_variance(hypotheses: Hypotheses, final: Fit) -> Array:
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
         for c in final.candidates:
-            columns, columns_in_f = final.columns(c), f.columns(c)
+            columns = final.columns(c)
+            columns_in_f = f.columns(c)
             total[columns] += weight * (
                 f.covariance.diagonal()[columns_in_f] + (f.theta[columns_in_f] - final.theta[columns]) ** 2
             )
@@ -460,7 +465,8 @@ def describe_effect(hypothesis: Fit, candidate: Candidate, variance: Array) -> N
     parameters, units = {}, {}
     spread = np.sqrt(variance[hypothesis.columns(candidate)])
     for (u, x), sd in zip(hypothesis.values(candidate), spread, strict=True):
-        value, value_sd = float(u.value(float(x))), u.slope(float(x)) * float(sd)
+        value = float(u.value(float(x)))
+        value_sd = u.slope(float(x)) * float(sd)
         for name, factor in u.factors.items():
             parameters[name] = (factor * value, factor * value_sd)
             units[name] = u.unit
@@ -533,11 +539,13 @@ def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
 def _has_unneeded_size(f: Fit) -> bool:
     """True if an effect of several sizes has one within 1 sd of a bound: the data ask for no such size."""
     for candidate in f.candidates:
-        place, sizes = f.columns(candidate).start, [k for k, u in enumerate(candidate.unknowns) if u.size]
-        for k in sizes if len(sizes) > 1 else ():
-            u, x = candidate.unknowns[k], float(f.theta[place + k])
-            if min(x - u.lowest, u.highest - x) < np.sqrt(f.covariance[place + k, place + k]):
-                return True
+        place = f.columns(candidate).start
+        sizes = [k for k, u in enumerate(candidate.unknowns) if u.size]
+        if len(sizes) > 1:
+            for k in sizes:
+                u, x = candidate.unknowns[k], float(f.theta[place + k])
+                if min(x - u.lowest, u.highest - x) < np.sqrt(f.covariance[place + k, place + k]):
+                    return True
     return False
 
 

@@ -35,7 +35,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Rows:
-    """Where each of the n residuals was measured, to which series it belongs and when it is held out."""
+    """Place, series and fold of each of the n residuals: where it was measured, and when it is held out."""
 
     places: tuple[str, ...]  # (n,), place in words, for the report
     abscissa: Array  # (n,), a speed, an angle, the number of a condition; its unit is in ``axis``

@@ -93,7 +93,7 @@ class UncertainParameter:
 class Candidate:
     """An effect that may be missing."""
 
-    identifier: str
+    identifier: str  # its name in hypotheses, files and reports
     unknowns: tuple[UncertainParameter, ...]  # fitted when it joins a hypothesis; may be empty
     effect: Any = None  # for the forward model alone: what is built in
     fixed: Mapping[str, float] = field(default_factory=dict)  # its parameters that are not fitted

@@ -70,10 +70,11 @@ def _fit_singles(kind: Kind, earlier: Singles | None, advance: Progress) -> Sing
     advance("parameters only")
     null = fit(kind, starts=[earlier.null.theta] if earlier else None, turns=TURNS)
     fits = [] if earlier is None else [_refit(kind, f, advance) for f in earlier.rank()[: RULES.polished]]
-    for c in kind.candidates if earlier is None else ():
-        advance(c.identifier)
-        starts = [np.concatenate([null.theta, start]) for start in c.starts[:2]] + default_starts(kind, (c,))[:2]
-        fits.append(fit(kind, (c,), starts=select_starts(kind, (c,), starts, 1), turns=TURNS))
+    if earlier is None:
+        for c in kind.candidates:
+            advance(c.identifier)
+            starts = [np.concatenate([null.theta, start]) for start in c.starts[:2]] + default_starts(kind, (c,))[:2]
+            fits.append(fit(kind, (c,), starts=select_starts(kind, (c,), starts, 1), turns=TURNS))
     return Singles(null, tuple(fits), kind)
 
 

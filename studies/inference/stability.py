@@ -34,7 +34,7 @@ class Variant(Kind):
     kept: NDArray[np.bool_]  # (n,), rows that are used
     noise: float = 1.0  # factor on the sd of the noise
     prior: float = 1.0  # factor on the sd of the nuisances
-    refused: Mapping[str, str] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)  # effect -> why it cannot be tried; none in a variant
 
     def __getattribute__(self, name: str) -> Any:
         return getattr(self.inner, name) if name in UNCHANGED else super().__getattribute__(name)
@@ -88,7 +88,7 @@ class Outcome:
     """Verdict of a variant."""
 
     what: str  # the variant in words
-    verdict: str
+    verdict: str  # as :class:`studies.inference.verdict.Verdict`
     names: tuple[str, ...]  # the hypotheses of the class, the leader first; empty if nothing is named
     nothing: float  # P(nothing is missing)
     same: bool = False  # the same word, led by the hypothesis that leads or by a member of its class
@@ -115,7 +115,8 @@ class Stability:
 
 def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str], None] | None = None) -> Stability:
     """Judge every variant; of much data in a part of them."""
-    candidates, kind = leading(judgement), judgement.kind.thin(RULES.thinned)
+    candidates = leading(judgement)
+    kind = judgement.kind.thin(RULES.thinned)
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
     for judged in run(outcome, variants(kind, candidates)):
@@ -150,16 +151,19 @@ def variants(kind: Kind, candidates: tuple[Candidate, ...]) -> Iterator[Variant]
     all_rows = np.ones(len(rows.places), bool)
     for factor in (0.8, 1.3):
         yield Variant(f"noise sd x {factor:g}", kind, candidates, all_rows, noise=factor)
-    for factor in (0.5, 2.0) if kind.nuisances else ():
-        yield Variant(f"sd of the parameters x {factor:g}", kind, candidates, all_rows, prior=factor)
+    if kind.nuisances:
+        for factor in (0.5, 2.0):
+            yield Variant(f"sd of the parameters x {factor:g}", kind, candidates, all_rows, prior=factor)
     left_out = [rows.fold == number for number in np.unique(rows.fold)]
     words = [_places(rows, mask) for mask in left_out]
-    for mask, places in zip(left_out, words, strict=True) if len(words) > 2 else ():  # of what is left, one is held out
-        of = f" ({', '.join(dict.fromkeys(rows.channels[mask].tolist()))})" if words.count(places) > 1 else ""
-        yield Variant(f"without {places}{of}", kind, candidates, ~mask)
+    if len(words) > 2:  # of what is left, one is held out
+        for mask, places in zip(left_out, words, strict=True):
+            of = f" ({', '.join(dict.fromkeys(rows.channels[mask].tolist()))})" if words.count(places) > 1 else ""
+            yield Variant(f"without {places}{of}", kind, candidates, ~mask)
     names = list(dict.fromkeys(rows.channels.tolist()))
-    for name in names if len(names) > 1 else ():
-        yield Variant(f"without {name}", kind, candidates, rows.channels != name)
+    if len(names) > 1:
+        for name in names:
+            yield Variant(f"without {name}", kind, candidates, rows.channels != name)
 
 
 def _places(rows: Rows, left_out: NDArray[np.bool_], most: int = 4) -> str:
