@@ -219,7 +219,7 @@ def refuse_repeats(path: Path, lines: Iterable[int], keys: Iterable[Hashable], n
 def without_motors(content: Mapping[str, Any], common: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Common fields with a base model without motors, whose torque a record of the steer torque holds; a note of it."""
     model = common["model"]
-    provided = {thing for effect in model.effects if effect.powered for thing in effect.provides}
+    provided = {provision for effect in model.effects if effect.powered for provision in effect.provides}
     motors = [e.identifier for e in model.effects if e.powered or provided.intersection(e.requires)]
     if not motors:
         return dict(common), ()

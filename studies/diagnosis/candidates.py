@@ -39,7 +39,7 @@ def find_candidates(
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """Candidates for a base model, and why the other effects cannot be tried."""
     present = {effect.identifier for effect in model.effects}
-    candidates, refused = [], {}
+    candidates, reasons = [], {}
     for identifier, effect in registry().items():
         if identifier in present:
             continue
@@ -49,13 +49,13 @@ def find_candidates(
         replaced = next((e for e in model.effects if e.slot is not None and e.slot == effect.slot), None)
         why = LEFT_OUT if identifier in without else _refusal(model, effect, replaced, requested=requested)
         if why:
-            refused[identifier] = why
+            reasons[identifier] = why
             continue
         try:
             candidates.append(_candidate(model, effect, stated_values.get(identifier, {}), replaced))
         except InputError as error:
-            refused[identifier] = str(error)
-    return tuple(candidates), refused
+            reasons[identifier] = str(error)
+    return tuple(candidates), reasons
 
 
 def nobody_rides(model: Model) -> str:

@@ -31,8 +31,8 @@ def feedback_key(state: str, torque: str) -> str:
 
 
 FEEDBACK = {
-    feedback_key(seen, torque): (seen, torque)
-    for seen in ("lean", "steer", "lean_rate", "steer_rate")
+    feedback_key(state, torque): (state, torque)
+    for state in ("lean", "steer", "lean_rate", "steer_rate")
     for torque in TORQUES
 }
 

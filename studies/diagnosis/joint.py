@@ -201,8 +201,8 @@ def _read_part(entry: Any, number: int, whole: Mapping[str, Any], folder: Path, 
         raise InputError(f"part {name!r}: {error}") from error
     if "bicycle" not in part:
         return Part(name, kind)
-    thing = Path(part["bicycle"]).stem if isinstance(part["bicycle"], str) else f"bicycle of {name}"
-    return Part(name, kind, thing=thing.translate(dict.fromkeys(map(ord, MARKS), "_")))
+    bicycle_name = Path(part["bicycle"]).stem if isinstance(part["bicycle"], str) else f"bicycle of {name}"
+    return Part(name, kind, thing=bicycle_name.translate(dict.fromkeys(map(ord, MARKS), "_")))
 
 
 def _other_bicycle(
@@ -250,29 +250,33 @@ def _select_unknowns(
     )
 
 
-def _as_of(first: Any, other: Any, shared: tuple[str, ...]) -> Kind:
+def _as_of(first: Any, other_kind: Any, shared: tuple[str, ...]) -> Kind:
     """Another bicycle's kind whose shared effects have the coordinates and priors of those of the ``first`` one."""
-    heavier = sum(other.model.bicycle.static_loads) / sum(first.model.bicycle.static_loads)
+    heavier = sum(other_kind.model.bicycle.static_loads) / sum(first.model.bicycle.static_loads)
     first_candidates = {c.identifier: c for c in first.candidates}
     first_nuisances = {u.name: u for u in first.nuisances}
 
-    def scaled(u: UncertainParameter, own: UncertainParameter, factor: float) -> UncertainParameter:
-        return replace(u, sets={key: factor * share for key, share in own.sets.items()})
+    def scaled(u: UncertainParameter, unknown: UncertainParameter, factor: float) -> UncertainParameter:
+        return replace(u, sets={key: factor * share for key, share in unknown.sets.items()})
 
     def alike(c: Candidate) -> Candidate:
         if c.identifier not in shared or c.identifier not in first_candidates:
             return c
         pairs = zip(first_candidates[c.identifier].unknowns, c.unknowns, strict=True)
         # a stiffness in N/rad is in proportion to the static load
-        return replace(c, unknowns=tuple(scaled(u, own, heavier if u.unit == "N/rad" else 1.0) for u, own in pairs))
+        return replace(
+            c, unknowns=tuple(scaled(u, unknown, heavier if u.unit == "N/rad" else 1.0) for u, unknown in pairs)
+        )
 
-    def relative(own: UncertainParameter) -> UncertainParameter:
-        if own.name.split(".")[0] not in shared or own.name not in first_nuisances:
-            return own
-        u = first_nuisances[own.name]
-        return scaled(u, own, own.centre / u.centre if u.centre else 1.0)
+    def relative(unknown: UncertainParameter) -> UncertainParameter:
+        if unknown.name.split(".")[0] not in shared or unknown.name not in first_nuisances:
+            return unknown
+        u = first_nuisances[unknown.name]
+        return scaled(u, unknown, unknown.centre / u.centre if u.centre else 1.0)
 
     changed: Kind = replace(
-        other, candidates=tuple(map(alike, other.candidates)), nuisances=tuple(map(relative, other.nuisances))
+        other_kind,
+        candidates=tuple(map(alike, other_kind.candidates)),
+        nuisances=tuple(map(relative, other_kind.nuisances)),
     )
     return changed

@@ -136,9 +136,9 @@ def _sd_of(key: str) -> str:
 
 def _refuse_twice(headings: Sequence[Heading], path: Path) -> None:
     for heading in headings:
-        same = [h.column for h in headings if h.holds == heading.holds]
-        if heading.holds and len(same) > 1:
-            raise InputError(f"{path}: the columns {' and '.join(same)} give the same; keep one")
+        columns = [h.column for h in headings if h.holds == heading.holds]
+        if heading.holds and len(columns) > 1:
+            raise InputError(f"{path}: the columns {' and '.join(columns)} give the same; keep one")
 
 
 def _roots(si: Mapping[str, Array], column: Mapping[str, str], path: Path) -> tuple[dict[str, Array], list[str]]:

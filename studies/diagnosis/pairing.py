@@ -141,16 +141,16 @@ class Wanted:
         return crowded
 
 
-def match_roots(wanted: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
+def match_roots(sought: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
     """Index (m,) of the nearest root of each wanted mode in ``values`` (S, n), 1/s, at sorted ``speeds`` (S,), m/s."""
-    at = np.searchsorted(speeds, wanted.speed)
-    measured, roots = wanted.near[:, None], values[at]
+    at = np.searchsorted(speeds, sought.speed)
+    measured, roots = sought.near[:, None], values[at]
     cost = np.abs(roots - measured)
     oscillates = np.abs(roots.imag) > 1e-9 * np.abs(roots).max(1, keepdims=True)
     cost[oscillates != (np.abs(measured.imag) > 1e-6 * np.abs(measured))] *= 3.0
     cost[roots.imag < 0] = 1e6
     index = cost.argmin(1)
-    for by_name in wanted.crowded:  # no two modes at one speed have the same root
+    for by_name in sought.crowded:  # no two modes at one speed have the same root
         total = np.nan_to_num([cost[points].sum(0) for points in by_name], nan=1e9, posinf=1e9)
         for points, root in zip(by_name, scipy.optimize.linear_sum_assignment(total)[1], strict=True):
             index[points] = root

@@ -171,9 +171,9 @@ def _sensor(values: Mapping[str, Array]) -> list[tuple[float, float]]:
 def _all_states(driven: Driven, keep: list[int], n: int) -> Driven:
     """Equations with all ``n`` states: those of the steering, which are known, stand still and are not seen."""
     lead = driven.state.shape[:-2]
-    state, output = np.zeros((*lead, n, n)), np.zeros((*driven.seen.shape[:-1], n))
+    state, output = np.zeros((*lead, n, n)), np.zeros((*driven.output.shape[:-1], n))
     inputs = np.zeros((*lead, n, driven.inputs.shape[-1]))
     state[..., np.ix_(keep, keep)[0], np.ix_(keep, keep)[1]] = driven.state
     inputs[..., keep, :] = driven.inputs
-    output[..., keep] = driven.seen
+    output[..., keep] = driven.output
     return Driven(state, inputs, output, driven.direct)

@@ -47,12 +47,12 @@ SENSED = (mistakes.LOWPASS, mistakes.DELAY, mistakes.GAIN)
 
 
 class Driven(NamedTuple):
-    """Equations of K bicycles and R runs: dx/dt = state x + inputs u, and the channels, seen x + direct u."""
+    """Equations of K bicycles and R runs: dx/dt = state x + inputs u, and the channels, output x + direct u."""
 
     state: Array  # (K, R, n, n)
     inputs: Array  # (K, R, n, m)
-    seen: Array  # (K, R, C, n): channels by states
-    direct: Array | None  # (K, R, C, m): channels by inputs; None if the inputs are not seen
+    output: Array  # (K, R, C, n): channels by states
+    direct: Array | None  # (K, R, C, m): channels by inputs; None if no channel shows the inputs
 
 
 class Along(NamedTuple):
@@ -62,7 +62,7 @@ class Along(NamedTuple):
     step: tuple[Array, Array]  # (K, R, n, n)
     before: tuple[Array, Array]  # (K, R, n, m)
     after: tuple[Array, Array]  # (K, R, n, m)
-    seen: tuple[Array, Array]  # (K, R, C, n)
+    output: tuple[Array, Array]  # (K, R, C, n)
 
 
 class Sampled(NamedTuple):
@@ -71,16 +71,16 @@ class Sampled(NamedTuple):
     step: Array  # (K, R, n, n)
     before: Array  # (K, R, n, m), by the inputs at the sample before
     after: Array  # (K, R, n, m), by the inputs at the sample itself
-    seen: Array  # (K, R, C, n): channels by states
-    direct: Array | None  # (K, R, C, m): channels by inputs; None if the inputs are not seen
+    output: Array  # (K, R, C, n): channels by states
+    direct: Array | None  # (K, R, C, m): channels by inputs; None if no channel shows the inputs
     u: Array  # (K or 1, R, m, T)
-    along: Along | None = None  # change with the speed; None if the speed is constant
+    speed_change: Along | None = None  # change with the speed; None if the speed is constant
 
     @property
     def first(self) -> tuple[Array, Array, Array, Array, Array | None, Array]:
         """Arrays of the first bicycle, without the axis of bicycles."""
         direct = None if self.direct is None else self.direct[0]
-        return self.step[0], self.before[0], self.after[0], self.seen[0], direct, self.u[0]
+        return self.step[0], self.before[0], self.after[0], self.output[0], direct, self.u[0]
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,9 @@ class Replay:
         n = system.step.shape[-1]
         with np.errstate(over="ignore", invalid="ignore"):
             forced = self._outputs(system, self._states(system, np.zeros((len(self.runs), n))))
-            if system.along is None:
+            if system.speed_change is None:
                 powers = powers_of(system.step[0], self.length)
-                responses = (system.seen[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
+                responses = (system.output[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
             else:  # each start is a bicycle of its own
                 marched = self._march_while_slowing(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
                 responses = np.moveaxis(self._outputs(system._replace(direct=None), np.moveaxis(marched, 2, 0)), 0, -1)
@@ -172,7 +172,7 @@ class Replay:
         derivatives = from_rest(
             step, np.concatenate(drivers, 1).swapaxes(-1, -2), np.concatenate(across, 1), output_rows
         )
-        output_change = (system.seen[1:] - output_rows) / per
+        output_change = (system.output[1:] - output_rows) / per
         if output_change.any():
             derivatives += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(output_change, 0, -1)
         if direct is not None and system.direct is not None:
@@ -193,7 +193,7 @@ class Replay:
             recorded = len(self.runs[0].inputs)
             before[..., :recorded] += after[..., :recorded]
             after[..., :recorded] = 0.0
-        return Sampled(step, before, after, driven.seen, driven.direct, self._signals(values, starts), along_run)
+        return Sampled(step, before, after, driven.output, driven.direct, self._signals(values, starts), along_run)
 
     def _coasts(self, values: Mapping[str, Array]) -> bool:
         """True if the speed falls along the runs; over less than a second it hardly does."""
@@ -212,7 +212,7 @@ class Replay:
         for side in (-half_range, 0.0, half_range):
             shifted = {**values, SPEED_OFFSET: middle + side}
             driven = self._equations(family, shifted, family.system(shifted, speeds))
-            sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.seen)))
+            sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.output)))
         h, parts = half_range[..., None, None], []
         for slow, base, fast in zip(*(matrices for _, matrices in sides), strict=True):
             parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
@@ -221,7 +221,7 @@ class Replay:
     @staticmethod
     def _march_while_slowing(system: Sampled, x: Array, only: int | None = None) -> Array:
         """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
-        changes, states = system.along, [x]
+        changes, states = system.speed_change, [x]
         assert changes is not None
         parts = (changes.step, changes.before, changes.after)
         stacked = [
@@ -251,7 +251,7 @@ class Replay:
         """States (K, R, n, T) of the bicycles, or of the first of them ``only``."""
         step, before, after, u = (part[:only] for part in (system.step, system.before, system.after, system.u))
         start = starts[:, : step.shape[-1]]
-        if system.along is not None:
+        if system.speed_change is not None:
             wide = np.broadcast_to(start, (len(step), *start.shape))[..., None]
             return np.asarray(self._march_while_slowing(system, wide, only)[..., 0, :])
         return march(step, before @ u[..., :-1] + after @ u[..., 1:], start)
@@ -259,10 +259,10 @@ class Replay:
     @staticmethod
     def _outputs(system: Sampled, x: Array) -> Array:
         """Channels (K, R, C, T) before their sensors."""
-        y = system.seen @ x
-        if system.along is not None:
-            d = system.along.change[:, :, None]
-            y = y + d * (system.along.seen[0] @ x) + d**2 * (system.along.seen[1] @ x)
+        y = system.output @ x
+        if system.speed_change is not None:
+            d = system.speed_change.change[:, :, None]
+            y = y + d * (system.speed_change.output[0] @ x) + d**2 * (system.speed_change.output[1] @ x)
         return y if system.direct is None else y + system.direct @ system.u
 
     def _equations(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
@@ -374,7 +374,7 @@ class Replay:
     def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
         step, before, after, output_rows, _, _ = system.first
-        columns = [np.zeros((*system.seen.shape[1:-1], self.length, 0))]
+        columns = [np.zeros((*system.output.shape[1:-1], self.length, 0))]
         for name in riding_in(values):
             courses = self._unit_courses(name)
             driving, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]

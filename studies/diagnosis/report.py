@@ -310,7 +310,7 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
         "changed": [asdict(change) for change in torque.list_changes()],
         "misfit": torque.fit.misfit,
         "goodness_of_fit_p": torque.p,
-        "chi2": {"without": torque.beside.chi2, "with": torque.fit.chi2},
+        "chi2": {"without": torque.named.chi2, "with": torque.fit.chi2},
         "held_out": {
             "gap_without": torque.before.gap,
             "gap_with": torque.after.gap,

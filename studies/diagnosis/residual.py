@@ -205,10 +205,10 @@ class Changed:
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """A residual torque beside a diagnosis."""
+    """A residual torque, fitted together with the named model of a diagnosis."""
 
     fit: Fit  # the named model with the residual torque
-    beside: Fit  # and without
+    named: Fit  # the named model without it
     degrees: Degrees  # number of terms by pair of torque and state
     scale: SpeedScale  # of the measured speeds, which the terms are polynomials of
     covariance: Array  # (p + q, p + q), of the p coordinates of fit, then of the q terms that were not chosen
@@ -266,7 +266,7 @@ class Residual:
 
     def list_changes(self) -> tuple[Changed, ...]:
         """Parameters more than one sd from the fit without the torque, named effects first."""
-        without_torque = self.beside
+        without_torque = self.named
         owner = {
             k: c.identifier
             for c in without_torque.candidates

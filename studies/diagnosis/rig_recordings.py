@@ -157,20 +157,20 @@ class RigRecordings(TyreKind, kind="rig"):
             other_loads=any(abs(s.condition.load / curves[s.label].load - 1) > ALIKE for s in blocks),
             known={} if length is None else {"relaxation_length": length},
         )
-        all_candidates, refused = rig_candidates(rig_terms(), recorded)
+        all_candidates, reasons = rig_candidates(rig_terms(), recorded)
         can = {c.identifier: c for c in all_candidates}
         for origin, names in (("[rig]: includes", self.includes), ("--without", without), ("--with", also)):
-            refuse_unknown("rig effect", names, {*can, *refused}, where=origin)
+            refuse_unknown("rig effect", names, {*can, *reasons}, where=origin)
         for name in self.includes:
-            if name in refused:
-                raise InputError(f"[rig]: includes {name!r}, but: {refused[name]}; take it out")
+            if name in reasons:
+                raise InputError(f"[rig]: includes {name!r}, but: {reasons[name]}; take it out")
         floating = rig_nuisances(blocks, readings, curves, self.calibration)
         return replace(
             self,
             blocks=tuple(blocks),
             readings=readings,
             curves=curves,
-            refused=refused,
+            refused=reasons,
             nuisances=(*floating, *(u for name in self.includes for u in can[name].unknowns)),
             candidates=tuple(c for c in all_candidates if c.identifier not in {*self.includes, *without}),
             terms=(*rig_terms(), *PHENOMENOLOGICAL),

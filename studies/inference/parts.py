@@ -58,7 +58,7 @@ def parts_against_rest(kind: Kind, joint: Fit) -> tuple[PartAgainstRest, ...]:
         by_part = _fit_some_parts(kind.select_parts([name]), joint)
         by_others = _fit_some_parts(kind.select_parts([part_name for part_name in names if part_name != name]), joint)
         common = [number for number in by_part if number in by_others]
-        shown_by_both = [number for number in common if by_part[number].seen and by_others[number].seen]
+        shown_by_both = [number for number in common if by_part[number].narrowed and by_others[number].narrowed]
         compared = [
             Compared(
                 number,
@@ -108,7 +108,7 @@ class _Number(NamedTuple):
     unit: str  # of value and sd
     value: float  # most probable
     sd: float  # posterior standard deviation
-    seen: bool  # the data narrow it: its sd is clearly below that of the prior
+    narrowed: bool  # the data narrow it: its sd is clearly below that of the prior
 
 
 def _fit_some_parts(selection: Kind, joint: Fit) -> dict[str, _Number]:
@@ -127,7 +127,7 @@ def _fit_some_parts(selection: Kind, joint: Fit) -> dict[str, _Number]:
                     u.unit,
                     value=factor * float(u.value(x)),
                     sd=factor * float(sd * u.slope(float(x))),
-                    seen=bool(sd < RULES.seen * u.scale),
+                    narrowed=bool(sd < RULES.seen * u.scale),
                 )
     return numbers
 

@@ -31,7 +31,7 @@ class Variant(Kind):
     what: str  # in words
     inner: Kind
     candidates: tuple[Candidate, ...]  # those that are tried
-    kept: NDArray[np.bool_]  # (n,), rows that are used
+    used: NDArray[np.bool_]  # (n,), rows that are used
     noise: float = 1.0  # factor on the sd of the noise
     prior: float = 1.0  # factor on the sd of the nuisances
     refused: Mapping[str, str] = field(default_factory=dict)  # effect -> why it cannot be tried; none in a variant
@@ -47,7 +47,7 @@ class Variant(Kind):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """Rows that are kept."""
-        rows, indices = self.inner.rows, np.flatnonzero(self.kept)
+        rows, indices = self.inner.rows, np.flatnonzero(self.used)
         return replace(
             rows,
             places=tuple(rows.places[k] for k in indices),
@@ -65,17 +65,17 @@ class Variant(Kind):
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """Residuals of the rows that are kept."""
         residual, jacobian = self.inner.residual(candidates, theta, slopes=slopes)
-        return residual[self.kept] / self.noise, jacobian[self.kept] / self.noise
+        return residual[self.used] / self.noise, jacobian[self.used] / self.noise
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
         """Share of the rows that are kept."""
-        return float(self.kept.mean()) * self.inner.log_determinant(candidates, theta)
+        return float(self.used.mean()) * self.inner.log_determinant(candidates, theta)
 
     def marginalise_noise(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
         """Noise (n, draws) of the rows that are kept."""
-        full_noise = np.zeros((len(self.kept), white.shape[1]))
-        full_noise[self.kept] = white
-        return self.inner.marginalise_noise(candidates, theta, full_noise)[self.kept]
+        full_noise = np.zeros((len(self.used), white.shape[1]))
+        full_noise[self.used] = white
+        return self.inner.marginalise_noise(candidates, theta, full_noise)[self.used]
 
     def enabled_by(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
         """Candidates that these make possible, among those that are tried."""
@@ -120,10 +120,10 @@ def stability(judgement: Judgement, *, run: Run = map, progress: Callable[[str],
     verdict, outcomes = judgement.verdict, []
     members = {_effects(name) for name in verdict.equivalent}
     for judged in run(outcome, variants(kind, candidates)):
-        same = judged.verdict == verdict.verdict and (
+        agrees = judged.verdict == verdict.verdict and (
             _effects(judged.names[0]) in members if judged.names else not members
         )
-        outcomes.append(replace(judged, same=same))
+        outcomes.append(replace(judged, same=agrees))
         if progress:
             progress(judged.what)
     names = tuple(c.identifier for c in candidates)

@@ -138,20 +138,20 @@ def test_a_parameter_that_the_torque_moves_by_more_than_one_sd_is_told(reported,
     torque = reported.findings.torque
     every = reported.diagnosis.kind.prepare()
     (luggage,) = (c for c in every.candidates if c.identifier == "luggage")
-    names = [u.name for u in torque.beside.unknowns]
+    names = [u.name for u in torque.named.unknowns]
     size = [u.name for u in luggage.unknowns].index("mass")
-    theta = np.concatenate([torque.beside.theta, luggage.starts[0]])
+    theta = np.concatenate([torque.named.theta, luggage.starts[0]])
     theta[names.index("xB")], theta[len(names) + size] = 0.352, 11.6
     sd = np.full(len(theta), 1e3)
     sd[names.index("xB")], sd[len(names) + size] = 0.005, 1.9
     beside = dataclasses.replace(
-        torque.beside, candidates=(luggage,), unknowns=(*torque.beside.unknowns, *luggage.unknowns), theta=theta,
+        torque.named, candidates=(luggage,), unknowns=(*torque.named.unknowns, *luggage.unknowns), theta=theta,
         covariance=np.diag(sd**2),
     )  # fmt: skip
     now, after = theta.copy(), sd.copy()
     now[names.index("xB")], now[len(names) + size], after[len(names) + size] = x, mass, 3.2
     moved = dataclasses.replace(torque.fit, theta=np.append(now, -3.0))
-    changed = dataclasses.replace(torque, beside=beside, fit=moved, covariance=np.diag(np.append(after, 0.1) ** 2))
+    changed = dataclasses.replace(torque, named=beside, fit=moved, covariance=np.diag(np.append(after, 0.1) ** 2))
     found = changed.list_changes()
     assert [one.name for one in found] == told
     if told:
