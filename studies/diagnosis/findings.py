@@ -178,7 +178,7 @@ def _torque(diagnosis: Diagnosis) -> tuple[Residual | None, str]:
 def with_stability(
     findings: Findings, diagnosis: Diagnosis, progress: Callable[[str], None] | None = None, *, workers: int = 1
 ) -> Findings:
-    """The ``findings`` with variants judged by so many processes; ``progress`` is told the words of each."""
+    """Copy of the ``findings`` with their variants judged by ``workers`` processes; ``progress`` gets each in words."""
 
     def judged() -> Stability:
         if workers == 1:
@@ -195,7 +195,7 @@ def with_stability(
 
 
 def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
-    """The leader and its rival; fewer than two if nothing is to be told apart."""
+    """The leading hypothesis and its nearest rival; fewer than two if none is within hopeless odds of it."""
     hypotheses, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
     ranked = _able(judgement) if word == "unknown" else [f for f in _rank_all(hypotheses) if f.admissible]
     if word == "none" and len(ranked) < 2:
@@ -223,7 +223,7 @@ def _able(judgement: Judgement) -> list[Fit]:
 
 
 def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]]:
-    """Which hypotheses are to be told apart, and what would, best first; little gain is no advice beside a name."""
+    """Names of hypotheses to separate, and measurements that do, best first; of a clear verdict from 1 sd on."""
     verdict, rivals = diagnosis.verdict, leading_two(diagnosis)
     between, separations = verdict.equivalent, verdict.separating_measurements
     if len(between) < 2 or diagnosis.hypotheses.null in rivals:

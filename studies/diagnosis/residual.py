@@ -98,7 +98,7 @@ def _count_before_torque(fitted: Fit) -> int:
 
 
 def linearise(kind: Kind, about: Fit, scale: SpeedScale) -> Linear:
-    """The problem linearised about a fit: columns of what floats beside the torque, then of all terms."""
+    """Linearise the problem about a fit: columns of all other unknowns, then of all terms of the torque."""
     first = _count_before_torque(about)
     joined = (*_named_candidates(about), candidate(scale.full, scale))
     theta = _coordinates(about, joined)

@@ -40,7 +40,7 @@ class Functions(NamedTuple):
         return self.spans + DEGREE
 
     def at(self, time: Array, derivative: int = 0) -> Array:
-        """All functions or derivatives of them, shape (n, C)."""
+        """Functions, or their derivatives of that order, at a ``time`` (n,) in s: shape (n, C)."""
         first, last = self.time[0], self.time[-1]
         knots = first + (last - first) / self.spans * np.arange(-DEGREE, self.spans + DEGREE + 1)
         splines = scipy.interpolate.BSpline(knots, np.eye(self.of_spline), DEGREE)(time, nu=derivative)
@@ -159,18 +159,18 @@ class Likelihood:
 
     @cached_property
     def _parts(self) -> tuple[Array, float, float]:
-        """Squares along the motions that are not free and beside all of them, and the log of the free part."""
+        """Squares (K - free,) along motions that are not free, the square that all leave, and log of the free part."""
         n, free, power = len(self.recorded), self.shapes.free, self.seen**2
-        square_beside = max(float(self.recorded @ self.recorded - power.sum()), 0.0)
+        square_left = max(float(self.recorded @ self.recorded - power.sum()), 0.0)
         white = third_difference_noise(self.recorded) ** 2 + self._rounding
-        return power[free:], square_beside, free * math.log(n * white)
+        return power[free:], square_left, free * math.log(n * white)
 
     def at(self, size: float, sd: float | None) -> tuple[float, float]:
-        """Log evidence, and sd (rad) of the noise: the most probable if ``sd`` is None."""
-        power, square_beside, wide = self._parts
+        """Log evidence at log10 ``size`` of motion over noise (variances), and sd (rad) of noise, fitted if None."""
+        power, square_left, wide = self._parts
         n, free = len(self.recorded), self.shapes.free
         grown = 1 + 10**size * self._weight
-        squares = float(np.sum(power / grown)) + square_beside
+        squares = float(np.sum(power / grown)) + square_left
         variance = squares / (n - free) + self._rounding if sd is None else sd**2
         spread = (n - free) * math.log(variance) + float(np.sum(np.log(grown)))
         return -0.5 * (spread + squares / variance + wide), math.sqrt(variance)

@@ -176,7 +176,7 @@ def _triangle(matrix: Array) -> Array:
 
 @cache
 def _below(rows: int, columns: int) -> NDArray[np.bool_]:
-    """Places below the diagonal; kept, for numpy's own triu takes as long as the factors of a small matrix."""
+    """Mask of places below the diagonal; cached, for numpy's triu takes as long as the factors of a small matrix."""
     return np.tri(rows, columns, -1, dtype=bool)
 
 
@@ -234,7 +234,7 @@ class Fit:
 
     @property
     def misfit(self) -> float:
-        """Factor on the variances that makes the fit as good as can be asked, at least 1: Birge (1932)."""
+        """Objective a number: factor on the variances with which it were 1; at least 1: Birge (1932)."""
         return max(1.0, self.objective / len(self.residual))
 
     @property
@@ -250,7 +250,7 @@ class Fit:
 
     @property
     def noise_factor(self) -> float:
-        """Factor on the sd of the noise with which it would fit as well as can be asked; 1 if it fits the data."""
+        """Factor on the sd of the noise with which the objective a number were 1; 1 if it fits the data."""
         return 1.0 if self.fits_data else math.sqrt(self.misfit)
 
     @property

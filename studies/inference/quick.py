@@ -84,7 +84,7 @@ def _refit(kind: Kind, f: Fit, advance: Progress) -> Fit:
 
 
 def _accept(singles: Singles) -> Acceptance:
-    """Name the best by the criterion and what is alike, unless it does not fit or the null is about as good."""
+    """Name the best by the criterion and all about as good, unless it does not fit or the null is about as good."""
 
     def behind(f: Fit, rival: Fit) -> float:
         return 2 * (singles.log_posterior(rival) - singles.log_posterior(f))

@@ -26,7 +26,7 @@ Run = Callable[[Callable[["Variant"], "Outcome"], Iterable["Variant"]], Iterable
 
 @dataclass(frozen=True, eq=False)
 class Variant(Kind):
-    """A kind seen a little differently; what it does not change is asked of the ``inner`` one."""
+    """A kind with some of its rows, or other sd of noise or priors; all else is as the ``inner`` kind has it."""
 
     what: str  # in words
     inner: Kind
@@ -46,7 +46,7 @@ class Variant(Kind):
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
-        """Rows that are kept."""
+        """Rows that are used."""
         rows, indices = self.inner.rows, np.flatnonzero(self.used)
         return replace(
             rows,
@@ -59,20 +59,20 @@ class Variant(Kind):
 
     @property
     def varied(self) -> bool:
-        """True if several conditions are kept."""
+        """True if the rows that are used have several folds."""
         return self.inner.varied and len(np.unique(self.rows.fold)) > 1
 
     def residual(self, candidates: tuple[Candidate, ...], theta: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Residuals of the rows that are kept."""
+        """Whitened residuals (n,) of the rows that are used, and their derivatives (n, p)."""
         residual, jacobian = self.inner.residual(candidates, theta, slopes=slopes)
         return residual[self.used] / self.noise, jacobian[self.used] / self.noise
 
     def log_determinant(self, candidates: tuple[Candidate, ...], theta: Array) -> float:
-        """Share of the rows that are kept."""
+        """ln of the determinant as the ``inner`` kind has it, times the share of the rows that are used."""
         return float(self.used.mean()) * self.inner.log_determinant(candidates, theta)
 
     def marginalise_noise(self, candidates: tuple[Candidate, ...], theta: Array, white: Array) -> Array:
-        """Noise (n, draws) of the rows that are kept."""
+        """Noise (n, draws) of the rows that are used, from ``white`` noise (n, draws)."""
         full_noise = np.zeros((len(self.used), white.shape[1]))
         full_noise[self.used] = white
         return self.inner.marginalise_noise(candidates, theta, full_noise)[self.used]
