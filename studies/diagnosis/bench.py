@@ -124,6 +124,7 @@ def _column_units(path: Path) -> dict[str, tuple[str, float]]:
 
 
 def _reading(si: Mapping[str, float], words: Mapping[str, str]) -> Reading:
+    """Reading of one row, its numbers ``si`` by quantity in SI, and its ``words``; InputError if they contradict."""
     for name, allowed in ALLOWED_WORDS.items():
         if words[name] not in allowed:
             raise InputError(unknown(name, words[name], [word for word in allowed if word]))
@@ -169,6 +170,7 @@ def _torque(si: Mapping[str, float]) -> tuple[float, float, float]:
 
 
 def _notes(readings: Sequence[Reading]) -> tuple[str, ...]:
+    """Notes on what the ``readings`` leave open and is assumed."""
     notes = {
         "a hold without a direction counts as the middle of what dry friction allows": any(
             r.test == "hold" and not r.direction for r in readings

@@ -65,6 +65,7 @@ def nobody_rides(model: Model) -> str:
 
 
 def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, requested: bool) -> str | None:
+    """Reason why an ``effect`` is not tried on this ``model`` in place of the ``replaced`` one; None if it is."""
     if not effect.nameable:
         return NO_CAUSE
     if (effect.powered or effect.on_request) and not requested:
@@ -274,6 +275,7 @@ def nuisances(model: Model, stated_sd: Mapping[str, float]) -> tuple[tuple[Uncer
 
 
 def _check(stated_sd: Mapping[str, float], values: Mapping[str, float], model: Model) -> None:
+    """Refuse stated standard deviations (SI, by parameter) that the base ``model`` cannot have."""
     present = {effect.identifier for effect in model.effects}
     for key, sd in stated_sd.items():
         absent, _, name = key.partition(".")

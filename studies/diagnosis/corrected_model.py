@@ -128,6 +128,7 @@ def covariance_of(
 
 
 def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle: str) -> str:
+    """Text (TOML) of the file of one corrected ``model``: description, bicycle, effects and covariance."""
     import tomli_w
 
     changes = correction(diagnosis, residual, bicycle)

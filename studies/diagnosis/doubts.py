@@ -47,6 +47,7 @@ def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
 
 
 def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
+    """Statements of the data that are surely wrong, in words: of the kind, of a named error, of the bicycle."""
     kind, null = judgement.kind, judgement.hypotheses.null
     if data_doubts := kind.doubts(judgement, torque):
         return data_doubts

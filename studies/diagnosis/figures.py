@@ -130,6 +130,7 @@ def draw_before_after(judgement: Judgement, target: Path) -> bool:
 
 
 def _label_abscissa(axis: Any, rows: Rows, series: str) -> None:
+    """Label the abscissa of an ``axis`` with its quantity, or with the names of the conditions."""
     if not rows.condition:
         axis.set_xlabel(rows.show(series).axis or rows.axis)
         return
@@ -253,6 +254,7 @@ def _find_largest(judgement: Judgement, labels: list[Any]) -> list[Any]:
 
 
 def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Array, models: dict[str, Complex]) -> None:
+    """Draw gain and phase of one response: measured ``value`` and ``sd`` (n,) at ``hertz`` (n,) Hz, and ``models``."""
     gain.set(xscale="log", yscale="log")
     plain_ticks(gain.yaxis, 1.0, 2.0, 5.0)
     if not len(hertz):

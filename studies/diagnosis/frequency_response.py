@@ -180,6 +180,7 @@ def _read_wide(path: Path, settings: Mapping[str, Any]) -> Points:
 
 
 def _read_columns(path: Path, settings: Mapping[str, Any]) -> Points:
+    """Points of a table with one response a row, and notes on what was assumed."""
     columns = read_columns(path, numbers=NUMBERS, texts=TEXTS, needed=("input", "output"))
     cells = columns.numbers
     hertz = _one_of(path, cells, FREQUENCIES)
@@ -217,6 +218,7 @@ def _one_of(path: Path, cells: Mapping[str, Array], forms: Mapping[str, float]) 
 
 
 def _gains(path: Path, cells: Mapping[str, Array]) -> Complex:
+    """Complex gains (n,) in the units of the table, from whichever form of gain it has."""
     forms = [form for form in FORMS if form[0] in cells or (form[1] in cells and form[1] != "phase")]
     if len(forms) > 1:
         raise InputError(f"{path}: {' and '.join(FORMS[form] for form in forms)} say the same; keep one")

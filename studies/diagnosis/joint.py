@@ -165,6 +165,7 @@ def _concerning(owners: Iterable[str], part_names: Iterable[str], names: tuple[s
 
 
 def _part_table() -> Any:
+    """Schema of one table [[part]]."""
     allowed = ", ".join(map(repr, Kind.part))
     unknown_kind = f"is not allowed in [[part]]; write one of {allowed}"
     tables = dict.fromkeys(part_kind.table for part_kind in Kind.part.values())
@@ -188,6 +189,7 @@ def _name(value: Any) -> Any:
 
 
 def _read_part(entry: Any, number: int, whole: Mapping[str, Any], folder: Path, common: Mapping[str, Any]) -> Part:
+    """Read one table [[part]], with its own bicycle if it has one; errors name the part."""
     part = read(_part_table(), entry, section=f"part {number}")
     name = part["name"]
     extra = [key for key in OWN_BICYCLE if key in part]

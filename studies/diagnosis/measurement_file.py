@@ -92,6 +92,7 @@ def read_measurement(path: str | Path) -> Kind:
 
 
 def _read(content: Mapping[str, Any], path: Path) -> Kind:
+    """Kind of measurement that the ``content`` of the file at ``path`` describes."""
     tables = read(top_keys(Kind.top.get(str(content.get("kind")))), content)
     kind = Kind.top[tables["kind"]]
     common: dict[str, Any] = {"name": path.stem, "description": tables["description"], "source": tables["source"]}
@@ -144,6 +145,7 @@ def flat_uncertainty(nested: Mapping[str, Any], prefix: str = "") -> dict[str, f
 
 
 def _check_candidates(candidates: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Any]]:
+    """Refuse stated values of effects that cannot be candidates; the values by effect and parameter, SI."""
     present = [effect.identifier for effect in model.effects]
     for identifier, parameters in candidates.items():
         try:
@@ -189,6 +191,7 @@ def packaged_measurement(name_or_path: str | Path) -> Iterator[Path]:
 
 
 def _unpack(folder: Traversable, target: Path) -> None:
+    """Copy a packaged ``folder`` and all below it to a ``target`` folder."""
     for item in folder.iterdir():
         if item.is_dir():
             (target / item.name).mkdir()

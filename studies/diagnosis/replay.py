@@ -300,6 +300,7 @@ class Replay:
         return RecentAnswers(most=len(WORDS))
 
     def _compute_courses(self, name: str) -> Array:
+        """Compute what :meth:`_unit_courses` remembers: courses (R, T, k), N m, zero behind the end of a run."""
         course = self.riding().get(name, Course(1.0))
         hertz = course.hertz or [None] * len(self.runs)
         by_run = [course.sd * shapes(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]

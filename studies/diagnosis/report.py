@@ -266,6 +266,7 @@ def _effect_record(effect: Named) -> dict[str, Any]:
 
 
 def _predicted_record(prediction: Predicted) -> dict[str, Any]:
+    """JSON of the prediction of the held-out runs of one part."""
     return {
         "part": prediction.part,
         "runs": list(prediction.runs),

@@ -151,6 +151,7 @@ class Selector:
         return chosen
 
     def _find_better(self, chosen: dict[Pair, int]) -> dict[Pair, int] | None:
+        """First move by evidence with more than ``chosen``, and fewer terms or a better held-out score; or None."""
         current = self.worth(chosen)
         score = self.score(chosen)
         moves = sorted(((self.worth(move), k, move) for k, move in enumerate(self._moves(chosen))), reverse=True)
@@ -162,6 +163,7 @@ class Selector:
         return None
 
     def _moves(self, chosen: dict[Pair, int]) -> Iterator[dict[Pair, int]]:
+        """Choices one move from ``chosen``: a pair alone, or with another number of terms."""
         for pair in PAIRS:
             if len(chosen) > 1:  # several pairs may have come in for one that explains the data alone
                 yield {pair: 1}

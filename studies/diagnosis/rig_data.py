@@ -76,6 +76,7 @@ class SweepBlocks(Reduced):
 
     @cached_property
     def _factor(self) -> Array:
+        """Cholesky factor (n, n), N, of the covariance of the blocks, with what they have in common."""
         covariance = self.noise.covariance(self.time)
         if self.common is not None:
             covariance = covariance + self.common @ self.common.T

@@ -198,6 +198,7 @@ class RigRecordings(TyreKind, kind="rig"):
     def _list_assumptions(
         self, sweeps: Sequence[SweepBlocks], pulls: Sequence[PullReadings], curves: Mapping[str, Curve], *, off: bool
     ) -> list[str]:
+        """Assumptions in words, for the report; ``off``: a load is not one of the reference."""
         notes = [f"reference: {self.reference.origin}"]
         if any(run.synthetic for _, run in self.sweeps) or any(test.synthetic for _, test in self.pulls):
             notes.insert(0, "the recordings are synthetic")
@@ -341,6 +342,7 @@ class RigRecordings(TyreKind, kind="rig"):
         return np.concatenate(residual), np.concatenate(jacobian)
 
     def _batch(self, candidates: Candidates, theta: Array, *, slopes: bool) -> tuple[dict[str, Array], Array]:
+        """Parameters (K,) by name at ``theta`` (p,) and, with ``slopes``, at steps about it, and the steps."""
         unknowns = self.unknowns(candidates)
         batch, steps = stencil(unknowns, theta) if slopes else (theta[None], theta[:0])
         values: dict[str, Array] = {}
@@ -503,6 +505,7 @@ def _files(source: Any, folder: Path) -> list[tuple[str, Path]]:
 def _recordings(
     files: list[tuple[str, Path]], load_tolerance: float, *, skip_bad: bool
 ) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, PullTest], ...], tuple[str, ...]]:
+    """Read all usable sweeps and pulls with their names, and notes; with ``skip_bad`` the others are notes."""
     sweeps: list[tuple[str, RigRun]] = []
     pulls: list[tuple[str, PullTest]] = []
     notes: list[str] = []

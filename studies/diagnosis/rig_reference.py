@@ -201,6 +201,7 @@ def read_reference(content: Any, folder: Path, settings: FitSettings) -> Referen
 
 
 def _of_table(path: Path, drum: float | None) -> Reference:
+    """Reference from a table of a tyre over load and pressure; ``drum`` is a radius, m, if the table states none."""
     t = read_table(path)
     diameter = t.drum_diameter if t.surface == "drum" else None
     c_sd = t.cornering_stiffness_sd if t.cornering_stiffness_sd is not None else UNSTATED * t.cornering_stiffness
@@ -246,6 +247,7 @@ def _row_from_fit(condition: Any) -> Row:
 
 
 def _campaign(path: Path, drum: float | None) -> Reference:
+    """Reference from the JSON of a fitted campaign, at the least camber; ``drum`` is the radius, m."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -271,6 +273,7 @@ def _campaign(path: Path, drum: float | None) -> Reference:
 
 
 def _read_curves(rows: list[Any]) -> Reference:
+    """Reference from the values in the measurement file itself, one curve a condition."""
     curves: list[Curve] = []
     for row in rows:
         location = f"[[rig.reference.conditions]] number {len(curves) + 1}"
@@ -283,6 +286,7 @@ def _read_curves(rows: list[Any]) -> Reference:
 
 
 def _condition(content: Any, location: str) -> Curve:
+    """Curve of one condition in the measurement file; ``location`` says which, in errors."""
     row = read(CONDITION, content, where=location)
     if (row["surface"] == "drum") != ("drum_radius_m" in row):
         raise InputError(f"{location}: surface = {row['surface']!r}; {SURFACE}")

@@ -99,6 +99,7 @@ def _read(text: str, reference: str, channel_map: ChannelMap | None) -> tuple[Pa
 
 
 def _refuse_two_speeds(recordings: Sequence[str]) -> None:
+    """Refuse a recording that is given at two speeds."""
     speeds: dict[str, float] = {}
     for text in recordings:
         file, speed = file_and_speed(text)
@@ -109,6 +110,7 @@ def _refuse_two_speeds(recordings: Sequence[str]) -> None:
 
 
 def _refuse_steps(runs: Sequence[Run]) -> None:
+    """Refuse ``runs`` of one speed whose samples are not equally far apart."""
     for run in runs[1:]:
         if abs(run.step / runs[0].step - 1) > 1e-3:
             raise InputError(
@@ -118,6 +120,7 @@ def _refuse_steps(runs: Sequence[Run]) -> None:
 
 
 def _signal(run: Run, column: str, option: str) -> Array:
+    """Recorded ``column`` (T,) of a ``run``; InputError that names the ``option`` if it was not recorded."""
     signals = {**run.channels, **run.inputs}
     if column not in signals:
         raise InputError(f"{run.name}: {option}: {column} was not recorded; it holds {', '.join(signals)}")

@@ -25,14 +25,7 @@ from studies.inference.search import (
     search,
 )
 from studies.inference.starts import transfer_coordinates
-from studies.inference.verdict import (
-    Judged,
-    Mimic,
-    Named,
-    Reason,
-    Separation,
-    Verdict,
-)
+from studies.inference.verdict import Judged, Mimic, Named, Reason, Separation, Verdict
 
 Checks = tuple[AcceptanceCheck, ...]
 
@@ -82,6 +75,7 @@ def accept(hypotheses: Hypotheses, leader: Fit | None) -> Acceptance:
 
 
 def _name_nothing(hypotheses: Hypotheses, score: HeldOut, checks: Checks, leader: Fit | None = None) -> Acceptance:
+    """Name nothing: "none" if the null fits the data and is probable, else "unknown"."""
     scores = {"nuisance_only": score, "final": score}
     if hypotheses.null.fits_data and hypotheses.p_nothing > RULES.even:
         return Acceptance("none", hypotheses.null, scores, leader, checks=checks)
@@ -400,6 +394,7 @@ def rule_against(hypotheses: Hypotheses, acceptance: Acceptance, f: Fit) -> Reas
 
 
 def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
+    """Warnings for the report; ``gap``: the base model has one beyond the noise."""
     warnings, final = [], acceptance.final
     if not gap:
         warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
@@ -446,9 +441,8 @@ def averaged_variance(hypotheses: Hypotheses, final: Fit) -> Array:
     Hoeting et al. (1999), Statistical Science 14, 382-417: sum of w (variance + squared difference), w the posterior.
     """
     larger = hypotheses.find_likelier_extensions(final)
-    weights = np.minimum(
-        [1.0, *(hypotheses.odds(f, final) for f in larger)], 1e300
-    )  # of a fit that failed they are endless
+    # the odds of a fit that failed are endless
+    weights = np.minimum([1.0, *(hypotheses.odds(f, final) for f in larger)], 1e300)
     total = np.zeros(len(final.theta))
     for weight, f in zip(weights / weights.sum(), (final, *larger), strict=True):
         for c in final.candidates:

@@ -24,6 +24,7 @@ class Linear:
 
     @cached_property
     def _folds(self) -> dict[int, Sums]:
+        """Sums of the rows of each fold, by its number."""
         sums = {}
         for number in np.unique(self.fold):
             a, y = self.jacobian[self.fold == number], self.target[self.fold == number]
