@@ -104,11 +104,9 @@ class Family:
     def _sets(self) -> tuple[list[str], NDArray[np.intp], Array, list[int], list[str]]:
         """Keys that unknowns set, their columns and factors (n, 1); columns of powers; keys of wrong statements."""
         sets = [(key, column, factor) for column, u in enumerate(self.unknowns) for key, factor in u.sets.items()]
-        keys, columns, factors = (
-            [setting[0] for setting in sets],
-            [setting[1] for setting in sets],
-            [setting[2] for setting in sets],
-        )
+        keys = [key for key, _, _ in sets]
+        columns = [column for _, column, _ in sets]
+        factors = [factor for _, _, factor in sets]
         bent = [column for column, u in enumerate(self.unknowns) if u.power != 1]
         wrong = [key for key in dict.fromkeys((*self._fixed, *keys)) if key.startswith(WRONG)]
         return keys, np.array(columns, int), np.array(factors, float)[:, None], bent, wrong

@@ -270,9 +270,8 @@ def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Arra
         line = {**look(k).plot, "marker": ""}
         gain.plot(hertz, np.abs(computed), **line, label=title)
         turned = np.unwrap(np.angle(computed))
-        turned += (
-            2 * np.pi * np.round(np.median(measured_phase - turned) / (2 * np.pi))
-        )  # on the turn of the measured one
+        turns = np.round(np.median(measured_phase - turned) / (2 * np.pi))
+        turned += 2 * np.pi * turns  # on the turn of the measured one
         phase.plot(hertz, np.rad2deg(turned), **line)
 
 

@@ -299,10 +299,8 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
         chi2 = {f: f.chi2 for f in fits_}
     else:
         predictions = predict(unseen, {str(k): coordinates_of(f) for k, f in enumerate(fits_)})
-        count, base = (
-            sum(prediction.numbers for prediction in predictions),
-            sum(prediction.chi2["nominal"] for prediction in predictions),
-        )
+        count = sum(prediction.numbers for prediction in predictions)
+        base = sum(prediction.chi2["nominal"] for prediction in predictions)
         chi2 = {f: sum(prediction.chi2[str(k)] for prediction in predictions) for k, f in enumerate(fits_)}
     whole = base / count - 1
     if not 0 < whole < math.inf:

@@ -139,17 +139,14 @@ def estimate_sizes(name: str, times: list[Array], residual: Array, columns: Arra
             spread = inverse @ np.exp(-(distance ** POWER[name]) / POWER[name]) @ inverse.T
             mixing = np.linalg.cholesky(spread + 1e-9 * np.eye(len(inverse)))
         push = np.hstack([push[:, : unit_courses.shape[1]], push[:, half : half + unit_courses.shape[1]]])
-        square = (
-            unit_courses.T @ unit_courses / np.sum((unit_courses @ mixing) ** 2, (1, 2), keepdims=True)
-        )  # of variance 1 in all
+        in_all = np.sum((unit_courses @ mixing) ** 2, (1, 2), keepdims=True)
+        square = unit_courses.T @ unit_courses / in_all  # of variance 1 in all
         for ratio in np.geomspace(0.3, 30.0, 6):  # of the second course to its share
             pair_mixing = np.kron(np.diag([1.0, ratio]), mixing)
             gain, axes = np.linalg.eigh(pair_mixing.swapaxes(-1, -2) @ (push.T @ push) @ pair_mixing)
             axes = pair_mixing @ axes
-            pull, spread_left = (
-                white @ push @ axes,
-                1 / (s**-2 + np.maximum(gain, 0.0)),
-            )  # spread_left: variances (S, F, 2 m)
+            pull = white @ push @ axes
+            spread_left = 1 / (s**-2 + np.maximum(gain, 0.0))  # variances (S, F, 2 m)
             terms.append((spread_left * pull**2 + np.log(spread_left / s**2)).sum(-1) / 2)
             for part in np.split(axes, 2, 1):
                 power = part.swapaxes(-1, -2) @ square @ part * len(time) / sum(map(len, times))

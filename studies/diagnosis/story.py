@@ -88,12 +88,8 @@ def tell(
     look_alikes: LookAlikes | None = None,
 ) -> Story:
     """Story of a finished ``diagnosis``, held out by runs that were ``predicted`` (count, chi^2 by model) if any."""
-    null, final, effect_alone, n = (
-        diagnosis.hypotheses.null,
-        diagnosis.final,
-        diagnosis.alone,
-        float(len(diagnosis.nominal)),
-    )
+    null, final, effect_alone = diagnosis.hypotheses.null, diagnosis.final, diagnosis.alone
+    n = float(len(diagnosis.nominal))
     is_named = bool(final.candidates and null.nuisances)
     went = compare_nuisances(null, null)
     far = tuple(m for m in went[:3] if abs(m.shift) > LOUD)
@@ -160,11 +156,8 @@ def farthest_off(diagnosis: Judgement) -> Where | None:
     deviation = kind.residuals_by_channel((), np.array([u.centre for u in kind.nuisances]))[display.channel]
     deviation = deviation[(labels == worst)[rows.channels == display.channel]]
     loud = np.abs(gap[indices]) > LOUD if (np.abs(gap[indices]) > LOUD).any() else np.ones(len(indices), bool)
-    deviation, places, size = (
-        deviation[loud],
-        rows.abscissa[indices][loud],
-        float(np.sqrt(np.mean(deviation[loud] ** 2))),
-    )
+    deviation, places = deviation[loud], rows.abscissa[indices][loud]
+    size = float(np.sqrt(np.mean(deviation**2)))
     one_sign = bool(abs(deviation.mean()) > 0.8 * size)
     quantity, _, unit = display.quantity.partition(", ")
     series = ", ".join(dict.fromkeys(word for word in (display.channel, quantity) if word))
