@@ -37,7 +37,7 @@ def _draw_bars(drawn: Drawn, name: str) -> None:
     """Draw bars of the critical speeds of each name and direction; the numbers go to ``.csv`` and ``_bins.csv``."""
     stored = drawn.stored
     limits, count = stored.limits, int(stored.possible.sum())
-    has = sum((np.isfinite(one.speeds).any(-1) for one in limits), np.zeros_like(stored.possible))
+    has = sum((np.isfinite(limit.speeds).any(-1) for limit in limits), np.zeros_like(stored.possible))
     title = (
         f"Critical speeds up to {stored.sweep.max_speed:g} m/s of {stored.whose}; "
         f"{(stored.possible & ~has).sum()} of {count} possible ones have none"
@@ -46,11 +46,11 @@ def _draw_bars(drawn: Drawn, name: str) -> None:
     lines = -(-len(limits) // columns)
     with drawing(drawn.folder / name, width=4.1 * columns + 0.4, height=2.5 * lines + 0.7) as canvas:
         panels = canvas.subplots(lines, columns, squeeze=False)
-        for axes, one in zip(panels.flat, limits, strict=False):
-            bars += _draw_histogram(axes, one)
-            number = np.isfinite(one.speeds).sum(-1)[stored.possible]
+        for axes, limit in zip(panels.flat, limits, strict=False):
+            bars += _draw_histogram(axes, limit)
+            number = np.isfinite(limit.speeds).sum(-1)[stored.possible]
             shares = f"{(number == 0).sum()} of {len(number)} have none, {(number > 1).sum()} several"
-            axes.set_title(f"{one.words}\n{shares}", fontsize=8.5)
+            axes.set_title(f"{limit.words}\n{shares}", fontsize=8.5)
         for axes in list(panels.flat)[len(limits) :]:
             axes.set_visible(False)
         for axes in panels[:, 0]:
@@ -59,58 +59,58 @@ def _draw_bars(drawn: Drawn, name: str) -> None:
             last = max(k for k in range(lines) if k * columns + column < len(limits))
             panels[last, column].set_xlabel("Critical speed, m/s")
         drawn.title(canvas, name, title, 4.1 * columns)
-    drawn.table(name, [row for one in limits for row in _summarise(one, count)])
+    drawn.table(name, [row for limit in limits for row in _summarise(limit, count)])
     drawn.table(f"{name}_bins", bars)
 
 
-def _summarise(one: Limits, count: int) -> Iterator[dict[str, Any]]:
+def _summarise(limit: Limits, count: int) -> Iterator[dict[str, Any]]:
     """A row for each occurrence of a critical speed: how many have it, and how it is distributed (m/s)."""
-    for k, held in enumerate(one.held, 1):
-        quantiles = {f"q{100 * share:g}_m_s": float(np.quantile(held, share)) for share in LEVELS}
+    for k, speeds in enumerate(limit.by_occurrence, 1):
+        quantiles = {f"q{100 * share:g}_m_s": float(np.quantile(speeds, share)) for share in LEVELS}
         yield {
-            "mode": one.mode,
-            "as_speed_grows": one.change,
+            "mode": limit.mode,
+            "as_speed_grows": limit.change,
             "occurrence": k,
             "bicycles": count,
-            "have_it": held.size,
-            "have_none": count - held.size,
-            "min_m_s": held.min(),
+            "have_it": speeds.size,
+            "have_none": count - speeds.size,
+            "min_m_s": speeds.min(),
             **quantiles,
-            "max_m_s": held.max(),
-            "mean_m_s": held.mean(),
-            "sd_m_s": held.std(ddof=1) if held.size > 1 else None,
+            "max_m_s": speeds.max(),
+            "mean_m_s": speeds.mean(),
+            "sd_m_s": speeds.std(ddof=1) if speeds.size > 1 else None,
         }
 
 
-def _draw_histogram(axes: Any, one: Limits) -> Iterator[dict[str, Any]]:
+def _draw_histogram(axes: Any, limit: Limits) -> Iterator[dict[str, Any]]:
     """Draw critical speeds (m/s) of one mode and direction as stacked bars by occurrence; a row for each bar."""
-    all_speeds = np.concatenate(one.held)
+    all_speeds = np.concatenate(limit.by_occurrence)
     low, high = all_speeds.min(), all_speeds.max()
     edge = max(1e-3, 1e-3 * high)
     edges = np.linspace(low, high, 41) if high - low > edge else np.array([low - edge, high + edge])
-    counts = [np.histogram(speeds, edges)[0] for speeds in one.held]
-    for k, (here, (label, hatch)) in enumerate(zip(counts, HATCHES, strict=False)):
+    counts = [np.histogram(speeds, edges)[0] for speeds in limit.by_occurrence]
+    for k, (count, (label, hatch)) in enumerate(zip(counts, HATCHES, strict=False)):
         axes.bar(
             edges[:-1],
-            here,
+            count,
             np.diff(edges),
             bottom=np.sum(counts[:k], axis=0),
             align="edge",
             alpha=1 - 0.28 * k,
-            color=mode_look(one.mode).colour,
+            color=mode_look(limit.mode).colour,
             hatch=hatch,
             edgecolor="white",
             linewidth=0.3,
             label=label if len(counts) > 1 else None,
         )
-        for i in np.flatnonzero(here):
+        for i in np.flatnonzero(count):
             yield {
-                "mode": one.mode,
-                "as_speed_grows": one.change,
+                "mode": limit.mode,
+                "as_speed_grows": limit.change,
                 "occurrence": k + 1,
                 "from_m_s": edges[i],
                 "to_m_s": edges[i + 1],
-                "bicycles": int(here[i]),
+                "bicycles": int(count[i]),
             }
     if len(counts) > 1:
         axes.legend(title="crossing", title_fontsize=8)

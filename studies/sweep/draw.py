@@ -27,18 +27,18 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     drawn = Drawn(stored, folder or figures_folder(result), {}, {})
     if not stored.reduced and not stored.possible.any():
         raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
-    asked = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
+    at_speed = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
     drawn.folder.mkdir(parents=True, exist_ok=True)
     if CRITICAL in stored.sweep.outputs:
         draw_critical_speeds(drawn)
-    for along, (source, draw) in ALONG_SPEED.items():
-        outputs = sorted(name for name in stored.sweep.outputs if OUTPUTS[name].along == along or name == source)
+    for family, (source, draw) in ALONG_SPEED.items():
+        outputs = sorted(name for name in stored.sweep.outputs if OUTPUTS[name].along == family or name == source)
         if outputs and len(stored.speeds) > 1:
             draw(drawn)
         elif outputs and SPEED in stored.data.dims:
             drawn.lacking.setdefault("along", []).append(outputs)
     if not stored.reduced:
-        draw_over_parameters(drawn, asked)
+        draw_over_parameters(drawn, at_speed)
     if not drawn.figures:
         with contextlib.suppress(OSError):  # others' files are in it
             drawn.folder.rmdir()

@@ -96,18 +96,18 @@ def _spread(
     lost: str = "",
 ) -> Results:
     """Results as they finish; each worker has two pieces ahead, so that memory stays flat."""
-    rest = iter(pieces)
+    waiting = iter(pieces)
     running: dict[Any, Piece] = {}
     try:
         while True:
-            while len(running) < 3 * workers and (piece := next(rest, None)) is not None:
+            while len(running) < 3 * workers and (piece := next(waiting, None)) is not None:
                 running[pool.submit(work, *piece)] = piece
             if not running:
                 return
-            done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
-            if not done and not alive():
+            finished = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
+            if not finished and not alive():
                 raise InputError(lost)
-            for future in done:
+            for future in finished:
                 yield running.pop(future), future.result()
     finally:
         for future in running:

@@ -39,7 +39,7 @@ class Drawn:
         self.figures[name] = text
         if self.stored.extrapolated:
             text += f"\nTyre values extrapolated: {self.stored.extrapolated} of {self.stored.number}"
-        lines = [wrapped(line, int(width / 0.083)) for line in text.splitlines()]
+        lines = [wrap_lines(line, int(width / 0.083)) for line in text.splitlines()]
         canvas.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=9.5)
 
     def table(self, name: str, rows: Any) -> None:
@@ -48,7 +48,7 @@ class Drawn:
         write_csv(pd.concat(rows) if tables else pd.DataFrame(rows), self.folder / f"{name}.csv")
 
 
-def wrapped(text: str, width: int) -> str:
+def wrap_lines(text: str, width: int) -> str:
     """Text in lines of at most ``width`` letters, names of parameters broken at their dots only."""
     spaced = re.sub(r"\.(?=[a-z])", ".\t", text)  # a tab is where a name may be broken
     lines = textwrap.wrap(spaced, width, break_long_words=False, expand_tabs=False, replace_whitespace=False)

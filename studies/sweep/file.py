@@ -29,19 +29,19 @@ FINITE, SD = schema.number(), schema.number(least=0, says="must be >= 0")
 NAMED = schema.text("must be a name in quotes")
 
 
-def _model_of(given: Any) -> Any:
-    if not isinstance(given, str | Mapping):
-        raise schema.refused(given, "must be a model file or a table like the content of one")
-    return given
+def _model_of(content: Any) -> Any:
+    if not isinstance(content, str | Mapping):
+        raise schema.refused(content, "must be a model file or a table like the content of one")
+    return content
 
 
-def _each_once(given: Any) -> tuple[float, ...]:
+def _each_once(content: Any) -> tuple[float, ...]:
     quantiles = schema.list_of(schema.number(), "must be a list such as [0.05, 0.5, 0.95]", least=1, strict=False)(
-        given
+        content
     )
-    beyond = [share for share in quantiles if not 0 <= share <= 1]
-    if beyond:
-        raise schema.remarked(f"holds {beyond[0]:g}; give numbers from 0 to 1")
+    impossible = [share for share in quantiles if not 0 <= share <= 1]
+    if impossible:
+        raise schema.remarked(f"holds {impossible[0]:g}; give numbers from 0 to 1")
     if len(set(quantiles)) < len(quantiles):
         raise schema.remarked("holds a value twice; give each once")
     return tuple(quantiles)
@@ -49,12 +49,12 @@ def _each_once(given: Any) -> tuple[float, ...]:
 
 def sweep_table() -> schema.Table:
     """The keys of a sweep file, with the outputs that are declared by now."""
-    wanted = f"give a list of {', '.join(OUTPUTS)}"
+    advice = f"give a list of {', '.join(OUTPUTS)}"
     return schema.table(
         {
             schema.needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
-            schema.needed("outputs", f"outputs is missing: {wanted}"): schema.list_of(
-                schema.known("output", OUTPUTS), f"must hold at least one: {wanted}", least=1, strict=False
+            schema.needed("outputs", f"outputs is missing: {advice}"): schema.list_of(
+                schema.known("output", OUTPUTS), f"must hold at least one: {advice}", least=1, strict=False
             ),
             schema.maybe("samples", 1): schema.whole(least=1),
             schema.maybe("seed", 0): schema.whole(least=0),
@@ -221,8 +221,8 @@ def _check_samples(sweep: Sweep) -> None:
         raise InputError("[reduce] makes quantiles over samples, but nothing is sampled; leave it out")
     for name in sweep.outputs:
         if not OUTPUTS[name].reducible:
-            known = ", ".join(one.name for one in OUTPUTS.values() if one.reducible)
-            raise InputError(f"{name} cannot be reduced over samples; with [reduce] ask for {known}")
+            reducible = ", ".join(output.name for output in OUTPUTS.values() if output.reducible)
+            raise InputError(f"{name} cannot be reduced over samples; with [reduce] ask for {reducible}")
 
 
 def _check_varied(sweep: Sweep) -> None:
@@ -234,9 +234,11 @@ def _check_varied(sweep: Sweep) -> None:
         wheels = entries_of(name, set(varied) - {name})
         if wheels:
             raise InputError(f"{name} and {wheels[0]} are both varied; give both wheels together or each on its own")
-    own = [name for name in varied if sweep.bicycles and name in UNITS]
-    if own:
-        raise InputError(f"{own[0]} is varied, but each bicycle of grid.{BICYCLE} has its own; leave one of them out")
+    of_bicycles = [name for name in varied if sweep.bicycles and name in UNITS]
+    if of_bicycles:
+        raise InputError(
+            f"{of_bicycles[0]} is varied, but each bicycle of grid.{BICYCLE} has its own; leave one of them out"
+        )
     by_speed = [name for name in sweep.outputs if OUTPUTS[name].by_speed]
     if by_speed and SPEED not in varied:
         raise InputError(f"{by_speed[0]} need speeds: add grid.{SPEED}, for example {{from = 0, to = 20, count = 201}}")
@@ -244,35 +246,35 @@ def _check_varied(sweep: Sweep) -> None:
         raise InputError(f"{SPEED} is varied, but {', '.join(sweep.outputs)} do not depend on it; leave it out")
 
 
-def _bicycle_axis(given: Any, folder: Path, *, allow_unusual: bool) -> tuple[Bicycle, ...]:
+def _bicycle_axis(value: Any, folder: Path, *, allow_unusual: bool) -> tuple[Bicycle, ...]:
     """The bicycles of ``[grid] bicycle = "bicycles.csv"``."""
-    if not isinstance(given, str) or not is_bicycle_table(given) or split_row(given)[1]:
-        raise InputError(f'grid.{BICYCLE} = {shown(given)}: give a table of bicycles, for example "bicycles.csv"')
-    return tuple(read_bicycles(Path(bicycle_place(given, folder)), allow_unusual=allow_unusual))
+    if not isinstance(value, str) or not is_bicycle_table(value) or split_row(value)[1]:
+        raise InputError(f'grid.{BICYCLE} = {shown(value)}: give a table of bicycles, for example "bicycles.csv"')
+    return tuple(read_bicycles(Path(bicycle_place(value, folder)), allow_unusual=allow_unusual))
 
 
 def _stated_sd(bicycles: tuple[Bicycle, ...]) -> dict[str, dict[str, float]]:
     """Standard deviations (SI) above 0 that the bicycles of a table state, by name and key."""
-    stated = {b.name: {key: sd for key, sd in b.sd.items() if sd > 0 and key in UNITS} for b in bicycles}
-    if not any(stated.values()):
+    sd_of_bicycles = {b.name: {key: sd for key, sd in b.sd.items() if sd > 0 and key in UNITS} for b in bicycles}
+    if not any(sd_of_bicycles.values()):
         raise InputError(f"sampled.bicycle_sd: no bicycle of grid.{BICYCLE} states standard deviations")
-    for one in bicycles:
-        for key, sd in stated[one.name].items():
-            possible_moments(f"bicycle {one.name}: {key}", one[key], sd, BOUNDS[key])
-    return stated
+    for bicycle in bicycles:
+        for key, sd in sd_of_bicycles[bicycle.name].items():
+            possible_moments(f"bicycle {bicycle.name}: {key}", bicycle[key], sd, BOUNDS[key])
+    return sd_of_bicycles
 
 
-def variable_names(model: Model, taken: Collection[str]) -> set[str]:
+def variable_names(model: Model, of_tyres: Collection[str]) -> set[str]:
     """Names that can be varied; ``taken`` are the parameters that a tyre gives, of which the contact law's cannot."""
     names = {*UNITS, SPEED} | {
         f"{effect.identifier}.{key}"
         for effect in model.effects
         for parameter in effect.parameters
-        if effect.slot != "contact law" or f"{effect.identifier}.{parameter.entries()[0]}" not in taken
+        if effect.slot != "contact law" or f"{effect.identifier}.{parameter.entries()[0]}" not in of_tyres
         for key in (parameter.name, *parameter.entries())
     }
     of_tyre = {str(ParameterKey("", key, wheel)) for key in TYRE_UNITS for wheel in ("", *WHEELS)}
-    return names | of_tyre if taken else names
+    return names | of_tyre if of_tyres else names
 
 
 def _read_grid(content: Any, allowed: set[str], folder: Path) -> tuple[tuple[GridAxis, ...], tuple[float, ...]]:
@@ -300,7 +302,7 @@ def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> I
     for key, value in content.items():
         name = start + key
         inner = isinstance(value, Mapping) and value and not set(value) & leaf_keys
-        if inner and any(other.startswith(f"{name}.") for other in allowed):
+        if inner and any(allowed_name.startswith(f"{name}.") for allowed_name in allowed):
             yield from _leaves(value, allowed, f"{name}.")
         elif name == HEAD_ANGLE and isinstance(value, list):
             yield "lam", np.radians(90 - np.array(value, float)).tolist()
@@ -338,12 +340,16 @@ class _Sampled:
         options = schema.read(OPTIONS, content, section="sampled", dotted=True)
         leaves = _leaves({k: v for k, v in content.items() if k not in OPTIONS.keys}, self.allowed)
         distributions = [self._read_distribution(name, value) for name, value in leaves]
-        normals = [one for one in distributions if isinstance(one, Normal)]
-        uniforms = [one for one in distributions if isinstance(one, Uniform)]
+        normals = [distribution for distribution in distributions if isinstance(distribution, Normal)]
+        uniforms = [distribution for distribution in distributions if isinstance(distribution, Uniform)]
         joint = [self._read_joint(entry) for entry in options["joint"]]
         if options["bicycle_sd"]:
-            own = {*elsewhere, *(u.name for u in uniforms), *(name for one in (*normals, *joint) for name in one.names)}
-            single, together = self._read_stated(own)
+            varied = {
+                *elsewhere,
+                *(u.name for u in uniforms),
+                *(name for distribution in (*normals, *joint) for name in distribution.names),
+            }
+            single, together = self._read_stated(varied)
             normals, joint = normals + single, joint + [self._read_joint(entry) for entry in together]
         return (*normals, *joint), tuple(uniforms)
 
@@ -365,34 +371,36 @@ class _Sampled:
         possible_moments(f"sampled.{name}", mean, numbers["sd"], bounds)
         return Normal((name,), (mean,), ((numbers["sd"],),))
 
-    def _read_stated(self, own: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
+    def _read_stated(self, varied: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
         """Deviations that the bicycle's file states one by one, and those stated together by it or the model."""
         model = self.model
-        stated = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
+        covariance = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
         sd = {
             key: value
             for key, value in model.bicycle.sd.items()
-            if value > 0 and key in UNITS and key not in stated.names
+            if value > 0 and key in UNITS and key not in covariance.names
         }
-        if not sd and not any(stated.sd.values()):
+        if not sd and not any(covariance.sd.values()):
             raise InputError(
                 f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations; give them in its "
                 "file ([sd]), in [covariance] of the model file, or of single parameters here, such as c = {sd = 0.003}"
             )
-        single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in own]
-        names = [k for k, value in stated.sd.items() if value > 0 and not own & {k, str(ParameterKey.parse(k).whole)}]
-        joint = [{"parameters": names, "covariance": stated.among(names).tolist()}] if names else []
+        single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in varied]
+        names = [
+            k for k, value in covariance.sd.items() if value > 0 and not varied & {k, str(ParameterKey.parse(k).whole)}
+        ]
+        joint = [{"parameters": names, "covariance": covariance.among(names).tolist()}] if names else []
         return single, joint
 
     def _read_joint(self, entry: Mapping[str, Any]) -> Normal:
-        given = schema.read(JOINT, entry, section="sampled.joint", dotted=True)
-        names = [canonical(name) for name in given["parameters"]]
+        table = schema.read(JOINT, entry, section="sampled.joint", dotted=True)
+        names = [canonical(name) for name in table["parameters"]]
         for name in names:
             self._check_name(name)
         where, size = f"sampled.joint of {', '.join(names)}", len(names)
         row = schema.list_of(FINITE, f"must be {size} numbers", least=size, most=size)
         square = schema.list_of(row, f"must be {size} x {size} numbers", least=size, most=size)
-        rows = schema.read(square, given["covariance"], where=where, section="covariance")
+        rows = schema.read(square, table["covariance"], where=where, section="covariance")
         try:
             covariance = checked_covariance(names, rows)
         except InputError as error:
@@ -400,7 +408,7 @@ class _Sampled:
         one_each = schema.list_of(
             FINITE, "; give a list of one number per parameter", least=size, most=size, strict=False
         )
-        means = given.get("mean") or [self._nominal(name) for name in names]
+        means = table.get("mean") or [self._nominal(name) for name in names]
         means = schema.read(one_each, means, where=where, section="mean", dotted=True)
         for name, value, variance in zip(names, means, np.diag(covariance), strict=True):
             sd = float(np.sqrt(max(variance, 0.0)))

@@ -97,11 +97,11 @@ def open_parts(out: Path, sweep: Sweep) -> Parts:
     record: dict[str, Any] = {}
     with contextlib.suppress(OSError, ValueError):
         record = dict(json.loads(mark.read_text(encoding="utf-8")))
-    same = record.get("fingerprint") == sweep.fingerprint
-    if same and isinstance(record.get("items"), int) and record["items"] > 0:
+    same_sweep = record.get("fingerprint") == sweep.fingerprint
+    if same_sweep and isinstance(record.get("items"), int) and record["items"] > 0:
         return Parts(folder, record["items"])
     if any(folder.glob("*.part")):
-        changed = differences(None if same else record.get("made_of"), sweep.made_of)
+        changed = differences(None if same_sweep else record.get("made_of"), sweep.made_of)
         raise InputError(
             f"{folder.as_posix()} holds parts of another sweep; changed since: {changed}. "
             "To start anew, remove that folder or choose another --out"

@@ -84,7 +84,7 @@ def reduce_samples(data: Any, quantiles: tuple[float, ...]) -> Any:
     for name, whole in data.data_vars.items():
         values = whole.chunk({dim: -1 if dim == SAMPLE else "auto" for dim in whole.dims})
         has = values.notnull()
-        held = has.any(SAMPLE)
+        has_any = has.any(SAMPLE)
         by_quantile = values.quantile(list(quantiles), SAMPLE, method="inverted_cdf", keep_attrs=True)
         reduced |= {
             f"{name}_quantiles": by_quantile.transpose(..., "quantile"),
@@ -92,12 +92,12 @@ def reduce_samples(data: Any, quantiles: tuple[float, ...]) -> Any:
             f"{name}_max": values.max(SAMPLE, keep_attrs=True),
         }
         counts = {
-            "min_sample": values.fillna(np.inf).argmin(SAMPLE).where(held),
-            "max_sample": values.fillna(-np.inf).argmax(SAMPLE).where(held),
+            "min_sample": values.fillna(np.inf).argmin(SAMPLE).where(has_any),
+            "max_sample": values.fillna(-np.inf).argmax(SAMPLE).where(has_any),
             "count": has.sum(SAMPLE).astype(float),
             "above_zero": (values > 0).sum(SAMPLE).astype(float),
         }
-        reduced |= {f"{name}_{what}": numbers.assign_attrs(units="1") for what, numbers in counts.items()}
+        reduced |= {f"{name}_{statistic}": numbers.assign_attrs(units="1") for statistic, numbers in counts.items()}
     result = data.drop_vars([*data.data_vars, SAMPLE]).assign(reduced)
     result["quantile"].attrs["units"] = "1"
     return result

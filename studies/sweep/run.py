@@ -44,9 +44,11 @@ def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
         print(f"warning: {damaged} damaged parts in {parts.folder.as_posix()} are computed anew", file=sys.stderr)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     points = sweep.points_per_item
-    left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
+    points_left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
     try:
-        with progress_bar(total=total, initial=total - left, unit="points", unit_scale=True, show=progress) as bar:
+        with progress_bar(
+            total=total, initial=total - points_left, unit="points", unit_scale=True, show=progress
+        ) as bar:
             for piece, arrays in engine(partial(compute, sweep), todo):
                 parts.write(piece, arrays)
                 bar.update((piece[1] - piece[0]) * points)
@@ -92,8 +94,8 @@ def _check_items(sweep: Sweep) -> list[str]:
 
 
 def _describe_finished(sweep: Sweep, parts: Parts) -> str:
-    done = sum(piece[1] - piece[0] for piece in pieces(sweep, parts.items) if parts.has(piece))
-    return f"{done} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
+    finished = sum(piece[1] - piece[0] for piece in pieces(sweep, parts.items) if parts.has(piece))
+    return f"{finished} of {sweep.items} bicycles are finished and kept in {parts.folder.as_posix()}"
 
 
 def _finish(sweep: Sweep, parts: Parts, out: Path) -> None:
@@ -111,8 +113,8 @@ def _refuse_other(out: Path, sweep: Sweep) -> None:
     """Refuse a result that is not of this sweep, with what has changed."""
     made_by, before = dict[str, Any](), None
     with contextlib.suppress(OSError, ValueError, KeyError):
-        with open_data(out) as found:
-            made_by = dict(found.attrs)
+        with open_data(out) as data:
+            made_by = dict(data.attrs)
         before = json.loads(made_by["made_of"])
     if made_by.get("fingerprint") == sweep.fingerprint:
         return

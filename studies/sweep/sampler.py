@@ -48,7 +48,7 @@ class TyreTable:
     def values(
         self,
         wheels: Sequence[Choice],
-        wanted: Sequence[Sequence[str]],
+        other_properties: Sequence[Sequence[str]],
         z: Array | None,
         nominal_loads: Sequence[Any],
         refused: Refused,
@@ -75,7 +75,7 @@ class TyreTable:
             for name, values in by_wheel[k].items():
                 if name in interpolated:
                     values[rows] = interpolated[name]
-                elif name in wanted[k]:
+                elif name in other_properties[k]:
                     values[rows] = one_by_one(tyre, name, n, p)
             for value, (low, high) in ((n, tyre.load_range), (p, tyre.pressure_range)):
                 outside[rows] |= (value < low * (1 - 1e-9)) | (value > high * (1 + 1e-9))
@@ -190,7 +190,7 @@ def _group_equal(*columns: NDArray[Any]) -> list[NDArray[np.intp]]:
     return np.split(order, np.flatnonzero(np.diff(code[order])) + 1)
 
 
-TYRE_DRAWS = tuple(f"tyre {what} stiffness {wheel}" for wheel in WHEELS for what in ("cornering", "lateral"))
+TYRE_DRAWS = tuple(f"tyre {stiffness} stiffness {wheel}" for wheel in WHEELS for stiffness in ("cornering", "lateral"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +232,7 @@ class Sampler:
         self.nominal = self.model.parameters
         self.tied = self.model.tied
         tables = sweep.model.get("effects", {})
-        self.taken = values_of_tyres(tables)
+        self.tyre_values = values_of_tyres(tables)
         self.contact = next((name for name, table in tables.items() if any(key in table for key in TYRE_KEYS)), None)
 
     @property
@@ -241,7 +241,9 @@ class Sampler:
         draws = {name_group(group.names): group.names for group in self.sweep.normals}
         draws |= {key: (key,) for key in self._bicycles.sampled}
         if self.sweep.tyre_covariance:
-            draws |= {f"tyre {what} stiffness": TYRE_DRAWS[k::2] for k, what in enumerate(("cornering", "lateral"))}
+            draws |= {
+                f"tyre {stiffness} stiffness": TYRE_DRAWS[k::2] for k, stiffness in enumerate(("cornering", "lateral"))
+            }
         return draws
 
     def points(
@@ -342,7 +344,7 @@ class Sampler:
         self,
         points: Points,
         conditions: Mapping[str, Any],
-        given: Collection[str],
+        varied_entries: Collection[str],
         z: Array | None,
         refused: Refused,
         names: Any,
@@ -357,8 +359,8 @@ class Sampler:
         unvaried: Sequence[Any] = (
             tyre_loads(effects, self.model.parameters) if names is None else self._bicycles.loads(names, self.model)
         )
-        choices, nominal_loads, wanted = [], [], []
-        taken = {key: name for key, name in self.taken.items() if key not in given}
+        choices, nominal_loads, other_properties = [], [], []
+        properties_of_keys = {key: name for key, name in self.tyre_values.items() if key not in varied_entries}
         for wheel, nominal, load in zip(WHEELS, unvaried, loads, strict=True):
             choice = {"load_N": np.where(refused.mask, nominal, load), "surface": ""} | {
                 key: value[wheel] if isinstance(value, Mapping) else value
@@ -369,14 +371,16 @@ class Sampler:
                 choice[key] = conditions.get(f"{key}.{wheel}", conditions.get(key, choice[key]))
             choices.append({key: np.broadcast_to(value, count) for key, value in choice.items()})
             nominal_loads.append(conditions.get(f"load_N.{wheel}", conditions.get("load_N", nominal)))
-            names_of_wheel = [name for key, name in taken.items() if ParameterKey.parse(key).wheel == wheel]
-            wanted.append(
+            names_of_wheel = [
+                name for key, name in properties_of_keys.items() if ParameterKey.parse(key).wheel == wheel
+            ]
+            other_properties.append(
                 [*names_of_wheel, *(field for name, field in properties.FOLLOWS_FROM.items() if name in names_of_wheel)]
             )
         properties_of_wheels, extrapolated = self._tyres.values(
-            choices, wanted, z, nominal_loads, refused, linear=linear, share=share
+            choices, other_properties, z, nominal_loads, refused, linear=linear, share=share
         )
-        for key, name in taken.items():
+        for key, name in properties_of_keys.items():
             values[key] = properties_of_wheels[WHEELS.index(ParameterKey.parse(key).wheel)][name]  # type: ignore[index]
         return extrapolated
 
@@ -431,17 +435,17 @@ class _Bicycles:
 
     def __init__(self, values: Mapping[str, Mapping[str, float]], sd: Mapping[str, Mapping[str, float]]) -> None:
         self.values, self.sd = values, sd
-        self.sampled = tuple(key for key in UNITS if any(key in one for one in sd.values()))
+        self.sampled = tuple(key for key in UNITS if any(key in sd_of_bicycle for sd_of_bicycle in sd.values()))
 
     def parameters(
         self, names: NDArray[np.str_], standard: Callable[[str], Array], *, linear: bool, share: float
     ) -> dict[str, Array]:
         """Every parameter of items with these bicycles; ``standard`` gives standard normal numbers (m,) of a key."""
-        parameters = {key: _look_up(names, {one: of[key] for one, of in self.values.items()}) for key in UNITS}
+        parameters = {key: _look_up(names, {bicycle: of[key] for bicycle, of in self.values.items()}) for key in UNITS}
         for key in self.sampled:
             z = standard(key)
-            for one in np.unique(names):
-                sd, rows, mean = self.sd[one].get(key, 0.0), names == one, self.values[one][key]
+            for bicycle in np.unique(names):
+                sd, rows, mean = self.sd[bicycle].get(key, 0.0), names == bicycle, self.values[bicycle][key]
                 if sd:
                     joint = BoundedDraws((mean,), ((sd,),), [BOUNDS[key]])
                     drawn = joint.linear(z[None, rows]) if linear else joint(z[None, rows])
@@ -450,11 +454,13 @@ class _Bicycles:
 
     def loads(self, names: NDArray[np.str_], model: Model) -> tuple[Array, Array]:
         """Static wheel loads (N) before anything is drawn, rear and front."""
-        loads = {one: tyre_loads(model.effects, {**model.parameters, **v}) for one, v in self.values.items()}
-        rear, front = ({one: float(both[wheel]) for one, both in loads.items()} for wheel in (0, 1))
+        loads = {bicycle: tyre_loads(model.effects, {**model.parameters, **v}) for bicycle, v in self.values.items()}
+        rear, front = (
+            {bicycle: float(wheel_loads[wheel]) for bicycle, wheel_loads in loads.items()} for wheel in (0, 1)
+        )
         return _look_up(names, rear), _look_up(names, front)
 
 
 def _look_up(names: NDArray[np.str_], value: Mapping[str, float]) -> Array:
     bicycles, place = np.unique(names, return_inverse=True)
-    return np.array([value[str(one)] for one in bicycles], dtype=np.float64)[place]
+    return np.array([value[str(bicycle)] for bicycle in bicycles], dtype=np.float64)[place]

@@ -179,13 +179,13 @@ def tyre_digest(file: Path) -> str:
     return digest.hexdigest()
 
 
-def differences(before: object, now: Mapping[str, str]) -> str:
+def differences(before: object, current: Mapping[str, str]) -> str:
     """Names of what has changed since an earlier run, versions with both numbers."""
     if not isinstance(before, Mapping):
         return "nobody knows what, as no record of it can be read"
     changed = []
-    for name in dict.fromkeys((*now, *before)):
-        old, new = before.get(name, "not used"), now.get(name, "not used")
+    for name in dict.fromkeys((*current, *before)):
+        old, new = before.get(name, "not used"), current.get(name, "not used")
         if old != new:
             changed.append(name if name.startswith("the ") else f"{name} ({old} before, {new} now)")
     return ", ".join(changed)

@@ -20,18 +20,18 @@ GROWTH = OUTPUTS["largest_growth_rate"]
 def draw_stability(drawn: Drawn) -> None:
     """Draw the share of unstable bicycles and every output of one number along the speed; numbers in ``.csv``."""
     name, stored, rows = "stability_along_speed", drawn.stored, list[pd.DataFrame]()
-    along = [output for output in OUTPUTS.values() if output.along == "stability"]
-    panels = {output: None if stored.reduced else stored.scalar(output) for output in along}
+    outputs = [output for output in OUTPUTS.values() if output.along == "stability"]
+    panels = {output: None if stored.reduced else stored.scalar(output) for output in outputs}
     panels = {o: v for o, v in panels.items() if v is not None or f"{o.name}_quantiles" in stored.data}
     tells = GROWTH in panels
     with drawing(drawn.folder / name, width=8.0, height=2.6 * (len(panels) + tells) + 0.6) as canvas:
-        every = canvas.subplots(len(panels) + tells, 1, sharex=True, squeeze=False)[:, 0]
+        panel_axes = canvas.subplots(len(panels) + tells, 1, sharex=True, squeeze=False)[:, 0]
         if tells:
-            rows.append(_draw_unstable_share(every[0], stored, panels[GROWTH]))
-        for axes, (output, values) in zip(every[int(tells) :], panels.items(), strict=True):
-            rows += _draw_panel(axes, stored, output, values, legend=axes is every[int(tells)])
+            rows.append(_draw_unstable_share(panel_axes[0], stored, panels[GROWTH]))
+        for axes, (output, values) in zip(panel_axes[int(tells) :], panels.items(), strict=True):
+            rows += _draw_panel(axes, stored, output, values, legend=axes is panel_axes[int(tells)])
             axes.set_ylabel(output.title)
-        every[-1].set(xlabel="Speed, m/s", xlim=(stored.speeds.min(), stored.speeds.max()))
+        panel_axes[-1].set(xlabel="Speed, m/s", xlim=(stored.speeds.min(), stored.speeds.max()))
         drawn.title(canvas, name, f"Stability of {stored.whose}; shaded: unstable{_describe_lines(stored)}", 7.7)
     drawn.table(name, rows)
 
@@ -39,29 +39,29 @@ def draw_stability(drawn: Drawn) -> None:
 def draw_modes(drawn: Drawn) -> None:
     """Draw frequency, damping ratio and further outputs of the named modes, a column each; numbers in ``.csv``."""
     name, stored, rows = "modes_along_speed", drawn.stored, list[pd.DataFrame]()
-    shown = [one for one in OUTPUTS.values() if one.along == "modes"]
+    mode_outputs = [output for output in OUTPUTS.values() if output.along == "modes"]
     whole = "modes" in stored.data and not stored.reduced
-    outputs = [one for one in shown if whole or one.name in stored.sweep.outputs]
-    every = stored.named
+    outputs = [output for output in mode_outputs if whole or output.name in stored.sweep.outputs]
+    by_mode = stored.named
     if stored.reduced:
         count = f"{outputs[-1].name}_count"
-        every = {mode: {} for mode in stored.modes("mode") if stored.rows(count, mode=mode).any()}
-    columns = [mode for mode in every if _oscillates(stored, mode, every[mode], outputs[0].name)][:MOST_MODES]
+        by_mode = {mode: {} for mode in stored.modes("mode") if stored.rows(count, mode=mode).any()}
+    columns = [mode for mode in by_mode if _oscillates(stored, mode, by_mode[mode], outputs[0].name)][:MOST_MODES]
     width = max(2.9 * len(columns) + 0.5, 6.0)
     with drawing(drawn.folder / name, width=width, height=2.5 * len(outputs) + 1.0) as canvas:
         grid = canvas.subplots(len(outputs), max(len(columns), 1), sharex=True, squeeze=False)
         for column, mode in enumerate(columns):
             for line, output in enumerate(outputs):
-                values = every[mode].get(output.name)
+                values = by_mode[mode].get(output.name)
                 rows += _draw_panel(grid[line, column], stored, output, values, mode, legend=line + column == 0)
                 grid[line, 0].set_ylabel(output.title[0].upper() + output.title[1:])
             grid[0, column].set_title(mode.replace("_", " "))
             grid[-1, column].set_xlabel("Speed, m/s")
         grid[0, 0].set_xlim(stored.speeds.min(), stored.speeds.max())
-        left = ", ".join(mode for mode in every if mode not in columns).replace("_", " ")
+        not_drawn = ", ".join(mode for mode in by_mode if mode not in columns).replace("_", " ")
         title = (
             f"Oscillating modes of {stored.whose}{_describe_lines(stored)};\na band is drawn where at least half of "
-            f"the bicycles have the mode{left and '; not drawn: '}{left}"
+            f"the bicycles have the mode{not_drawn and '; not drawn: '}{not_drawn}"
         )
         drawn.title(canvas, name, title, width - 0.3)
     drawn.table(name, rows)
@@ -69,8 +69,8 @@ def draw_modes(drawn: Drawn) -> None:
 
 def _describe_lines(stored: Stored) -> str:
     """Words on what lines and bands are, so that nobody reads a critical speed between few speeds."""
-    few = stored.cells <= MOST_LINES
-    lines = "\nlines and bands: the quantiles that [reduce] kept" if few else "\ntoo many combinations for lines"
+    has_lines = stored.cells <= MOST_LINES
+    lines = "\nlines and bands: the quantiles that [reduce] kept" if has_lines else "\ntoo many combinations for lines"
     marks = "; computed at the marks, straight lines between them" if _dots(stored.speeds) else ""
     return marks + lines * stored.reduced
 
@@ -86,16 +86,16 @@ def _oscillates(stored: Stored, mode: str, values: Mapping[str, Array], name: st
 def _draw_unstable_share(axes: Any, stored: Stored, growth: Array | None) -> pd.DataFrame:
     speeds = stored.speeds
     if growth is None:
-        count, above = (stored.rows(f"{GROWTH.name}_{what}")[:, 0] for what in ("count", "above_zero"))
+        count, unstable = (stored.rows(f"{GROWTH.name}_{statistic}")[:, 0] for statistic in ("count", "above_zero"))
     else:
-        count, above = np.isfinite(growth).sum(1), (growth > 0).sum(1)
+        count, unstable = np.isfinite(growth).sum(1), (growth > 0).sum(1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        axes.plot(speeds, 100 * above.sum(0) / count.sum(0), color=BLUE, linewidth=2.2, label="all", **_dots(speeds))
+        axes.plot(speeds, 100 * unstable.sum(0) / count.sum(0), color=BLUE, linewidth=2.2, label="all", **_dots(speeds))
         if 1 < stored.cells <= MOST_LINES and count.max() > 1:
             for cell, name in enumerate(stored.cell_names):
                 axes.plot(
                     speeds,
-                    100 * above[cell] / count[cell],
+                    100 * unstable[cell] / count[cell],
                     linewidth=1.0,
                     color=look(cell).colour,
                     marker=look(cell).marker,
@@ -112,7 +112,7 @@ def _draw_unstable_share(axes: Any, stored: Stored, growth: Array | None) -> pd.
             "speed_m_s": speeds,
             "unit": "share of those that have a value",
             "bicycles": count.sum(0),
-            "share": above.sum(0) / np.maximum(count.sum(0), 1),
+            "share": unstable.sum(0) / np.maximum(count.sum(0), 1),
         }
     )
 
@@ -145,8 +145,8 @@ def _draw_panel(
 
 def _draw_band(axes: Any, band: pd.DataFrame, colour: str) -> None:
     speeds, name = band["speed_m_s"], band["combination"].iloc[0]
-    held = band.filter(regex=r"^q\d")
-    values = dict(sorted((float(str(key)[1:]) / 100, held[key].where(band["shown"])) for key in held))
+    quantiles = band.filter(regex=r"^q\d")
+    values = dict(sorted((float(str(key)[1:]) / 100, quantiles[key].where(band["shown"])) for key in quantiles))
     # ends of central bands, the widest first
     pairs = [(low, high) for low in values for high in values if low < 0.5 and abs(low + high - 1) < 1e-9]
     for k, (low, high) in enumerate(pairs):
@@ -181,17 +181,17 @@ def _tabulate_bands(stored: Stored, output: Output, values: Array | None, mode: 
         tables: Iterable[tuple[str, Array, Array]] = [("", np.isfinite(flat).sum(0), quantiles_of(flat, LEVELS).T)]
     else:
         levels, least, place = stored.sweep.quantiles or (), 0.5 * stored.sweep.samples, {"mode": mode} if mode else {}
-        held = (stored.rows(f"{output.name}_{what}", **place)[:, 0] for what in ("count", "quantiles"))
-        tables = zip(stored.cell_names, *held, strict=True)
+        statistics = (stored.rows(f"{output.name}_{statistic}", **place)[:, 0] for statistic in ("count", "quantiles"))
+        tables = zip(stored.cell_names, *statistics, strict=True)
     return [
         pd.DataFrame(
             {
                 "combination": name,
                 **shared,
                 "bicycles": count,
-                **{f"q{100 * level:g}": each[:, k] for k, level in enumerate(levels)},
+                **{f"q{100 * level:g}": quantiles[:, k] for k, level in enumerate(levels)},
                 "shown": count >= least,
             }
         )
-        for name, count, each in tables
+        for name, count, quantiles in tables
     ]

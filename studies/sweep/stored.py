@@ -43,13 +43,13 @@ class Stored:
         self.bicycles = self.cells * self.samples
         self.number = sweep.items if self.reduced else self.bicycles
         self.speeds = np.asarray(sweep.speeds, float) if SPEED in data.dims else np.empty(0)
-        every = np.ones((self.cells, self.samples), bool)
-        self.possible = self.rows("impossible") == 0 if "impossible" in data else every
-        beyond = "tyre_extrapolated_above_zero" if self.reduced else "tyre_extrapolated"
-        self.extrapolated = int(np.nansum(self.rows(beyond))) if beyond in data else 0
-        alone = "the samples" if sweep.samples > 1 else "the bicycle"
+        all_possible = np.ones((self.cells, self.samples), bool)
+        self.possible = self.rows("impossible") == 0 if "impossible" in data else all_possible
+        extrapolated = "tyre_extrapolated_above_zero" if self.reduced else "tyre_extrapolated"
+        self.extrapolated = int(np.nansum(self.rows(extrapolated))) if extrapolated in data else 0
+        only_cell = "the samples" if sweep.samples > 1 else "the bicycle"
         levels = [[_level(axis, value) for value in axis.values] for axis in sweep.axes]
-        self.cell_names = [", ".join(words) or alone for words in itertools.product(*levels)]
+        self.cell_names = [", ".join(words) or only_cell for words in itertools.product(*levels)]
         self.whose = f"{self.bicycles} bicycles" if self.bicycles > 1 else "one bicycle"
         if self.reduced:
             self.whose = f"{sweep.samples} bicycles in each of {self.cells} combinations"
@@ -71,8 +71,8 @@ class Stored:
         """Values (cells, samples, speeds) of an output of one number; None if the result does not tell."""
         if output.name not in self.data and not (output.source == ROOTS and "eigenvalues" in self.data):
             return None
-        found = self.rows(output.name) if output.name in self.data else output.function(self.rows("eigenvalues"))
-        return found if found.ndim == 3 else found[..., None]
+        values = self.rows(output.name) if output.name in self.data else output.function(self.rows("eigenvalues"))
+        return values if values.ndim == 3 else values[..., None]
 
     @cached_property
     def limits(self) -> "tuple[Limits, ...]":
@@ -82,9 +82,13 @@ class Stored:
         limits = []
         for mode, change in itertools.product(self.modes("crossing_mode"), CHANGES):
             speeds = self.rows(CRITICAL, crossing_mode=mode, as_speed_grows=change)
-            held = [one[np.isfinite(one)] for one in speeds[self.possible].T if np.isfinite(one).any()]
+            by_occurrence = [
+                occurrence[np.isfinite(occurrence)]
+                for occurrence in speeds[self.possible].T
+                if np.isfinite(occurrence).any()
+            ]
             if np.isfinite(speeds).any():
-                limits.append(Limits(mode, change, speeds, held, limit_words(mode, change)))
+                limits.append(Limits(mode, change, speeds, by_occurrence, limit_words(mode, change)))
         return tuple(limits)
 
     @cached_property
@@ -93,13 +97,15 @@ class Stored:
         if not self.speeds.size or "mode" not in self.data:
             return {}
         named = {}
-        shown = [one for one in OUTPUTS.values() if one.along == "modes"]
+        outputs = [output for output in OUTPUTS.values() if output.along == "modes"]
         for mode in self.modes("mode"):
             roots = self.rows("modes", mode=mode) if "modes" in self.data else None
             values = {
-                one.name: self.rows(one.name, mode=mode) if one.name in self.data else np.asarray(one.of_root(roots))
-                for one in shown
-                if one.name in self.data or roots is not None
+                output.name: self.rows(output.name, mode=mode)
+                if output.name in self.data
+                else np.asarray(output.of_root(roots))
+                for output in outputs
+                if output.name in self.data or roots is not None
             }
             if any(np.isfinite(value).any() for value in list(values.values())[-1:]):
                 named[mode] = values
@@ -107,8 +113,8 @@ class Stored:
 
     def modes(self, dimension: str) -> list[str]:
         """Names along a dimension of modes, main modes first."""
-        known, names = known_modes(), [str(name) for name in self.data[dimension].values]
-        return sorted(names, key=lambda name: not (name in known and known[name].main))
+        declared, names = known_modes(), [str(name) for name in self.data[dimension].values]
+        return sorted(names, key=lambda name: not (name in declared and declared[name].main))
 
     def unit(self, name: str) -> str:
         """The unit of a parameter that can be varied; empty for a ratio or a name."""
@@ -175,13 +181,13 @@ def _sweep(content: Mapping[str, Any]) -> Sweep:
 class Limits(NamedTuple):
     """Critical speeds (cells, samples, occurrences) of one mode in one direction, m/s, ascending, NaN for none.
 
-    ``held`` are those of the possible bicycles that have them, by occurrence; ``words`` say what happens there.
+    ``by_occurrence`` are those of the possible bicycles that have them; ``words`` say what happens there.
     """
 
     mode: str  # name, or OTHER
     change: str  # one of CHANGES: what the mode does as speed grows
     speeds: Array
-    held: list[Array]
+    by_occurrence: list[Array]
     words: str
 
 

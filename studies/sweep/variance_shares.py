@@ -31,21 +31,24 @@ def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int 
         resampled = []
         for chosen in (rng.integers(0, y.shape[1], y.shape[1]) for _ in range(resamples)):
             if _varies(y[:, chosen]):
-                drawn = [replace(one, values=one.values[:, chosen]) if one.sampled else one for one in varied]
+                drawn = [
+                    replace(parameter, values=parameter.values[:, chosen]) if parameter.sampled else parameter
+                    for parameter in varied
+                ]
                 resampled.append(_indices(y[:, chosen], drawn))
         spread = 1.96 * np.std(resampled, axis=0, ddof=1)
-    names, totals = [one.name for one in varied], [_total(y, one, varied) for one in varied]
+    names, totals = [parameter.name for parameter in varied], [_total(y, parameter, varied) for parameter in varied]
     return pd.DataFrame(dict(zip(columns, (names, _indices(y, varied), spread, totals), strict=True)))
 
 
 def find_correlated(varied: Sequence[Varied], has: NDArray[np.bool_]) -> list[tuple[str, str, float]]:
     """Pairs of sampled parameters whose ranks are correlated beyond chance, among the bicycles that have an output."""
-    sampled = [one for one in varied if one.sampled and not one.named]
+    sampled = [parameter for parameter in varied if parameter.sampled and not parameter.named]
     complete = has.any(0)
     count = int(complete.sum())
     if len(sampled) < 2 or count < LEAST:
         return []
-    matrix = np.corrcoef([rankdata(one.values[0, complete]) for one in sampled])
+    matrix = np.corrcoef([rankdata(parameter.values[0, complete]) for parameter in sampled])
     least = max(0.1, 4 / np.sqrt(count))
     pairs = [(i, j) for i in range(len(sampled)) for j in range(i) if abs(matrix[i, j]) > least]
     return [(sampled[j].name, sampled[i].name, float(matrix[i, j])) for i, j in pairs]
@@ -77,10 +80,10 @@ def _indices(y: Array, varied: Sequence[Varied]) -> Array:
     held_by_some = per_sample > 0
     mean = np.where(finite, y - centre, 0).sum(0)[held_by_some] / per_sample[held_by_some]
     between = [
-        _between_classes(mean, one.values[0, held_by_some])
-        if one.sampled
-        else _between_levels(y[finite], np.broadcast_to(one.values, y.shape)[finite])
-        for one in varied
+        _between_classes(mean, parameter.values[0, held_by_some])
+        if parameter.sampled
+        else _between_levels(y[finite], np.broadcast_to(parameter.values, y.shape)[finite])
+        for parameter in varied
     ]
     return np.array(between) / total
 
@@ -98,8 +101,8 @@ def _between_classes(y: Array, values: Array) -> float:
     edges = np.unique(np.quantile(values, np.linspace(0, 1, classes + 1)[1:-1]))
     place = np.searchsorted(edges, values, side="right")
     count = np.bincount(place)
-    held = count > 0
-    sums, count = np.bincount(place, y)[held], count[held]
+    filled = count > 0
+    sums, count = np.bincount(place, y)[filled], count[filled]
     k = len(count)
     if k < 2 or n <= k:
         return 0.0
@@ -107,10 +110,10 @@ def _between_classes(y: Array, values: Array) -> float:
     return (between - (k - 1) * (float(np.sum((y - y.mean()) ** 2)) - between) / (n - k)) / n
 
 
-def _total(y: Array, one: Varied, varied: Sequence[Varied]) -> float:
+def _total(y: Array, parameter: Varied, varied: Sequence[Varied]) -> float:
     """Total index of a parameter on a grid where every bicycle has the output; else NaN."""
-    if one.sampled or not np.isfinite(y).all():
+    if parameter.sampled or not np.isfinite(y).all():
         return float("nan")
-    others = [other.values[:, 0] for other in varied if other is not one and not other.sampled]
-    variances = pd.DataFrame(y).groupby(others or np.zeros(len(y))).var(ddof=0)
+    grid_values = [p.values[:, 0] for p in varied if p is not parameter and not p.sampled]
+    variances = pd.DataFrame(y).groupby(grid_values or np.zeros(len(y))).var(ddof=0)
     return float(variances.to_numpy().mean() / y.var())

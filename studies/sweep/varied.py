@@ -81,7 +81,7 @@ def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
         share = uniform(seed=sweep.seed, name=spread.name, start=0, stop=count)
         values = spread.low + (spread.high - spread.low) * share
         parameters.append(Varied(spread.name, stored.unit(spread.name), values[None]))
-    keys = dict.fromkeys(key for each in sweep.bicycle_sd.values() for key in each)
+    keys = dict.fromkeys(key for sd in sweep.bicycle_sd.values() for key in sd)
     parameters += [Varied(f"{key} / its sd", "", standard(key)[None]) for key in keys]
     if sweep.tyre_covariance:
         names = [name for group in sampler.draws.values() for name in group]
@@ -98,7 +98,7 @@ def _draw_tyre_ratios(sampler: Sampler, draws: dict[str, Array], count: int) -> 
         ratios = {}
         for name in ("cornering_stiffness", "relaxation_length"):
             key = f"{sampler.contact}.{name}.{wheel}"
-            if key in sampler.taken:
+            if key in sampler.tyre_values:
                 with np.errstate(invalid="ignore", divide="ignore"):
                     ratios[name] = np.broadcast_to(np.asarray(drawn[key] / plain[key], float), count)
         if len(ratios) == 2:
@@ -126,7 +126,7 @@ class Stability:
 
 def stability(stored: Stored, at: float | None) -> Stability | None:
     """Growth rates at the speed ``at`` (m/s), else where most differ in stability; None if nothing tells."""
-    growth, speeds, asked = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at
+    growth, speeds, requested = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at
     nearest: Stability | None = None
     if growth is not None and not speeds.size:
         return Stability(None, growth[..., 0])
@@ -137,19 +137,19 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
         if 0 < share[k] < 1 if at is None else abs(speeds[k] - at) < 1e-9 * max(at, 1):
             return nearest
     if at is None and CRITICAL in stored.data:
-        limits = [one.speeds[np.isfinite(one.speeds)] for one in stored.limits]
+        limits = [limit.speeds[np.isfinite(limit.speeds)] for limit in stored.limits]
         at = float(f"{np.median(np.concatenate(limits)):.3g}") if limits else None
     if at is None and nearest is None and speeds.size:
         at = float(speeds[len(speeds) // 2])
     anew = None if at is None else _growth_rates_at(stored, at)
     if at is not None and anew is not None:
         return Stability(at, anew, anew=True)
-    if asked is not None:
-        near = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - asked))[:2]])
-        how = f"give one that it holds, the nearest are {near} m/s" if near else "leave --at out"
+    if requested is not None:
+        nearest_speeds = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - requested))[:2]])
+        how = f"give one that it holds, the nearest are {nearest_speeds} m/s" if nearest_speeds else "leave --at out"
         raise InputError(
-            f"--at {asked:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, so "
-            f"it cannot be computed anew; {how}"
+            f"--at {requested:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, "
+            f"so it cannot be computed anew; {how}"
         )
     return nearest
 
@@ -172,10 +172,10 @@ def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
 def targets(stored: Stored, stable: Stability | None) -> dict[str, Array]:
     """Outputs by label with the unit, the main ones first: (cells, samples), NaN where a bicycle does not have it."""
     outputs: dict[str, Array] = {
-        f"{one.words}{occurrence}, m/s": one.speeds[..., k]
-        for one in stored.limits
-        for k, occurrence in enumerate(OCCURRENCE[: one.speeds.shape[-1]])
-        if np.isfinite(one.speeds[stored.possible, k]).mean() >= LEAST_SHARE
+        f"{limit.words}{occurrence}, m/s": limit.speeds[..., k]
+        for limit in stored.limits
+        for k, occurrence in enumerate(OCCURRENCE[: limit.speeds.shape[-1]])
+        if np.isfinite(limit.speeds[stored.possible, k]).mean() >= LEAST_SHARE
     }
     speeds = stored.speeds
     at = None if stable is None else stable.speed

@@ -40,11 +40,11 @@ class Worker:
     """Preparations made once per sweep and process."""
 
     def __init__(self, sweep: Sweep) -> None:
-        here = replace(sweep)
-        if here.fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
+        sweep_here = replace(sweep)
+        if sweep_here.fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
             raise InputError(
                 f"the worker on {platform.node()} computes with {json.dumps(software())} and other than what the sweep "
-                f"was started with: {differences(sweep.made_of, here.made_of)}; install the same versions "
+                f"was started with: {differences(sweep.made_of, sweep_here.made_of)}; install the same versions "
                 "everywhere, with the same tyre files, and restart the workers"
             )
         self.sweep = sweep
@@ -57,18 +57,19 @@ class Worker:
         sweep, points, count = self.sweep, self._points(start, stop), stop - start
         of_roots = sweep.outputs_from(ROOTS)
         roots = self._roots(start, stop) if of_roots else None
-        outputs: Arrays = {one.name: one.function(roots) for one in of_roots}
+        outputs: Arrays = {output.name: output.function(roots) for output in of_roots}
         outputs |= self._compute_from_modes(points.harmless, start, count) if sweep.outputs_from(MODE) else {}
         outputs |= {
-            one.name: self._compute_from_models(one, points.harmless, start, count) for one in sweep.outputs_from(MODEL)
+            output.name: self._compute_from_models(output, points.harmless, start, count)
+            for output in sweep.outputs_from(MODEL)
         }
         if points.extrapolated is not None:
             outputs["tyre_extrapolated"] = points.extrapolated.astype(float)
         for array in outputs.values():
             array[points.refused.mask] = np.nan
-        for one in sweep.outputs_from(PARAMETERS):
-            values = one.function(points.values)
-            outputs[one.name] = np.stack([np.broadcast_to(values[key], count) for key in self.sampler.nominal], -1)
+        for output in sweep.outputs_from(PARAMETERS):
+            values = output.function(points.values)
+            outputs[output.name] = np.stack([np.broadcast_to(values[key], count) for key in self.sampler.nominal], -1)
         outputs["impossible"] = points.refused.mask.astype(float)
         if not sweep.speeds:  # one speed, or none, of its own for each item: no axis
             outputs |= {name: outputs[name][:, 0] for name in sweep.outputs if OUTPUTS[name].by_speed}
@@ -108,21 +109,21 @@ class Worker:
         else:
             rules, polynomial = Rules.of(self.linear), self.sampler.family.polynomials(values, count)[0]
             gravity = np.broadcast_to(np.asarray(values["g"], float), count)
-            found = name_stack(rules, polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
+            stack = name_stack(rules, polynomial, np.sqrt(gravity * values["w"]), gravity, speeds)
             for k in [k for k, name in enumerate(self.modes) if name in rules.names]:
-                own = (found.second == NONE) & (found.first == rules.names.index(self.modes[k]))
-                pairs[:, :, k] = named_pair(found.values, own)
-        return {one.name: one.function(pairs[..., 0], pairs[..., 1]) for one in self.sweep.outputs_from(MODE)}
+                of_mode = (stack.second == NONE) & (stack.first == rules.names.index(self.modes[k]))
+                pairs[:, :, k] = named_pair(stack.values, of_mode)
+        return {output.name: output.function(pairs[..., 0], pairs[..., 1]) for output in self.sweep.outputs_from(MODE)}
 
     def _compute_from_models(self, output: Output, points: Points, start: int, count: int) -> Array:
         """Values (count, ...) of an output of models, of the items from number ``start`` on."""
         if output.at_once:
             values, step = [], block_items(self.sweep)
             for first in range(0, count, step):  # whole blocks, as the last bits may depend on who is beside
-                here = slice(first, min(first + step, count))
-                parameters = {key: value[here] if np.ndim(value) else value for key, value in points.values.items()}
+                block = slice(first, min(first + step, count))
+                parameters = {key: value[block] if np.ndim(value) else value for key, value in points.values.items()}
                 rows, refused = output.function(
-                    self.sampler.family, parameters, here.stop - first, self.sweep.max_speed
+                    self.sampler.family, parameters, block.stop - first, self.sweep.max_speed
                 )
                 for item, why in refused.items():
                     self.sampler.refuse(first + item, start, why)
@@ -137,16 +138,16 @@ class Worker:
         return np.array(values)
 
 
-def named_pair(values: Complex, own: NDArray[np.bool_]) -> Complex:
+def named_pair(values: Complex, of_mode: NDArray[np.bool_]) -> Complex:
     """A pair's upper half, or two real roots, the larger first, of the ``own`` roots (m, k, n); NaN where none."""
-    height = np.where(own & (values.imag >= 0), values.imag, -1.0)
-    found = np.full((*values.shape[:2], 2), np.nan, complex)
+    height = np.where(of_mode & (values.imag >= 0), values.imag, -1.0)
+    pair = np.full((*values.shape[:2], 2), np.nan, complex)
     for number in range(2):  # the fastest oscillation first, then the larger real root: roots rise, the last is larger
         last = values.shape[2] - 1 - height[..., ::-1].argmax(2)[..., None]
-        there = np.take_along_axis(height, last, 2)[..., 0] >= 0
-        found[..., number] = np.where(there, np.take_along_axis(values, last, 2)[..., 0], np.nan)
+        exists = np.take_along_axis(height, last, 2)[..., 0] >= 0
+        pair[..., number] = np.where(exists, np.take_along_axis(values, last, 2)[..., 0], np.nan)
         np.put_along_axis(height, last, -1.0, 2)
-    return found
+    return pair
 
 
 def stored_names(sweep: Sweep) -> tuple[str, ...]:
