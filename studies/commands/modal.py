@@ -66,7 +66,7 @@ def command(
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.recording import refuse_copies
     from studies.model_space.run_argument import named_apart
-    from studies.motion.free_decays import draw, judged, notes_of
+    from studies.motion.free_decays import draw, judge_decays, notes_of
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
     from tyre.ground.errors import InputError
@@ -93,7 +93,7 @@ def command(
             if figures is not None and identified[0].estimate is not None:
                 stems.append(_choose_stem(event, stems))
                 draw(event, decays_of_run, figures / stems[-1])
-    judgements = judged(decays)
+    judgements = judge_decays(decays)
     for note in (*notes, *notes_of(judgements)):
         click.echo(f"note: {note}", err=True)
     heads = ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "drift", "start moves it by"]

@@ -77,8 +77,8 @@ def command(
     if json_file != "-":
         _print_crossings(locus, values, path.axis.unit, parameter)
         notes = []
-        if not locus.inside.all():
-            share = "part" if locus.inside.any() else "all"
+        if not locus.measured.all():
+            share = "part" if locus.measured.any() else "all"
             notes.append(f"{share} of the range lies beyond the measured loads or pressures")
         print_warnings([*model.linear_model().warnings, *notes])
 

@@ -14,7 +14,7 @@ __getattr__, __dir__ = room(
         ),
         "free_decays": (
             "drift_words",
-            "judged",
+            "judge_decays",
             "notes_of",
             "second_words",
             "with_sd",

@@ -30,7 +30,7 @@ LINES: dict[str, Any] = {"yes": "-", "falls slowly": (0, (5, 2)), "no": (0, (1, 
 
 
 def lines(
-    found: LimitCycles,
+    cycles: LimitCycles,
     frame: pd.DataFrame,
     *,
     peak_factor: float | None,
@@ -40,7 +40,7 @@ def lines(
 ) -> list[str]:
     """Lines on how motions begin, where they fold and end, what a damper does, and what limits the numbers."""
     content = {
-        "found": found,
+        "cycles": cycles,
         "frame": frame,
         "friction": peak_factor,
         "without_kick": without_kick,
@@ -56,63 +56,67 @@ def lines(
 
 
 def record(
-    found: LimitCycles, frame: pd.DataFrame, kicks: Sequence[Kick] = (), unit: str = "", sides: Sequence[Side] = ()
+    limit_cycles: LimitCycles,
+    frame: pd.DataFrame,
+    kicks: Sequence[Kick] = (),
+    unit: str = "",
+    sides: Sequence[Side] = (),
 ) -> dict[str, Any]:
     """Content of the JSON file: how motions begin, the branches, the rows of a ``frame``, ``kicks`` in ``unit``, and
     the ``sides`` of a damper."""
     onsets = [
         {
-            "speed_m_s": one.critical.speed,
-            "mode": one.critical.mode,
-            "as_speed_grows": one.critical.direction,
-            "begins": one.kind,
-            "lyapunov_1_s_rad2": one.bend,
-            "lyapunov_band_1_s_rad2": list(one.band),
+            "speed_m_s": onset.critical.speed,
+            "mode": onset.critical.mode,
+            "as_speed_grows": onset.critical.direction,
+            "begins": onset.kind,
+            "lyapunov_1_s_rad2": onset.bend,
+            "lyapunov_band_1_s_rad2": list(onset.band),
         }
-        for one in found.onsets
+        for onset in limit_cycles.onsets
     ]
     branches = [
         {
-            "mode": one.mode,
-            "from_m_s": one.begin.speed,
-            "to_m_s": one.end.speed if one.end else None,
-            "ends": one.reason,
+            "mode": branch.mode,
+            "from_m_s": branch.begin.speed,
+            "to_m_s": branch.end.speed if branch.end else None,
+            "ends": branch.reason,
             "folds": [
-                {"speed_m_s": fold.speed, "steer_amplitude_deg": float(np.degrees(found.amplitude(fold)))}
-                for fold in one.folds
+                {"speed_m_s": fold.speed, "steer_amplitude_deg": float(np.degrees(limit_cycles.amplitude(fold)))}
+                for fold in branch.folds
             ],
         }
-        for one in found.branches
+        for branch in limit_cycles.branches
     ]
     cycles = frame.to_dict("records")
     return {
         "critical": onsets,
         "branches": branches,
         "cycles": cycles,
-        "kicks": [one._asdict() | {"unit": unit} for one in kicks],
+        "kicks": [kick._asdict() | {"unit": unit} for kick in kicks],
         "damper": [
             {
-                "added_N_m_s_rad": one.damping,
-                "wobble_m_s": [speed.speed for speed in one.wobble],
-                "largest_wobble_deg": one.extent.largest if one.extent else None,
-                "largest_wobble_at_m_s": one.extent.at if one.extent else None,
-                "weave_unstable_from_m_s": one.weave.critical.speed if one.weave else None,
-                "weave_begins": one.weave.kind if one.weave else None,
-                "weave_caught_deg": one.caught,
+                "added_N_m_s_rad": side.damping,
+                "wobble_m_s": [speed.speed for speed in side.wobble],
+                "largest_wobble_deg": side.extent.largest if side.extent else None,
+                "largest_wobble_at_m_s": side.extent.at if side.extent else None,
+                "weave_unstable_from_m_s": side.weave.critical.speed if side.weave else None,
+                "weave_begins": side.weave.kind if side.weave else None,
+                "weave_caught_deg": side.caught,
             }
-            for one in sides
+            for side in sides
         ],
     }
 
 
-def draw_amplitude(found: LimitCycles, target: str, *, title: str, peak_factor: float | None = None) -> None:
+def draw_amplitude(cycles: LimitCycles, target: str, *, title: str, peak_factor: float | None = None) -> None:
     """Draw amplitude at the bar and frequency along each branch into ``target``, its line by stability.
 
     Pale bands reach over plausible peak factors, if the curves have one.
     """
     with picture(target) as figure:
         bar, frequency = figure.subplots(2, 1, sharex=True)
-        for trace in traces_of(found):
+        for trace in traces_of(cycles):
             looks = mode_look(trace.mode)
             draw_trace(bar, trace, looks.colour, peak_factor)
             draw_trace(frequency, trace._replace(amplitude=trace.frequency), looks.colour)
@@ -123,25 +127,25 @@ def draw_amplitude(found: LimitCycles, target: str, *, title: str, peak_factor: 
         frequency.set_ylim(bottom=0)
 
 
-def film_cycle(found: LimitCycles, speeds: Iterable[float], target: Path) -> None:
+def film_cycle(limit_cycles: LimitCycles, speeds: Iterable[float], target: Path) -> None:
     """Film one cycle of the largest motion that lasts at ``speeds`` (m/s), over and over in 2 s, into ``target``."""
-    cycles = [(mode, cycle) for v in speeds for mode, cycle in found.at(v) if lasts(found, cycle)]
+    cycles = [(mode, cycle) for v in speeds for mode, cycle in limit_cycles.at(v) if lasts(limit_cycles, cycle)]
     if not cycles:
         raise InputError("--film: at none of these --speeds is there a motion that lasts")
-    mode, cycle = max(cycles, key=lambda one: found.amplitude(one[1]))
+    mode, cycle = max(cycles, key=lambda mode_and_cycle: limit_cycles.amplitude(mode_and_cycle[1]))
     frames = 2 * FRAMES_PER_SECOND
-    along = 1j * np.arange(1, 2 * len(cycle.states), 2) * cycle.angular_frequency  # of odd harmonics
-    waves = {name: cycle.states @ found.system.row(name) for name in found.system.at_one_speed.outputs}
-    waves["yaw"] = waves["yaw_rate"] / along
-    waves["rear_lateral_displacement"] = (waves["rear_lateral_velocity"] + cycle.speed * waves["yaw"]) / along
+    derivative = 1j * np.arange(1, 2 * len(cycle.states), 2) * cycle.angular_frequency  # of odd harmonics
+    waves = {name: cycle.states @ limit_cycles.system.row(name) for name in limit_cycles.system.at_one_speed.outputs}
+    waves["yaw"] = waves["yaw_rate"] / derivative
+    waves["rear_lateral_displacement"] = (waves["rear_lateral_velocity"] + cycle.speed * waves["yaw"]) / derivative
     time = np.arange(frames) / frames * cycle.period
-    outputs = {name: (np.exp(np.outer(time, along)) @ wave).real for name, wave in waves.items()}
+    outputs = {name: (np.exp(np.outer(time, derivative)) @ wave).real for name, wave in waves.items()}
     title = (
-        f"{mode_words(mode).capitalize()} of {found.model.bicycle.name} at {cycle.speed:g} m/s: "
-        f"{np.degrees(found.amplitude(cycle)):.1f}° at the bar, {cycle.frequency_hz:.2f} Hz\n"
+        f"{mode_words(mode).capitalize()} of {limit_cycles.model.bicycle.name} at {cycle.speed:g} m/s: "
+        f"{np.degrees(limit_cycles.amplitude(cycle)):.1f}° at the bar, {cycle.frequency_hz:.2f} Hz\n"
         f"{2 / cycle.period:.3g} times slower than real"
     )
-    animate(found.model, Response(time, cycle.speed, outputs), target, title=title)
+    animate(limit_cycles.model, Response(time, cycle.speed, outputs), target, title=title)
 
 
 def draw_trace(axes: Any, trace: Trace, colour: str, peak_factor: float | None = None) -> None:
@@ -154,8 +158,8 @@ def draw_trace(axes: Any, trace: Trace, colour: str, peak_factor: float | None =
         begun = end
     if peak_factor and trace.lasting.any():
         low, high = (trace.amplitude * peak / peak_factor for peak in (PEAKS[0], PEAKS[-1]))
-        there = trace.lasting | (trace.amplitude == 0)
-        axes.fill_between(trace.speed, low, high, where=there, color=colour, alpha=0.15, linewidth=0)
+        drawn = trace.lasting | (trace.amplitude == 0)
+        axes.fill_between(trace.speed, low, high, where=drawn, color=colour, alpha=0.15, linewidth=0)
 
 
 def finish_amplitude(axes: Any) -> None:

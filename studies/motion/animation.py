@@ -210,8 +210,8 @@ def film(model: Model, drawn: BicycleDrawing, motion: Response, title: str) -> I
         front = y + p["w"] * motion.outputs["yaw"] - p["c"] * np.cos(p["lam"]) * motion.outputs["steer"]
 
         def show(k: int) -> None:
-            here = {name: float(values[k]) for name, values in motion.outputs.items()}
-            posed = drawn.pose(here, rolled=motion.speed * float(motion.time[k]))
+            outputs = {name: float(values[k]) for name, values in motion.outputs.items()}
+            posed = drawn.pose(outputs, rolled=motion.speed * float(motion.time[k]))
             for (line, across, up), points in zip(views, posed * 3, strict=True):
                 line.set_data(points[:, across], points[:, up])
             behind = motion.speed * (motion.time[k] - motion.time[: k + 1])
@@ -236,14 +236,14 @@ def _frame_views(model: Model, motion: Response, drawn: BicycleDrawing, side: An
     """Limits at one scale both ways that hold the bicycle, its motion and some of its track."""
     p, outputs = model.bicycle.values, motion.outputs
     highest = min(float(part.points[:, 2].min()) for part in drawn.parts) - 0.1
-    ahead, behind = p["w"] + p["rF"] + 0.15, -p["rR"] - 0.15
+    front, behind = p["w"] + p["rF"] + 0.15, -p["rR"] - 0.15
     sway = float(np.abs(outputs["rear_lateral_displacement"]).max() + np.abs(outputs["yaw"]).max() * p["w"])
     reach = max(0.5, sway + 0.3 + 0.8 * float(np.sin(min(np.abs(outputs["lean"]).max(), np.pi / 2))))
     road = max(float(motion.speed * (motion.time[-1] - motion.time[0])), 0.0)
-    side.set(xlim=(behind, ahead), ylim=(0.08, highest), ylabel="z, m", title="Side")
+    side.set(xlim=(behind, front), ylim=(0.08, highest), ylabel="z, m", title="Side")
     rear.set(xlim=(-reach, reach), ylim=(0.08, highest), xlabel="y, m", title="Rear")
     top.set(
-        xlim=(behind - min(road, 1.5), ahead),
+        xlim=(behind - min(road, 1.5), front),
         ylim=(reach, -reach),
         xlabel="x forward, m",
         ylabel="y right, m",

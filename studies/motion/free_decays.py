@@ -50,12 +50,12 @@ class Judged:
     aside: bool = False  # True: far outside the scatter of its repeats
 
 
-def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
+def judge_decays(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
     """Weigh the sd of ``decays``, pairs of a mode and what a run says of it, against the scatter of repeats."""
-    found = [Judged(mode, decay, decay.rejected) for mode, decay in decays]
+    judgements = [Judged(mode, decay, decay.rejected) for mode, decay in decays]
     for mode in dict.fromkeys(mode for mode, _ in decays):
-        places = [k for k, (other, decay) in enumerate(decays) if other == mode and not decay.rejected]
-        used = [found[k].decay for k in places]
+        places = [k for k, (mode_of_decay, decay) in enumerate(decays) if mode_of_decay == mode and not decay.rejected]
+        used = [judgements[k].decay for k in places]
         if not used:
             continue
         speeds = [d.speed for d in used]
@@ -63,41 +63,46 @@ def judged(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
         imaginary = repeats(speeds, [d.eigenvalue.imag for d in used], [d.sd[1] for d in used])
         ratios = {}  # of a ratio the larger scatter of its two parts
         for name in sorted(set.intersection(*(set(d.ratios) for d in used))):
-            values, stated = zip(*(d.ratios[name] for d in used), strict=True)
-            parts = [repeats(speeds, part, stated).sd for part in ([z.real for z in values], [z.imag for z in values])]
+            values, ratio_sds = zip(*(d.ratios[name] for d in used), strict=True)
+            parts = [
+                repeats(speeds, part, ratio_sds).sd for part in ([z.real for z in values], [z.imag for z in values])
+            ]
             ratios[name] = [(z, float(max(sds))) for z, *sds in zip(values, *parts, strict=True)]
         for row, place in enumerate(places):
             sd = (float(real.sd[row]), float(imaginary.sd[row]))
-            weighed = dict(used[row].ratios) | {name: both[row] for name, both in ratios.items()}
+            weighed = dict(used[row].ratios) | {name: ratios_of_run[row] for name, ratios_of_run in ratios.items()}
             wider = any(new > 1.05 * old for new, old in zip(sd, used[row].sd, strict=True))
             aside = row in real.aside or row in imaginary.aside
             decay = replace(used[row], sd=sd, ratios=weighed)
-            found[place] = Judged(mode, decay, "", real.count(row), widened=wider, aside=aside)
-    return found
+            judgements[place] = Judged(mode, decay, "", real.count(row), widened=wider, aside=aside)
+    return judgements
 
 
-def notes_of(found: Sequence[Judged]) -> Iterator[str]:
+def notes_of(judgements: Sequence[Judged]) -> Iterator[str]:
     """Notes on breaks, on what is no noise, on motions fitted beside, and on repeats."""
-    used = [each for each in found if not each.rejected]
-    for each in found:
-        run, jump = each.decay.run, each.decay.broken
+    used = [judgement for judgement in judgements if not judgement.rejected]
+    for judgement in judgements:
+        run, jump = judgement.decay.run, judgement.decay.broken
         if jump is not None:
             yield NOTES["jump"].format(run=run, **vars(jump))
             if jump.what and not jump.refused:
                 yield NOTES["jump widens"].format(run=run, until_s=jump.until_s)
-    for each in used:
-        if each.decay.noise_p < LEAST_NOISE and each.decay.broken is None:
-            yield NOTES["no noise"].format(run=each.decay.run, p=each.decay.noise_p)
-        for root in each.decay.beside:
-            yield NOTES["beside"].format(run=each.decay.run, what=second_words(root))
-    wider, alone = sum(each.widened for each in used), sum(each.repeats == 1 for each in used)
+    for judgement in used:
+        if judgement.decay.noise_p < LEAST_NOISE and judgement.decay.broken is None:
+            yield NOTES["no noise"].format(run=judgement.decay.run, p=judgement.decay.noise_p)
+        for root in judgement.decay.beside:
+            yield NOTES["beside"].format(run=judgement.decay.run, what=second_words(root))
+    wider = sum(judgement.widened for judgement in used)
+    without_repeats = sum(judgement.repeats == 1 for judgement in used)
     if wider:
         yield NOTES["wider"].format(wider=wider, rows=len(used))
-    for each in used:
-        if each.aside:
-            yield NOTES["aside"].format(run=each.decay.run, speed=each.decay.speed)
-    if alone:
-        yield NOTES["no repeats" if alone == len(used) else "some alone"].format(alone=alone, rows=len(used))
+    for judgement in used:
+        if judgement.aside:
+            yield NOTES["aside"].format(run=judgement.decay.run, speed=judgement.decay.speed)
+    if without_repeats:
+        yield NOTES["no repeats" if without_repeats == len(used) else "some alone"].format(
+            alone=without_repeats, rows=len(used)
+        )
 
 
 def with_sd(value: float, sd: float) -> str:
@@ -119,10 +124,10 @@ def drift_words(decay: Decay) -> str:
 
 def movement_words(decay: Decay) -> str:
     """Farthest movement with the start of the window, in sd, and which number it is."""
-    moved = decay.movement
-    if moved is None:
+    movement = decay.movement
+    if movement is None:
         return "not tried" if decay.rejected else "no later window"
-    return f"{moved.farthest:.1f} sd ({moved.what.replace('_', ' ')})" if moved.what else "no"
+    return f"{movement.farthest:.1f} sd ({movement.what.replace('_', ' ')})" if movement.what else "no"
 
 
 def second_words(root: complex) -> str:
@@ -142,19 +147,21 @@ def draw(run: Run, decays: Sequence[tuple[str, Decay]], target: Path) -> None:
     fit, drift = first.estimate.curves()
     time = run.time - run.time[0]
     begin, end = w.start, w.start + w.length + (w.block - 1) * run.step
-    near = (time >= begin - 0.6 * w.length) & (time <= end + 0.6 * w.length)
-    inside = (time >= begin) & (time <= end)
+    shown_samples = (time >= begin - 0.6 * w.length) & (time <= end + 0.6 * w.length)
+    fitted_samples = (time >= begin) & (time <= end)
     fitted = w.start + (w.block - 1) * run.step / 2 + w.time
     with drawing(target, width=8.0, height=2.1 + 0.3 * len(decays) + 1.7 * len(w.channels)) as figure:
         axes = figure.subplots(len(w.channels), 1, squeeze=False, sharex=True)[:, 0]
         for place, (panel, name) in enumerate(zip(axes, w.channels, strict=True)):
             curve, slow = w.scale[place] * fit[:, place], w.scale[place] * drift[:, place]
             panel.axvspan(begin, end, color="#e5a823", alpha=0.13, linewidth=0, label="window")
-            panel.plot(time[near], run.channels[name][near], color="#9db8d9", linewidth=2.4, label="measured")
+            panel.plot(
+                time[shown_samples], run.channels[name][shown_samples], color="#9db8d9", linewidth=2.4, label="measured"
+            )
             panel.plot(fitted, curve, color="#123a6b", linewidth=1.3, label="fit")
             panel.plot(fitted, slow, color="#c8462f", linewidth=1.1, linestyle="--", label=f"drift: {first.drift}")
-            shown = [run.channels[name][inside], curve, slow]
-            low, high = float(min(x.min() for x in shown)), float(max(x.max() for x in shown))
+            curves = [run.channels[name][fitted_samples], curve, slow]
+            low, high = float(min(x.min() for x in curves)), float(max(x.max() for x in curves))
             panel.set_ylim(low - 0.35 * (high - low), high + 0.35 * (high - low))
             panel.set_title(PANELS[name], fontsize=9)
         axes[-1].set_xlabel("time after the first sample in s")

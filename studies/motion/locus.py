@@ -47,12 +47,12 @@ class ParameterPath:
             raise InputError(f"{key} = {first:g}: the mass matrix is not positive definite; take another range")
         return self.space.matrices(values[:, None], self.speed)
 
-    def at(self, value: float) -> tuple[Model, float]:
+    def model_and_speed(self, value: float) -> tuple[Model, float]:
         """The model at a value, checked like any other, and its speed (m/s)."""
         low, high = self.axis.bounds
         if self.axis.wheels and not low < value <= high:
-            given = f"{self.axis.key} = {value:g} {self.axis.unit}"
-            raise InputError(f"{given} is not possible; give values above {low:g} to {high:g}")
+            value_text = f"{self.axis.key} = {value:g} {self.axis.unit}"
+            raise InputError(f"{value_text} is not possible; give values above {low:g} to {high:g}")
         return self.space.model_at([value]), value if self.speed is None else self.speed
 
 
@@ -92,20 +92,20 @@ class RootLocus:
     eigenvalues: Complex  # (m, n), 1/s
     names: tuple[str, ...]  # n
     crossings: tuple[AxisCrossing, ...]  # values at which a root crosses the imaginary axis
-    asked: NDArray[np.bool_]  # (m,), False: added by the tracking, not in tables
-    inside: NDArray[np.bool_]  # (m,), True: tyres are within their measured range
+    requested: NDArray[np.bool_]  # (m,), False: added by the tracking, not in tables
+    measured: NDArray[np.bool_]  # (m,), True: tyres are within their measured range
 
     @property
     def unstable_throughout(self) -> tuple[str, ...]:
         """Names of the modes with a root to the right of the imaginary axis at all values."""
         unstable = (self.eigenvalues.real > NOISE * np.abs(self.eigenvalues).max(1, keepdims=True)).all(0)
-        return tuple(dict.fromkeys(name for name, here in zip(self.names, unstable, strict=True) if here))
+        return tuple(dict.fromkeys(name for name, always in zip(self.names, unstable, strict=True) if always))
 
     def frame(self) -> "pd.DataFrame":
         """A row per requested value and root with Im >= 0."""
         import pandas as pd
 
-        upper = (self.eigenvalues.imag >= 0) & self.asked[:, None]
+        upper = (self.eigenvalues.imag >= 0) & self.requested[:, None]
         root = self.eigenvalues[upper]
         row, branch = np.nonzero(upper)
         column = self.key if self.key.endswith(f"_{self.unit}") else f"{self.key}_{self.unit}"
@@ -117,7 +117,7 @@ class RootLocus:
                 "imaginary_rad_s": root.imag,
                 "frequency_Hz": frequency_hz(root),
                 "damping_ratio": damping_ratio(oscillating(root)),
-                "tyre_inside_measured_range": self.inside[row],
+                "tyre_inside_measured_range": self.measured[row],
             }
         )
 
@@ -145,13 +145,13 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
     """Track every root along increasing ``values`` of a parameter."""
     along_speed, base = path.axis.key == SPEED, float(path.space.base[0])
     for end in (values[0], values[-1]):
-        model, speed = path.at(float(end))
+        model, speed = path.model_and_speed(float(end))
         model.linear_model().check_speeds(speed)
     # names are given within the range: for the model as it stands, or where modes differ along speed
     anchor = modes(path.space.linear, values[-1:]).anchor if along_speed else base
     anchor = (values[0] + values[-1]) / 2 if np.isnan(anchor) else anchor
     anchor = float(np.clip(anchor, values[0], values[-1]))
-    model, speed = path.at(anchor)
+    model, speed = path.model_and_speed(anchor)
     modes(model.linear_model(), [speed])  # refuses a model too stiff to be followed
     grid, roots = follow_branches(path.matrices, np.union1d(values, [anchor]))
     names = _name_roots(path, anchor, roots[np.searchsorted(grid, anchor)])
@@ -160,16 +160,18 @@ def root_locus(path: ParameterPath, values: Array) -> RootLocus:
         root, mode = 1j * abs(crossing.root.imag), names[crossing.branch]
         if along_speed and crossing.value > 0:  # modes that meet lose the one name of a branch beyond the meeting
             (mode,) = _name_roots(path, crossing.value, np.array([root]))
-        inside = bool(path.space.inside([[crossing.value]])[0])
+        is_measured = bool(path.space.inside([[crossing.value]])[0])
         hertz = float(frequency_hz(root))
-        crossings.append(AxisCrossing(crossing.value, mode, hertz, crossing.destabilising, not inside))
-    asked, axis = np.isin(grid, values), path.axis
-    return RootLocus(axis.key, axis.unit, grid, roots, names, tuple(crossings), asked, path.space.inside(grid[:, None]))
+        crossings.append(AxisCrossing(crossing.value, mode, hertz, crossing.destabilising, not is_measured))
+    requested, axis = np.isin(grid, values), path.axis
+    return RootLocus(
+        axis.key, axis.unit, grid, roots, names, tuple(crossings), requested, path.space.inside(grid[:, None])
+    )
 
 
 def _name_roots(path: ParameterPath, value: float, roots: Complex) -> tuple[str, ...]:
     """Name ``roots`` (n,), 1/s, by the nearest root of the named modes at a ``value`` of the parameter."""
-    model, speed = path.at(value)
+    model, speed = path.model_and_speed(value)
     at_value = modes(model.linear_model(), [speed])
     named = [(name, root) for name in at_value.names for root in at_value.branch(name)[0] if not np.isnan(root)]
     distance = np.abs((roots.real + 1j * np.abs(roots.imag))[:, None] - np.array([root for _, root in named]))
@@ -206,13 +208,13 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
         frequency.set(ylabel="Frequency, Hz", xlabel=label, ylim=(0, top))
         real.set_xlim(locus.values[0], locus.values[-1])
         real.tick_params(labelbottom=False)
-        if not locus.inside.all():
+        if not locus.measured.all():
             for axes in (real, frequency):
                 axes.fill_between(
                     locus.values,
                     0,
                     1,
-                    where=~locus.inside,
+                    where=~locus.measured,
                     transform=axes.get_xaxis_transform(),
                     facecolor="none",
                     hatch="//",
@@ -222,7 +224,7 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
                     label="tyre values extrapolated",
                 )
             frequency.legend(loc="center right", fontsize=7.5, frameon=True, edgecolor="none")
-        hatch_extrapolated(plane, extrapolated=not locus.inside.any())
+        hatch_extrapolated(plane, extrapolated=not locus.measured.any())
         handles, labels = _legend(plane, locus)
         canvas.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
         canvas.suptitle(title, x=0.01, ha="left")
@@ -236,17 +238,17 @@ def line_look(name: str) -> Look:
 
 def _window(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the window; real roots far left of it are cut off."""
-    known = known_modes()
-    main = [name in known and known[name].main for name in locus.names]
+    declared = known_modes()
+    main = [name in declared and declared[name].main for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
     if max_frequency_hz is None:
         crossing = max((float(angular_frequency(c.frequency_hz)) for c in locus.crossings), default=0.0)
         top = 1.15 * max(roots.imag.max() or np.abs(roots).max(), crossing)
     else:
         top = float(angular_frequency(max_frequency_hz))
-    below = locus.eigenvalues[locus.eigenvalues.imag <= top].real
-    left = min(max(1.08 * below.min(), -0.75 * top), -0.1 * top)
-    return left, max(1.25 * min(below.max(), top), -0.15 * left), -0.035 * top, top
+    visible = locus.eigenvalues[locus.eigenvalues.imag <= top].real
+    left = min(max(1.08 * visible.min(), -0.75 * top), -0.1 * top)
+    return left, max(1.25 * min(visible.max(), top), -0.15 * left), -0.035 * top, top
 
 
 def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
@@ -261,14 +263,14 @@ def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:
     axes.axhline(0, color="0.2", linewidth=0.6)
     box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
     quiet = {"fontsize": 7.5, "color": GREY, "zorder": 1.5, "bbox": box, "ha": "center", "va": "center"}
-    taken = (0.0, 0.0)
+    last_label = (0.0, 0.0)
     for ratio in RATIOS:
         slope = np.sqrt(1 - ratio**2) / ratio
         end = min(-0.93 * left, 0.97 * top / slope)
-        here = (end / (right - left), end * slope / top)
-        if max(abs(here[0] - taken[0]) / 1.8, abs(here[1] - taken[1])) < 0.04:
+        label = (end / (right - left), end * slope / top)
+        if max(abs(label[0] - last_label[0]) / 1.8, abs(label[1] - last_label[1])) < 0.04:
             continue  # no room for its label
-        taken = here
+        last_label = label
         axes.plot([0, -end], [0, end * slope], color="0.78", linewidth=0.7, linestyle=(0, (4, 3)), zorder=1)
         axes.text(-end, end * slope, f"ζ = {ratio:g}", **quiet)
     angle = np.linspace(0, np.pi / 2, 90)
@@ -284,19 +286,21 @@ def _branch(
     locus: RootLocus, i: int, name: str, plane: Any, real: Any, frequency: Any, limits: tuple[float, ...]
 ) -> None:
     root, style = locus.eigenvalues[:, i], line_look(name)
-    shown = np.where(root.imag >= 0, root, np.nan)
+    upper = np.where(root.imag >= 0, root, np.nan)
     line = {"color": style.colour, "linestyle": style.line}
-    own = locus.eigenvalues[:, [other == name for other in locus.names]]
-    within = (limits[0] <= own.real) & (own.real <= limits[1]) & (own.imag >= 0) & (own.imag <= limits[3])
+    of_mode = locus.eigenvalues[:, [branch_name == name for branch_name in locus.names]]
+    within = (
+        (limits[0] <= of_mode.real) & (of_mode.real <= limits[1]) & (of_mode.imag >= 0) & (of_mode.imag <= limits[3])
+    )
     label = name.replace("_", " ") + ("" if within.any() else " (out of view)")
-    plane.plot(shown.real, shown.imag, label=label, zorder=3, **line)
-    real.plot(locus.values, shown.real, **line)
+    plane.plot(upper.real, upper.imag, label=label, zorder=3, **line)
+    real.plot(locus.values, upper.real, **line)
     frequency.plot(locus.values, frequency_hz(oscillating(root)), **line)
     for k, marker in ((0, "x"), (-1, "o")):
         if root[k].imag >= 0:
             filled = {"markerfacecolor": "white", "markeredgewidth": 1.3} if marker == "o" else {"markeredgewidth": 1.6}
             plane.plot(root[k].real, root[k].imag, marker, color=style.colour, zorder=5, **filled)
-    _arrows(plane, shown, style.colour, limits)
+    _arrows(plane, upper, style.colour, limits)
 
 
 def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[float, ...]) -> None:
@@ -339,9 +343,9 @@ def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> 
 
 
 def _legend(axes: Any, locus: RootLocus) -> tuple[list[Any], list[str]]:
-    found = dict(sorted(zip(*axes.get_legend_handles_labels()[::-1], strict=True), key=lambda item: item[0]))
+    handles = dict(sorted(zip(*axes.get_legend_handles_labels()[::-1], strict=True), key=lambda item: item[0]))
     marks = (("x", "start of the range"), ("o", "end"), *[("*", "crosses the axis")][: len(locus.crossings)])
     for marker, label in marks:
         face = "white" if marker == "o" else "black"
-        (found[label],) = axes.plot([], [], marker, color="black", markerfacecolor=face)
-    return list(found.values()), list(found)
+        (handles[label],) = axes.plot([], [], marker, color="black", markerfacecolor=face)
+    return list(handles.values()), list(handles)

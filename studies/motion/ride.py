@@ -266,12 +266,12 @@ def table(compared: Sequence[Ride]) -> list[dict[str, str]]:
     """Rows of the table of cases: ranges held, runs held, and median margins of these."""
     rows = []
     for ride in compared:
-        middle, held = ride.runs.median(numeric_only=True), int((ride.runs.growth_1_s < 0).sum())
+        middle, runs_held = ride.runs.median(numeric_only=True), int((ride.runs.growth_1_s < 0).sum())
         rows.append(
             {
                 "case": ride.label,
                 "holds m/s": ", ".join(f"{a:.2f} to {b:.2f}" for a, b in ride.held) or "none",
-                "runs held": f"{held} of {len(ride.runs)}",
+                "runs held": f"{runs_held} of {len(ride.runs)}",
                 "gain up": _number(middle.gain_up, ".2f"),
                 "gain down": _number(middle.gain_down, ".2f"),
                 "phase °": _number(middle.phase_deg, ".0f"),
@@ -309,9 +309,9 @@ def write_ride(compared: Sequence[Ride], out: Path) -> None:
     with drawing(out / "ride", width=8.5, height=6.4) as canvas:
         growth, delay = canvas.subplots(2, 1, sharex=True)
         for place, ride in enumerate(compared):
-            own, runs = look(place), ride.runs
-            growth.plot(ride.speeds, ride.curve, color=own.colour, linestyle=own.line, label=ride.label)
-            marks = {"color": own.colour, "marker": "os^Dv"[place % 5], "linestyle": "none", "markersize": 4}
+            case_look, runs = look(place), ride.runs
+            growth.plot(ride.speeds, ride.curve, color=case_look.colour, linestyle=case_look.line, label=ride.label)
+            marks = {"color": case_look.colour, "marker": "os^Dv"[place % 5], "linestyle": "none", "markersize": 4}
             growth.plot(runs.speed_m_s, runs.growth_1_s, **marks)
             delay.plot(runs.speed_m_s, 1e3 * runs.delay_s, **marks)
         growth.axhline(0, color="black", linewidth=0.8)

@@ -52,8 +52,8 @@ def parse_inputs(
     """Input -> history from ``texts`` like ``steer_torque:step:0.5@1.0``; see :data:`HOW`."""
     inputs: dict[str, InputHistory] = {}
     for text in texts:
-        name, _, rest = text.partition(":")
-        shape, _, value = rest.partition(":")
+        name, _, history_text = text.partition(":")
+        shape, _, value = history_text.partition(":")
         if name not in allowed:
             raise InputError(f"input {text!r}: {unknown('input', name, allowed)}")
         if name in inputs:
@@ -64,7 +64,7 @@ def parse_inputs(
             read = read_history(Path(value), name, allowed[name], channel_map)
             inputs[name] = replace(read, linear=FILES[shape])
         elif shape in SHAPES:
-            inputs[name] = _shaped(text, shape, value, allowed[name])
+            inputs[name] = _parse_shape(text, shape, value, allowed[name])
         else:
             raise InputError(f"input {text!r}: {unknown('shape', shape, [*SHAPES, *FILES])}; {HOW}")
     return inputs
@@ -87,14 +87,14 @@ def read_history(path: Path, name: str, unit: str, channel_map: ChannelMap | Non
         return _mapped_history(path, quantity, channel_map)
     if path.suffix.casefold() not in ("", ".csv"):
         refuse_unmapped(path, quantity)
-    wanted = ("time_s", column(name, unit))
+    columns = ("time_s", column(name, unit))
     try:
-        numbers = read_columns(path, numbers=wanted, needed=wanted, others=True).numbers
+        numbers = read_columns(path, numbers=columns, needed=columns, others=True).numbers
     except InputError as error:
         words = "" if f"{path}, line" in str(error) else draft_words(path, quantity)
         raise InputError(f"{error}; or give a channel map: {words}" if words else str(error)) from error
     try:
-        return InputHistory(numbers["time_s"], numbers[wanted[1]])
+        return InputHistory(numbers["time_s"], numbers[columns[1]])
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -102,18 +102,18 @@ def read_history(path: Path, name: str, unit: str, channel_map: ChannelMap | Non
 def _mapped_history(path: Path, quantity: dict[str, str], channel_map: ChannelMap) -> InputHistory:
     (name,) = quantity
     if name not in channel_map.channels:
-        there = ", ".join(channel_map.channels)
-        raise InputError(f"{path}: the channel map names no {name} (it names {there or 'nothing'}); add its column")
-    found = read_records(path, channel_map.only([name]), quantity)
-    if len(found) > 1:
-        raise InputError(f"{path}: holds the events {', '.join(record.event for record in found)}; keep one window")
-    values = found[0].values[name]
+        names = ", ".join(channel_map.channels)
+        raise InputError(f"{path}: the channel map names no {name} (it names {names or 'nothing'}); add its column")
+    records = read_records(path, channel_map.only([name]), quantity)
+    if len(records) > 1:
+        raise InputError(f"{path}: holds the events {', '.join(record.event for record in records)}; keep one window")
+    values = records[0].values[name]
     if not np.isfinite(values).all():
         raise InputError(f"{path}: {name} is missing in {np.count_nonzero(~np.isfinite(values))} samples; repair them")
-    return InputHistory(found[0].time, values)
+    return InputHistory(records[0].time, values)
 
 
-def _shaped(text: str, shape: str, value: str, unit: str) -> InputHistory:
+def _parse_shape(text: str, shape: str, value: str, unit: str) -> InputHistory:
     make, lasts = SHAPES[shape]
     size, _, when = value.partition("@")
     start, _, duration = when.partition("+")
@@ -140,7 +140,7 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
     """Inputs, angles, yaw rate, side forces and path over time; one line style per response."""
     first = next(iter(responses.values()))
     panels: list[tuple[str, ...]] = [(name,) for name in first.inputs]
-    panels += [shown for panel in PANELS if (shown := tuple(name for name in panel if name in first.outputs))]
+    panels += [present for panel in PANELS if (present := tuple(name for name in panel if name in first.outputs))]
     with drawing(target, width=8.5, height=1.6 * len(panels) + 0.9) as canvas:
         rows = canvas.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, names in zip(rows, panels, strict=True):
@@ -157,9 +157,9 @@ def draw_responses(responses: Mapping[str, Response], target: Path, *, title: st
                         factor * response.outputs[name][upright],
                         **style,
                         linestyle=("-", (0, (4, 2)))[order % 2],
-                        label=_plain(name) + (f", {label}" if len(responses) > 1 else ""),
+                        label=_label(name) + (f", {label}" if len(responses) > 1 else ""),
                     )
-            axes.set_ylabel(f"{TITLES.get(names[0], _plain(names[0]).capitalize())}, {unit}")
+            axes.set_ylabel(f"{TITLES.get(names[0], _label(names[0]).capitalize())}, {unit}")
             if len(axes.lines) > 1:
                 axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0)
         rows[-1].set_xlabel("Time, s")
@@ -178,8 +178,8 @@ def draw_frequency_response(response: FrequencyResponse, target: Path, *, title:
         for number, name in enumerate(("lean", "steer", "yaw_rate")):
             values, style = response.outputs[name], look(number)
             line: dict[str, Any] = {"color": style.colour, "linestyle": style.line}
-            said = f"{_plain(name)}, {response.units[name]} per {response.units[response.input]}"
-            gain.loglog(hertz, np.abs(values), label=said, **line)
+            label = f"{_label(name)}, {response.units[name]} per {response.units[response.input]}"
+            gain.loglog(hertz, np.abs(values), label=label, **line)
             phase.semilogx(hertz, np.degrees(np.unwrap(np.angle(values))), **line)
         gain.set_ylabel("Gain")
         gain.legend(loc="best")
@@ -188,5 +188,5 @@ def draw_frequency_response(response: FrequencyResponse, target: Path, *, title:
         canvas.suptitle(title, x=0.01, ha="left")
 
 
-def _plain(name: str) -> str:
+def _label(name: str) -> str:
     return name.replace("_", " ")

@@ -34,12 +34,14 @@ class Sensor:
 
     def read(self, dense: Array, true: Array, time: Array, rng: np.random.Generator | None = None) -> Array:
         """Read the motion ``true`` at even times ``dense`` (s): what is recorded at ``time`` (samples,)."""
-        seen = apply_lag(true, dense[1] - dense[0], 1 / (2 * math.pi * self.low_pass_hz)) if self.low_pass_hz else true
-        seen = np.interp(time - self.delay_s, dense, seen)  # before the start it stands still
-        seen = (1 + self.scale_error) * seen + self.offset + self.drift_per_s * time
+        reading = (
+            apply_lag(true, dense[1] - dense[0], 1 / (2 * math.pi * self.low_pass_hz)) if self.low_pass_hz else true
+        )
+        reading = np.interp(time - self.delay_s, dense, reading)  # before the start it stands still
+        reading = (1 + self.scale_error) * reading + self.offset + self.drift_per_s * time
         if rng is not None and self.noise_sd:
-            seen = seen + self.noise_sd * draw_ar1(len(time), memory=self.memory(time[1] - time[0]), rng=rng)
-        return np.round(seen / self.resolution) * self.resolution if self.resolution else np.asarray(seen)
+            reading = reading + self.noise_sd * draw_ar1(len(time), memory=self.memory(time[1] - time[0]), rng=rng)
+        return np.round(reading / self.resolution) * self.resolution if self.resolution else np.asarray(reading)
 
     def memory(self, step: float) -> float:
         """Correlation of the noise of neighbouring samples, ``step`` apart (s)."""
@@ -96,13 +98,13 @@ class Sensors:
 def read_sensors(path: Path) -> Sensors:
     """Read the file at ``path``."""
     content = read(FILE, read_toml(path, "sensor file"), where=str(path))
-    for name, given in content["channels"].items():
-        if {"correlation", "bandwidth_hz"} <= set(given):
+    for name, sensor in content["channels"].items():
+        if {"correlation", "bandwidth_hz"} <= set(sensor):
             raise InputError(f"{path}: [channels.{name}]: correlation and bandwidth_hz say the same; keep one")
     if not set(content["channels"]) & set(CHANNELS):
         motions = ", ".join(name for name in RECORDED if name in CHANNELS)
         raise InputError(f"{path}: [channels]: no motion is recorded; add one of {motions}")
-    return Sensors(content["rate_hz"], {name: Sensor(**given) for name, given in content["channels"].items()})
+    return Sensors(content["rate_hz"], {name: Sensor(**sensor) for name, sensor in content["channels"].items()})
 
 
 LABEL = "# SYNTHETIC: computed by velotyre simulate and not measured"

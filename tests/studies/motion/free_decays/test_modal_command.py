@@ -7,7 +7,7 @@ import pytest
 
 from bicycle.identification import identify, read_run
 from studies.cli import main
-from studies.motion import drift_words, judged, notes_of, second_words, with_sd
+from studies.motion import drift_words, judge_decays, notes_of, second_words, with_sd
 from tests.validation.decay_generator import Cell, make
 from tyre.ground import InputError
 
@@ -34,18 +34,18 @@ def decays():
 
 
 def test_repeats_within_five_per_cent_widen_the_sd_and_it_is_said(decays):
-    found = judged(decays)
+    found = judge_decays(decays)
     assert [each.repeats for each in found] == [3] * 6
     assert all(each.widened for each in found)
     assert all(0.2 < each.decay.sd[0] < 0.5 for each in found)
     assert "the sd of 6 of 6 rows is widened" in " ".join(notes_of(found))
-    note = list(notes_of(judged(decays[::3])))[-1]
+    note = list(notes_of(judge_decays(decays[::3])))[-1]
     assert note.startswith("no run has a repeat within 5 % of its speed")
 
 
 def test_a_refusal_stands_by_the_run_alone(decays):
     """Repeats may widen an sd beyond what a run alone is refused for; the run is not blamed for it."""
-    found = judged([*decays[:3], ("weave", identify(make(Cell(), np.random.default_rng(1)).run, last_s=0.3))])
+    found = judge_decays([*decays[:3], ("weave", identify(make(Cell(), np.random.default_rng(1)).run, last_s=0.3))])
     assert [bool(each.rejected) for each in found] == [False, False, False, True]
     assert found[3].repeats == 0
 
