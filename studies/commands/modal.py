@@ -65,7 +65,7 @@ def command(
 
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.recording import refuse_copies
-    from studies.model_space.run_argument import named_apart
+    from studies.model_space.run_argument import name_apart
     from studies.motion.free_decays import draw, judge_decays, notes_of
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
@@ -73,7 +73,7 @@ def command(
 
     names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
-    events = named_apart([_read(argument, channel_map) for argument in runs])
+    events = name_apart([_read(argument, channel_map) for argument in runs])
     refuse_copies(events)
     window: dict[str, Any] = {"first_s": first_s, "last_s": float("inf") if last_s is None else last_s}
     notes: list[str] = []

@@ -55,7 +55,7 @@ def command(
         z = ranking.eigenvalue
         root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
         click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
-        for real_root in ranking.others:
+        for real_root in ranking.further_roots:
             click.echo(f"it has another real root here, {real_root:.4g} 1/s, which this does not rank")
         if ranking.meeting:
             click.echo("two real roots meet here: the eigenvalue is their mean")

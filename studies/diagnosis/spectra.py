@@ -10,7 +10,7 @@ import numpy as np
 from bicycle.identification.frequency_response import SpectralResponse, spectral_response
 from bicycle.identification.recording import FORCED_INPUTS, MOTIONS, Run, read_forced, refuse_copies
 from studies.diagnosis.frequency_response import describe_signal
-from studies.model_space.run_argument import file_and_speed, named_apart
+from studies.model_space.run_argument import file_and_speed, name_apart
 from tyre.formats.channel_map import ChannelMap
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, unknown
@@ -54,7 +54,7 @@ def responses_of_runs(
             f"--instrument {reference}: this is the input itself, no reference from outside; leave --instrument out, "
             "or name the signal that was added to the input"
         )
-    runs = named_apart([_read(text, reference, channel_map) for text in recordings])
+    runs = name_apart([_read(text, reference, channel_map) for text in recordings])
     refuse_copies(runs)
     notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
     responses = []

@@ -17,7 +17,7 @@ from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.parameters.parameter_covariance import ParameterKey
 from bicycle.rider.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
-from studies.model_space.model_argument import bicycle_alone
+from studies.model_space.model_argument import find_bicycle
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.files import read_toml
@@ -301,7 +301,7 @@ def settings_of(
     tyre_options: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
     if surface is not None and tyre is None:
         raise InputError(f"--surface {surface} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
-    named_bicycle = None if model is None else bicycle_alone(model)
+    named_bicycle = None if model is None else find_bicycle(model)
     if named_bicycle is not None:
         if bicycle is not None:
             raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; leave one out")

@@ -39,9 +39,9 @@ class Axis:
     @property
     def said(self) -> str:
         """``front_compliance.stiffness`` -> "front compliance stiffness"; of a contact law the parameter alone."""
-        own = ParameterKey.parse(self.key)
-        law = own.name in ("cornering_stiffness", "relaxation_length")
-        parts = ("" if law else own.effect, own.name.removesuffix("_bar").removesuffix("_N"), own.wheel)
+        key = ParameterKey.parse(self.key)
+        law = key.name in ("cornering_stiffness", "relaxation_length")
+        parts = ("" if law else key.effect, key.name.removesuffix("_bar").removesuffix("_N"), key.wheel)
         return " ".join(dict.fromkeys(part for part in parts if part)).replace("_", " ")
 
     @property
@@ -127,8 +127,8 @@ def base_value(model: Model, axis: Axis, conditions: dict[str, float]) -> float:
     if axis.key == SPEED:
         return math.nan
     entries = entries_of(axis.key, model.parameters)
-    given = [conditions[wheel] for wheel in axis.wheels] or [model.parameters[entry] for entry in entries]
-    return given[0] if np.ptp(given) == 0 else math.nan
+    values = [conditions[wheel] for wheel in axis.wheels] or [model.parameters[entry] for entry in entries]
+    return values[0] if np.ptp(values) == 0 else math.nan
 
 
 def numbers_by_name(

@@ -52,7 +52,7 @@ class TyreConditions:
     sources: Mapping[str, TyreSource]  # wheel -> tyre
     pressure_bar: dict[str, float]  # wheel -> bar, as it stands
     load_N: dict[str, float]  # wheel -> N, as it stands
-    given: dict[str, str]  # parameter of an effect that the tyre gives -> property of the tyre
+    properties_given: dict[str, str]  # parameter of an effect that the tyre gives -> property of the tyre
     extrapolate: bool  # True: beyond what was measured too
 
     @classmethod
@@ -75,7 +75,9 @@ class TyreConditions:
         """Parameters of effects that the tyres give, by name, (m,) each."""
         parameters: dict[str, Array] = {}
         for wheel in WHEELS:
-            of_wheel = {key: name for key, name in self.given.items() if ParameterKey.parse(key).wheel == wheel}
+            of_wheel = {
+                key: name for key, name in self.properties_given.items() if ParameterKey.parse(key).wheel == wheel
+            }
             load, pressure = np.broadcast_arrays(
                 np.atleast_1d(np.asarray(load_N[wheel], float)),
                 np.atleast_1d(np.asarray(pressure_bar[wheel], float)) * PASCAL_PER_BAR,
@@ -252,7 +254,7 @@ class ModelSpace:
             step = 1e-6 * np.maximum(np.abs(x[:, i]), 1e-3)
             steps = np.eye(len(self.axes))[i] * step[:, None]
             values = self.values(np.concatenate([x + steps, x - steps]))
-            for key in [key for key in self.tyres.given if key not in axis_entries]:
+            for key in [key for key in self.tyres.properties_given if key not in axis_entries]:
                 ends = np.broadcast_to(values[key], 2 * len(x))
                 slopes[key] = (ends[: len(x)] - ends[len(x) :]) / (2 * step)
         return slopes
@@ -317,7 +319,7 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
     keys = [axis.key for axis in space.axes]
     if any(key in UNITS for key in keys):
         content["bicycle"] = _bicycle(space, {key for key in keys if key in UNITS}, values)
-    from_tyres = {} if space.tyres is None else space.tyres.given
+    from_tyres = {} if space.tyres is None else space.tyres.properties_given
     if any(entry in from_tyres for entries in space.entries for entry in entries):
         tables = {name: _without_tyre(name, table, from_tyres, values) for name, table in tables.items()}
     for axis, entries, number in zip(space.axes, space.entries, point.tolist(), strict=True):
@@ -325,7 +327,7 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
             law = next(table for table in tables.values() if "tyre" in table)
             old = law["pressure_bar"]
             by_wheel: dict[str, Any] = dict(old) if isinstance(old, Mapping) else dict.fromkeys(WHEELS, old)
-            law["pressure_bar"] = _plain(by_wheel | dict.fromkeys(axis.wheels, number))
+            law["pressure_bar"] = _merge_wheels(by_wheel | dict.fromkeys(axis.wheels, number))
         elif axis.key not in UNITS:
             key = ParameterKey.parse(entries[0])
             tables[key.effect][key.name] = _value(key.effect, key.name, values)
@@ -334,20 +336,20 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
 
 def _bicycle(space: ModelSpace, changed: set[str], values: Mapping[str, float]) -> dict[str, Any]:
     bicycle = space.model.bicycle
-    stated = space.content["bicycle"]
+    table = space.content["bicycle"]
     whole = model_table(replace(bicycle, values=dict(bicycle.values) | {key: values[key] for key in changed}))
     # a table that says it by other names (trail, z_up) would contradict the key that is changed
-    keeps = isinstance(stated, Mapping) and set(stated) <= {*UNITS, *UNUSED, *WORDS, COVARIANCE}
-    return dict(stated) | {key: whole[key] for key in changed} if keeps else whole
+    keeps = isinstance(table, Mapping) and set(table) <= {*UNITS, *UNUSED, *WORDS, COVARIANCE}
+    return dict(table) | {key: whole[key] for key in changed} if keeps else whole
 
 
 def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:
     if not effect_parameter(f"{effect}.{name}").per_wheel:
         return values[f"{effect}.{name}"]
-    return _plain({wheel: values[f"{effect}.{name}.{wheel}"] for wheel in WHEELS})
+    return _merge_wheels({wheel: values[f"{effect}.{name}.{wheel}"] for wheel in WHEELS})
 
 
-def _plain(by_wheel: Mapping[str, Any]) -> Any:
+def _merge_wheels(by_wheel: Mapping[str, Any]) -> Any:
     return by_wheel[WHEELS[0]] if by_wheel[WHEELS[0]] == by_wheel[WHEELS[1]] else dict(by_wheel)
 
 
@@ -357,7 +359,7 @@ def _without_tyre(
     """The table of an effect with numbers in place of what its tyre gives."""
     numbers = {key: value for key, value in table.items() if key not in (*TYRE_KEYS, EXTRAPOLATE)}
     names = dict.fromkeys(ParameterKey.parse(key).name for key in from_tyres if ParameterKey.parse(key).effect == name)
-    return numbers | {own: _value(name, own, values) for own in names}
+    return numbers | {parameter: _value(name, parameter, values) for parameter in names}
 
 
 def near_to(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -374,5 +376,5 @@ def near_to(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     for table in tables.values():
         if "tyre" in table:
             tyre = table["tyre"]
-            table["tyre"] = {w: name(one) for w, one in tyre.items()} if isinstance(tyre, Mapping) else name(tyre)
+            table["tyre"] = {w: name(file) for w, file in tyre.items()} if isinstance(tyre, Mapping) else name(tyre)
     return changed | ({"effects": tables} if tables else {})

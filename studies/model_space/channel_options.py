@@ -14,9 +14,9 @@ _ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz
 
 def takes_channels(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a click ``command`` the options ``--channels`` and ``--channel``; see :func:`chosen_map`."""
-    one = click.option("--channel", "channel_texts", multiple=True, metavar="NAME=COLUMN [UNIT] [SIGN]", help=_ONE)
+    channel = click.option("--channel", "channel_texts", multiple=True, metavar="NAME=COLUMN [UNIT] [SIGN]", help=_ONE)
     file = click.option("--channels", "channels_file", type=PATH, metavar="FILE.toml", help=_FILE)
-    return file(one(command))
+    return file(channel(command))
 
 
 def chosen_map(channels_file: Path | None, channel_texts: tuple[str, ...]) -> Any:

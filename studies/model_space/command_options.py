@@ -113,24 +113,24 @@ Decorator = Callable[[Any], Any]
 
 def speed_option(words: str = "Forward speed, m/s.", *, required: bool = True) -> Decorator:
     """Option ``--speed`` of a command that takes one; ``--speeds`` is told of it."""
-    told = _told("--speeds", "one speed is meant here: give --speed, for example --speed 5")
-    return lambda command: told(click.option("--speed", type=SPEED, required=required, help=words)(command))
+    refuse_speeds = _refuse_option("--speeds", "one speed is meant here: give --speed, for example --speed 5")
+    return lambda command: refuse_speeds(click.option("--speed", type=SPEED, required=required, help=words)(command))
 
 
 def speeds_option(words: str, default: str | None = None) -> Decorator:
     """Option ``--speeds`` of a command that takes several; ``--speed`` is told of it."""
     words = f"m/s: start:stop:step with both ends, or a list 2,5,8{words}"
-    told = _told("--speed", "give --speeds, one or more: --speeds 5, a list 2,5,8 or start:stop:step")
+    refuse_speed = _refuse_option("--speed", "give --speeds, one or more: --speeds 5, a list 2,5,8 or start:stop:step")
     option = click.option("--speeds", default=default, show_default=default is not None, help=words)
-    return lambda command: told(option(command))
+    return lambda command: refuse_speed(option(command))
 
 
-def _told(other: str, advice: str) -> Decorator:
+def _refuse_option(option: str, advice: str) -> Decorator:
     def tell(context: click.Context, parameter: click.Parameter, value: str | None) -> None:
         if value is not None:
-            raise InputError(f"{other} {value}: {advice}")
+            raise InputError(f"{option} {value}: {advice}")
 
-    return click.option(other, hidden=True, expose_value=False, callback=tell)
+    return click.option(option, hidden=True, expose_value=False, callback=tell)
 
 
 def max_speed_option(default: float) -> Decorator:

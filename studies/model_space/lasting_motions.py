@@ -35,8 +35,8 @@ def with_onsets(
         onsets = find_onsets(model, critical, **curves_of(content))
     except InputError:
         return tuple(critical)
-    begins = {one.critical: one.kind for one in onsets}
-    return tuple(replace(one, begins=begins.get(one)) for one in critical)
+    begins = {onset.critical: onset.kind for onset in onsets}
+    return tuple(replace(speed, begins=begins.get(speed)) for speed in critical)
 
 
 class Trace(NamedTuple):
@@ -140,14 +140,14 @@ def largest_wobble(cycles: LimitCycles) -> float:
     """Largest amplitude at the bar (degrees) of wobble over the speed, 0 and NaN as of :func:`motion_at`."""
     reached = extent(traces_of(cycles, WOBBLE))
     if reached is None:
-        return np.nan if any(_unstable(cycles, one.critical.speed + 1e-9) for one in cycles.onsets) else 0.0
+        return np.nan if any(_unstable(cycles, onset.critical.speed + 1e-9) for onset in cycles.onsets) else 0.0
     return reached.largest if reached.followed else np.nan
 
 
 def _unstable(cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> bool:
     """True if a ``mode`` grows at a ``speed`` (m/s), by its critical speeds."""
-    edges = [one.critical for one in cycles.onsets if mode in one.critical.mode.split("+")]
-    passed = [one for one in edges if one.speed <= speed]
+    edges = [onset.critical for onset in cycles.onsets if mode in onset.critical.mode.split("+")]
+    passed = [edge for edge in edges if edge.speed <= speed]
     return passed[-1].destabilising if passed else bool(edges) and not edges[0].destabilising
 
 
@@ -163,24 +163,29 @@ class Side(NamedTuple):
 
 def side_of(cycles: LimitCycles, damping: float = 0.0) -> Side:
     """Wobble and weave of the motions ``cycles`` with this ``damping`` (N m s/rad)."""
-    begins = [one for one in cycles.onsets if one.critical.destabilising and one.critical.frequency_hz >= SLOWEST]
-    weave = next((one for one in begins if WEAVE in one.critical.mode.split("+")), None)
+    begins = [
+        onset for onset in cycles.onsets if onset.critical.destabilising and onset.critical.frequency_hz >= SLOWEST
+    ]
+    weave = next((onset for onset in begins if WEAVE in onset.critical.mode.split("+")), None)
     cycles_above = [cycle for _, cycle in cycles.at(weave.critical.speed * (1 + 1e-3))] if weave else []
-    caught = [cycles.amplitude(one) for one in cycles_above if lasts(cycles, one) and cycles.within_geometry(one)]
-    wobble, degrees = _wobbles(one.critical for one in cycles.onsets), float(np.degrees(max(caught, default=np.nan)))
+    caught = [
+        cycles.amplitude(cycle) for cycle in cycles_above if lasts(cycles, cycle) and cycles.within_geometry(cycle)
+    ]
+    wobble = _wobbles(onset.critical for onset in cycles.onsets)
+    degrees = float(np.degrees(max(caught, default=np.nan)))
     return Side(damping, wobble, extent(traces_of(cycles, WOBBLE)), weave, degrees if caught else None)
 
 
 def with_damper(model: Model, damping: float) -> Model:
     """The ``model`` with ``damping`` (N m s/rad) at the bar beside what it has."""
     kind = effect_class(DAMPER)
-    stated = next((getattr(one, "damping", 0.0) for one in model.effects if one.identifier == DAMPER), 0.0)
-    return model.with_effect(kind(damping=stated + damping))
+    present = next((getattr(effect, "damping", 0.0) for effect in model.effects if effect.identifier == DAMPER), 0.0)
+    return model.with_effect(kind(damping=present + damping))
 
 
 def least_damper(model: Model, max_speed: float) -> float | None:
     """Least damper at the bar (N m s/rad, to 0.01) with which wobble has no critical speed; None up to 5."""
-    most = next(one.typical[1] for one in effect_class(DAMPER).parameters if one.name == "damping")
+    most = next(parameter.typical[1] for parameter in effect_class(DAMPER).parameters if parameter.name == "damping")
     damped, key, low, width = with_damper(model, 0.0), f"{DAMPER}.damping", 0.0, most
     for count in (25, 20):  # steps of 0.2, then of 0.01
         steps = low + width * np.arange(1, count + 1) / count
@@ -194,7 +199,7 @@ def least_damper(model: Model, max_speed: float) -> float | None:
 
 
 def _wobbles(critical: Iterable[CriticalSpeed]) -> tuple[CriticalSpeed, ...]:
-    return tuple(one for one in critical if WOBBLE in one.mode.split("+"))
+    return tuple(speed for speed in critical if WOBBLE in speed.mode.split("+"))
 
 
 def sides(cycles: LimitCycles, damping: float | None, tyres: Mapping[str, Any], max_speed: float) -> list[Side]:

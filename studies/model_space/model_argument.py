@@ -75,13 +75,13 @@ class ChosenModel:
         from bicycle.model.model_file import allows_unusual
         from tyre.formats.sheet import ROW, split_row
 
-        given = self.content.get("bicycle")
-        if not isinstance(given, str) or not is_bicycle_table(given) or split_row(given)[1]:
+        table = self.content.get("bicycle")
+        if not isinstance(table, str) or not is_bicycle_table(table) or split_row(table)[1]:
             return {"": self}
-        where = f"{self.where}, " if self.where else ""
-        names = [one.name for one in read_bicycles(Path(given), allow_unusual=allows_unusual(self.content))]
-        contents = {name: {**self.content, "bicycle": f"{given}{ROW}{name}"} for name in names}
-        return {name: ChosenModel(content, f"{where}bicycle {name}") for name, content in contents.items()}
+        prefix = f"{self.where}, " if self.where else ""
+        names = [bicycle.name for bicycle in read_bicycles(Path(table), allow_unusual=allows_unusual(self.content))]
+        contents = {name: {**self.content, "bicycle": f"{table}{ROW}{name}"} for name in names}
+        return {name: ChosenModel(content, f"{prefix}bicycle {name}") for name, content in contents.items()}
 
 
 def takes_model(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -131,7 +131,7 @@ def choose(
     """Choose the model that MODEL and its options mean; a file of ``matrices`` is refused unless they will do."""
     from bicycle.files.matrix_file import REFUSAL
 
-    chosen = _bare(text)
+    chosen = _read_model(text)
     if chosen.of_matrices:
         if not matrices:
             chosen.refuse_matrices()
@@ -163,7 +163,7 @@ def choose(
     return ChosenModel(dict(chosen.content) | {"effects": effects | {LAWS[0]: table}}, chosen.where)
 
 
-def _bare(text: str) -> ChosenModel:
+def _read_model(text: str) -> ChosenModel:
     """Read MODEL without its options; the files it names become absolute."""
     from bicycle.files.bicycle_files import bicycle_place
     from bicycle.files.matrix_file import holds_matrices
@@ -172,10 +172,10 @@ def _bare(text: str) -> ChosenModel:
 
     if holds_matrices(text):
         return ChosenModel({MATRICES: Path(text).resolve().as_posix()}, text)
-    alone = bicycle_alone(text)
-    if alone is not None:
+    bicycle = find_bicycle(text)
+    if bicycle is not None:
         remark = "wheels that roll without slip (Whipple model); --tyre NAME --pressure BAR puts it on tyres that were"
-        return ChosenModel({"bicycle": alone}, "", f"{text}: {remark} measured at its wheel loads (velotyre tyres)")
+        return ChosenModel({"bicycle": bicycle}, "", f"{text}: {remark} measured at its wheel loads (velotyre tyres)")
     content, folder = model_content(text), Path(text).parent
     if isinstance(content.get("bicycle"), str):
         content["bicycle"] = bicycle_place(content["bicycle"], folder)
@@ -187,7 +187,7 @@ def _bare(text: str) -> ChosenModel:
     return ChosenModel(content, text)
 
 
-def bicycle_alone(text: str) -> str | None:
+def find_bicycle(text: str) -> str | None:
     """Name or file for :func:`bicycle.load_bicycle` if ``text``, an argument MODEL, is a bicycle; else None."""
     from bicycle.files.bicycle_files import READERS, available_bicycles, bicycle_place, is_bicycle_table
     from bicycle.model.model_file import available_models, model_content
@@ -200,8 +200,8 @@ def bicycle_alone(text: str) -> str | None:
     if path.suffix.lower() in (".txt", ".yml", ".yaml", ".json", ".m"):
         return path.resolve().as_posix()
     if not path.is_file() and path.suffix.lower() != ".toml" and text not in available_models():
-        there = unknown("bicycle or model", text, [*available_bicycles(), *available_models()])
-        raise InputError(f"{there}; or give a file: velotyre new model.toml writes an example")
+        mistake = unknown("bicycle or model", text, [*available_bicycles(), *available_models()])
+        raise InputError(f"{mistake}; or give a file: velotyre new model.toml writes an example")
     try:
         content = model_content(text)
     except InputError as error:
@@ -222,12 +222,12 @@ def _pressure(tyre: str, surface: str | None, text: str | None) -> float | dict[
     from tyre.ground.units import PASCAL_PER_BAR
 
     if text is None:
-        found = read_tyre(_tyre_file(tyre), surface=surface)
-        if found.default_pressure is not None:  # the only one, or none: it changes nothing
-            return found.default_pressure / PASCAL_PER_BAR
-        measured = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in found.pressures)
-        said = f"; it was measured at {measured} bar" if measured else ""
-        raise InputError(f"--tyre {tyre} needs --pressure, in bar{said}")
+        source = read_tyre(_tyre_file(tyre), surface=surface)
+        if source.default_pressure is not None:  # the only one, or none: it changes nothing
+            return source.default_pressure / PASCAL_PER_BAR
+        measured = ", ".join(f"{p / PASCAL_PER_BAR:g}" for p in source.pressures)
+        at_pressures = f"; it was measured at {measured} bar" if measured else ""
+        raise InputError(f"--tyre {tyre} needs --pressure, in bar{at_pressures}")
     bars = typed_numbers(text.split(","), "bar")
     if len(bars) not in (1, 2):
         raise InputError(
@@ -243,6 +243,6 @@ def _complete(context: click.Context, parameter: click.Parameter, incomplete: st
     from bicycle.files.bicycle_files import available_bicycles
     from bicycle.model.model_file import available_models
 
-    known = (*available_bicycles(), *available_models())
-    names = [CompletionItem(name) for name in known if name.startswith(incomplete)]
+    available = (*available_bicycles(), *available_models())
+    names = [CompletionItem(name) for name in available if name.startswith(incomplete)]
     return names or [CompletionItem(incomplete, type="file")]

@@ -105,7 +105,7 @@ def scalar_output(name: str) -> Output:
     """The output of a name, if it is one number of a bicycle (at a speed)."""
     output = OUTPUTS.get(name)
     if output is None or not output.scalar:
-        raise InputError(unknown("output", name, [one.name for one in OUTPUTS.values() if one.scalar]))
+        raise InputError(unknown("output", name, [declared.name for declared in OUTPUTS.values() if declared.scalar]))
     return output
 
 
@@ -155,7 +155,7 @@ def _sensitivities(model: Model, speeds: Array, max_speed: float) -> Complex:
     return np.stack([slopes.of(key) for key in slopes.parameters], -1)
 
 
-def _placed(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed: float) -> Array:
+def _table_crossings(modes: Sequence[str], crossings: Sequence[CriticalSpeed], max_speed: float) -> Array:
     names = (*modes, OTHER)
     result = np.full((len(names), len(CHANGES), OCCURRENCES), np.nan)
     for crossing in crossings:
@@ -188,7 +188,7 @@ def _critical_speeds(
     result = np.full((count, len(names) + 1, len(CHANGES), OCCURRENCES), np.nan)
     for number, crossings in enumerate(crossings_of_items):
         try:
-            result[number] = _placed(names, crossings, max_speed)
+            result[number] = _table_crossings(names, crossings, max_speed)
         except InputError as error:
             impossible[number] = str(error)
     return result, impossible

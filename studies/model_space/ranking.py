@@ -46,7 +46,7 @@ class Ranking:
     changes: tuple[Change, ...]  # one a parameter, the largest change of the growth rate first
     total: float  # 1/s, standard deviation of the growth rate by all parameters together
     correlated: bool  # True: some of the parameters are correlated
-    others: tuple[float, ...] = ()  # 1/s, further real roots of the mode
+    further_roots: tuple[float, ...] = ()  # 1/s, further real roots of the mode
 
 
 def rank(
@@ -56,21 +56,21 @@ def rank(
     refuse_impossible_mode(mode, model.effects)
     linear = model.linear_model()
     values = _values(modes(linear, [speed]).branches, mode, speed)
-    found = sensitivities(model, [speed])
+    slopes_of_roots = sensitivities(model, [speed])
     # two real roots are a meeting below this distance, relative to their size
     meeting = len(values) == 2 and abs(values[0] - values[1]) < 1e-4 * abs(values[0])
     if meeting:
         pair = pair_sensitivities(model, speed, (values[0], values[1]))
         eigenvalue, slopes = complex(pair.sum / 2), pair.of_sum / 2 + 0j
     else:
-        at = int(np.abs(found.eigenvalues[0] - values[0]).argmin())
-        eigenvalue, slopes = complex(found.eigenvalues[0, at]), found.derivatives[0, at]
+        at = int(np.abs(slopes_of_roots.eigenvalues[0] - values[0]).argmin())
+        eigenvalue, slopes = complex(slopes_of_roots.eigenvalues[0, at]), slopes_of_roots.derivatives[0, at]
     crossings = [c for c in critical_speeds(linear, max_speed=max_speed) if c.mode == mode]
     moves = critical_speed_sensitivities(model, crossings)
     deviations = standard_deviations(model, given_sd)
     for key in given_sd or {}:
-        if not entries_of(key, found.parameters):
-            raise InputError(f"standard deviation: {unknown('parameter', key, found.parameters)}")
+        if not entries_of(key, slopes_of_roots.parameters):
+            raise InputError(f"standard deviation: {unknown('parameter', key, slopes_of_roots.parameters)}")
     changes = [
         Change(
             key,
@@ -82,16 +82,16 @@ def rank(
             float(frequency_hz(slope * deviations[key].sd)),
             tuple(float(d * deviations[key].sd) for d in moves[key]),
         )
-        for key, slope in zip(found.parameters, slopes, strict=True)
+        for key, slope in zip(slopes_of_roots.parameters, slopes, strict=True)
     ]
     ranked = sorted(changes, key=lambda change: (change.origin == EXACT, -abs(change.growth)))
     names, covariance = model_covariance(model, given_sd, assume=True)
-    gradient = dict(zip(found.parameters, slopes.real.tolist(), strict=True))
+    gradient = dict(zip(slopes_of_roots.parameters, slopes.real.tolist(), strict=True))
     total = float(standard_deviation([gradient[key] for key in names], covariance)) if names else 0.0
     correlated = bool((covariance != np.diag(np.diag(covariance))).any())
-    others = () if meeting else tuple(z.real for z in values[1:] if not z.imag)
+    further_roots = () if meeting else tuple(z.real for z in values[1:] if not z.imag)
     critical = tuple(c.speed for c in crossings)
-    return Ranking(mode, speed, eigenvalue, meeting, critical, tuple(ranked), total, correlated, others)
+    return Ranking(mode, speed, eigenvalue, meeting, critical, tuple(ranked), total, correlated, further_roots)
 
 
 def record(ranking: Ranking) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def record(ranking: Ranking) -> dict[str, Any]:
         "speed_m_s": ranking.speed,
         "eigenvalue_1_s": [ranking.eigenvalue.real, ranking.eigenvalue.imag],
         "mean_of_meeting_roots": ranking.meeting,
-        "other_real_roots_1_s": list(ranking.others),
+        "other_real_roots_1_s": list(ranking.further_roots),
         "critical_speeds_m_s": list(ranking.critical_speeds),
         "total_growth_rate_change_1_s": ranking.total,
         "correlated": ranking.correlated,
@@ -122,27 +122,27 @@ def record(ranking: Ranking) -> dict[str, Any]:
 
 
 def _values(branches: Mapping[str, Any], mode: str, speed: float) -> list[complex]:
-    here = {name: [complex(z) for z in rows[0] if not np.isnan(z)] for name, rows in branches.items()}
-    here = {name: found for name, found in here.items() if found}
-    if mode not in here:
-        raise InputError(f"at {speed:g} m/s: {unknown('mode', mode, here)}")
-    return here[mode]
+    roots_by_mode = {name: [complex(z) for z in rows[0] if not np.isnan(z)] for name, rows in branches.items()}
+    roots_by_mode = {name: roots for name, roots in roots_by_mode.items() if roots}
+    if mode not in roots_by_mode:
+        raise InputError(f"at {speed:g} m/s: {unknown('mode', mode, roots_by_mode)}")
+    return roots_by_mode[mode]
 
 
 def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
     """Bars of the change of the growth rate for plus (dark) and minus (hatched) one standard deviation."""
     from studies.reporting.plotting import LOOKS, drawing
 
-    shown = ranking.changes[:top][::-1]
-    growth, rows = np.array([change.growth for change in shown]), np.arange(len(shown))
+    changes = ranking.changes[:top][::-1]
+    growth, rows = np.array([change.growth for change in changes]), np.arange(len(changes))
     z, note = ranking.eigenvalue, "; two real roots meet, their mean" if ranking.meeting else ""
-    with drawing(target, width=7.6, height=1.9 + 0.28 * len(shown)) as figure:
+    with drawing(target, width=7.6, height=1.9 + 0.28 * len(changes)) as figure:
         axes = figure.subplots()
         axes.barh(rows, growth, color=LOOKS[0].colour, label="+1 standard deviation")
         axes.barh(rows, -growth, color="white", edgecolor=LOOKS[2].colour, hatch="////", label="−1 standard deviation")
         axes.axvline(0, color="black", linewidth=0.8)
         labels = []
-        for c in shown:
+        for c in changes:
             unit = "" if c.unit == "1" else f" {c.unit}".replace("^2", "²").replace("^3", "³")
             labels.append(f"{c.parameter}  (sd {c.sd:.3g}{unit}{'*' if c.origin == ASSUMED else ''})")
         axes.set_yticks(rows, labels)
@@ -157,6 +157,6 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         )
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         label = "change of the growth rate, 1/s (> 0: less stable)"
-        if any(change.origin == ASSUMED for change in shown):
+        if any(change.origin == ASSUMED for change in changes):
             label += "\n* not stated by any source: the default is assumed"
         axes.set_xlabel(label, fontsize=8.5)

@@ -21,7 +21,7 @@ def file_and_speed(text: str, *, may_stand: bool = False) -> tuple[Path, float]:
     return Path(name), speeds[0]
 
 
-def named_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:
+def name_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:
     """Name each of the runs ``read`` from files by the shortest end of its path that no other has."""
     ends = own_ends(file for file, _ in read)
     return [replace(run, name=ends[file] + run.name.removeprefix(file.name)) for file, runs in read for run in runs]
