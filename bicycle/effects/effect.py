@@ -94,16 +94,16 @@ class Parameter:
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
 
     def doubt(self, key: str, value: float, reach: float = 1.0) -> Doubt | None:
-        """Doubt about a ``value`` (SI) called ``key``, not default or neutral: beyond ``usual``; ``reach``: factor."""
+        """Doubt about a ``value`` (SI) called ``key``, not default or neutral: beyond ``usual_range(reach)``."""
         if self.without_cause:
             return None
-        return doubt(key, value, unit=self.unit, typical=self.usual(reach), usual=(self.default, self.neutral))
+        return doubt(key, value, unit=self.unit, typical=self.usual_range(reach), usual=(self.default, self.neutral))
 
-    def usual(self, reach: float = 1.0) -> tuple[float, float]:
+    def usual_range(self, reach: float = 1.0) -> tuple[float, float]:
         """Give ``typical``, its ends ``reach`` (a factor) times as far from zero, its root times as near."""
         low, high = self.typical
-        near = math.sqrt(reach)
-        return min(reach * low, low / near), max(reach * high, high / near)
+        root_reach = math.sqrt(reach)
+        return min(reach * low, low / root_reach), max(reach * high, high / root_reach)
 
     @property
     def by_factors(self) -> bool:
@@ -129,16 +129,16 @@ class Parameter:
         if self.without_cause or math.isinf(high - low) or (size and either_sign):
             return None
         if self.by_factors:
-            return self._possible(self.spread * abs(value), value)
+            return self._limit_sd(self.spread * abs(value), value)
         if either_sign or (between and not size):
-            return self._possible(self.spread, value)
-        return self._possible(self.spread * abs(2 * value / (low + high)), value)
+            return self._limit_sd(self.spread, value)
+        return self._limit_sd(self.spread * abs(2 * value / (low + high)), value)
 
-    def _possible(self, sd: float, value: float) -> float:
+    def _limit_sd(self, sd: float, value: float) -> float:
         """Give ``sd``, at most half of what numbers between two ``bounds`` can have about a mean ``value``."""
         low, high = self.bounds
-        inside = math.isfinite(high - low) and low < value < high
-        return min(sd, math.sqrt((value - low) * (high - value)) / 2) if inside else sd
+        bounded = math.isfinite(high - low) and low < value < high
+        return min(sd, math.sqrt((value - low) * (high - value)) / 2) if bounded else sd
 
     def numbers(self, value: Any, where: str) -> dict[str, float]:
         """Checked numbers of a ``value`` by ``name[.wheel]``, rear first; ``where`` begins an error."""
@@ -146,13 +146,13 @@ class Parameter:
             value = {"rear": value.rear, "front": value.front}
         if not self.per_wheel and isinstance(value, Mapping):
             raise InputError(f"{where}: {self.name} is one number for the bicycle, not a table of rear and front")
-        given = value if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
-        if set(given) != set(WHEELS):
-            keys = ", ".join(map(str, given)) or "none"
+        by_wheel = value if isinstance(value, Mapping) else dict.fromkeys(WHEELS, value)
+        if set(by_wheel) != set(WHEELS):
+            keys = ", ".join(map(str, by_wheel)) or "none"
             raise InputError(f"{where}: {self.name} has the keys {keys}; give rear and front, or one number")
         low, high = self.bounds
         unit = "" if self.unit == "1" else f" {self.unit}"
-        numbers = dict(zip(self.entries(), (given[wheel] for wheel in WHEELS), strict=self.per_wheel))
+        numbers = dict(zip(self.entries(), (by_wheel[wheel] for wheel in WHEELS), strict=self.per_wheel))
         for key, number in numbers.items():
             if not is_number(number) or math.isnan(number):
                 raise InputError(f"{where}: {key} = {shown(number)} must be a number{unit}")
@@ -302,12 +302,12 @@ class Effect:
                 f"effect {cls.identifier!r}: declare each parameter as an attribute of the class, "
                 "stiffness = Parameter(unit, meaning, ...), not in a tuple"
             )
-        declared = {name: thing for kind in reversed(cls.__mro__) for name, thing in vars(kind).items()}
-        cls.parameters = tuple(thing for thing in declared.values() if isinstance(thing, Parameter))
+        declared = {name: value for kind in reversed(cls.__mro__) for name, value in vars(kind).items()}
+        cls.parameters = tuple(value for value in declared.values() if isinstance(value, Parameter))
         for p in cls.parameters:
-            for what, pair in (("bounds", p.bounds), ("typical", p.typical)):
+            for key, pair in (("bounds", p.bounds), ("typical", p.typical)):
                 if not (isinstance(pair, tuple) and len(pair) == 2 and all(map(is_number, pair)) and pair[0] < pair[1]):
-                    where = f"effect {cls.identifier!r}: {p.name}: {what}"
+                    where = f"effect {cls.identifier!r}: {p.name}: {key}"
                     raise InputError(f"{where} = {shown(pair)} must be two numbers (low, high)")
         cls.description = inspect.cleandoc(cls.__doc__ or "")
         if "title" not in cls.__dict__ and cls.__module__.endswith(cls.identifier):
@@ -316,17 +316,17 @@ class Effect:
         cls.__doc__ = docstring(cls.description, cls.parameters, cls.source)
         cls.__signature__ = signature(cls.parameters)  # type: ignore[attr-defined]
 
-    def __init__(self, /, **given: Any) -> None:
+    def __init__(self, /, **values: Any) -> None:
         """Check and store the parameters; see ``parameters`` of the class for names, units and bounds."""
         self._given: dict[str, float] = {}
         where = f"effect {self.identifier!r}"
-        refuse_unknown("parameter", given, [p.name for p in self.parameters], where=where)
+        refuse_unknown("parameter", values, [p.name for p in self.parameters], where=where)
         for p in self.parameters:
-            value = given.get(p.name, p.default)
+            value = values.get(p.name, p.default)
             if value is None:
                 shape = ", one value or {rear, front}" if p.per_wheel else ""
                 raise InputError(f"{where}: missing parameter {p.name!r} ({p.description}, {p.unit}{shape})")
-            if isinstance(value, str) and p.name not in given:
+            if isinstance(value, str) and p.name not in values:
                 continue  # equals a bicycle parameter, filled in when the bicycle is known
             numbers = p.numbers(value, where)
             self._given |= numbers
@@ -342,13 +342,13 @@ class Effect:
 
     def doubts(self, reach: float = 1.0) -> dict[str, Doubt]:
         """Values outside what is usual, by ``name[.wheel]``, equal wheels by ``name``; ``reach``: factor of it."""
-        found: dict[str, Doubt | None] = {}
+        doubts: dict[str, Doubt | None] = {}
         for parameter in self.parameters:
-            given = {key: self._given[key] for key in parameter.entries() if key in self._given}
-            if parameter.per_wheel and len(set(given.values())) == 1:
-                given = {parameter.name: next(iter(given.values()))}
-            found |= {key: parameter.doubt(f"{self.identifier}.{key}", value, reach) for key, value in given.items()}
-        return {key: one for key, one in found.items() if one}
+            values = {key: self._given[key] for key in parameter.entries() if key in self._given}
+            if parameter.per_wheel and len(set(values.values())) == 1:
+                values = {parameter.name: next(iter(values.values()))}
+            doubts |= {key: parameter.doubt(f"{self.identifier}.{key}", value, reach) for key, value in values.items()}
+        return {key: doubt for key, doubt in doubts.items() if doubt}
 
     def __eq__(self, other: object) -> bool:
         return self._given == other._given if type(self) is type(other) else NotImplemented
@@ -357,11 +357,11 @@ class Effect:
         return hash((type(self), frozenset(self._given.items())))
 
     def __repr__(self) -> str:
-        made = {p.name: getattr(self, p.name) for p in self.parameters if hasattr(self, p.name)}
-        for name, value in made.items():
+        values = {p.name: getattr(self, p.name) for p in self.parameters if hasattr(self, p.name)}
+        for name, value in values.items():
             if isinstance(value, PerWheel):
-                made[name] = value.rear if value.rear == value.front else {"rear": value.rear, "front": value.front}
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in made.items())})"
+                values[name] = value.rear if value.rear == value.front else {"rear": value.rear, "front": value.front}
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     @classmethod
     def symbolic(cls) -> "Effect":

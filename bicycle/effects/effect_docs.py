@@ -34,24 +34,24 @@ def describe(effect: type[Effect]) -> str:
 
 def record(effect: type[Effect]) -> dict[str, Any]:
     """The declaration of ``effect`` as JSON-ready data; infinite numbers are the strings ``inf`` and ``-inf``."""
-    found: dict[str, Any] = {"identifier": effect.identifier, "description": effect.description}
-    found["parameters"] = [
+    fields: dict[str, Any] = {"identifier": effect.identifier, "description": effect.description}
+    fields["parameters"] = [
         {
             "name": p.name,
             "unit": p.unit,
             "description": p.description,
             "per_wheel": p.per_wheel,
-            "bounds": [_plain(bound) for bound in p.bounds],
+            "bounds": [_json_number(bound) for bound in p.bounds],
             "typical": list(p.typical),
             "evidence": p.evidence,
             "default": p.default,
-            "neutral": _plain(p.neutral),
+            "neutral": _json_number(p.neutral),
         }
         for p in effect.parameters
     ]
-    found |= {"slot": effect.slot, "requires": list(effect.requires), "provides": list(effect.provides)}
+    fields |= {"slot": effect.slot, "requires": list(effect.requires), "provides": list(effect.provides)}
     modes = [mode.name for mode in effect.modes]
-    return found | {"modes": modes, "signature": effect.signature, "source": effect.source}
+    return fields | {"modes": modes, "signature": effect.signature, "source": effect.source}
 
 
 def records() -> Mapping[str, dict[str, Any]]:
@@ -59,7 +59,7 @@ def records() -> Mapping[str, dict[str, Any]]:
     return {identifier: record(effect) for identifier, effect in registry().items()}
 
 
-def _plain(number: float | None) -> float | str | None:
+def _json_number(number: float | None) -> float | str | None:
     return str(number) if number is not None and math.isinf(number) else number
 
 

@@ -36,7 +36,7 @@ class Origin:
     file: Path | None = None  # of a user's effect; None: the module is installed
 
     @classmethod
-    def of(cls, effect: type) -> "Origin":
+    def from_class(cls, effect: type) -> "Origin":
         """The origin of a class."""
         loaded = effect.__module__.startswith(f"{LOADED}.")
         file = Path(str(sys.modules[effect.__module__].__file__)) if loaded else None
@@ -47,7 +47,7 @@ class Origin:
         """SHA-256 of the file that the class stands in."""
         return _digest((self.file or Path(str(sys.modules[self.module].__file__))).read_bytes())
 
-    def found(self) -> Any:
+    def load(self) -> Any:
         """The class, imported from its module."""
         return reduce(getattr, self.name.split("."), importlib.import_module(self.module))
 
@@ -70,10 +70,10 @@ def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     if module is None or _digest_of_module.get(name) != digest:
         module = _run(path, name, content)
         _digest_of_module[name] = digest
-    found = tuple(_classes(module))
-    if not found:
+    effects = tuple(_classes(module))
+    if not effects:
         raise InputError(f"{path}: defines no effect; write a class that inherits from bicycle.Effect ({GUIDE})")
-    return found
+    return effects
 
 
 def _run(path: Path, name: str, content: bytes) -> ModuleType:
@@ -99,9 +99,9 @@ def _run(path: Path, name: str, content: bytes) -> ModuleType:
 
 
 def _classes(module: ModuleType) -> Iterator[type[Effect]]:
-    for thing in list(vars(module).values()):
-        if issubclass(type(thing), type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
-            yield thing
+    for value in list(vars(module).values()):
+        if issubclass(type(value), type) and issubclass(value, Effect) and value.__module__ == module.__name__:
+            yield value
 
 
 def _digest(content: bytes) -> str:
@@ -110,21 +110,21 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def check_declaration(effect: type[Effect], known: Mapping[str, type[Effect]], where: str) -> None:
+def check_declaration(effect: type[Effect], effects: Mapping[str, type[Effect]], where: str) -> None:
     """Refuse an effect whose declaration is wrong or incomplete, or that takes the place of another."""
     name = effect.identifier
-    if name in known:
-        there = Origin.of(known[name])
+    if name in effects:
+        present = Origin.from_class(effects[name])
         raise InputError(
-            f"{where}: the effect {name!r} exists already ({there.file or there.module}); give the class another "
+            f"{where}: the effect {name!r} exists already ({present.file or present.module}); give the class another "
             "identifier, or its file another name"
         )
-    wrong = next(_mistakes(effect, known), None)
+    wrong = next(_mistakes(effect, effects), None)
     if wrong:
         raise InputError(f"{where}: effect {name!r}: {wrong}; {GUIDE}")
 
 
-def _mistakes(effect: type[Effect], known: Mapping[str, type[Effect]]) -> Iterator[str]:
+def _mistakes(effect: type[Effect], effects: Mapping[str, type[Effect]]) -> Iterator[str]:
     if not _is_name(effect.identifier):
         yield 'its identifier has other than small letters, digits and underscores; write identifier = "a_name"'
     if effect.apply.__qualname__ == "Effect.apply":
@@ -134,10 +134,10 @@ def _mistakes(effect: type[Effect], known: Mapping[str, type[Effect]]) -> Iterat
         "source (where its equation is from)": effect.source,
         "signature (what one sees)": effect.signature,
     }
-    for what, text in texts.items():
+    for item, text in texts.items():
         if not isinstance(text, str) or not text.strip():
-            yield f"it lacks {what}; a phrase will do"
-    provided = {thing for other in (*known.values(), effect) for thing in other.provides}
+            yield f"it lacks {item}; a phrase will do"
+    provided = {capability for kind in (*effects.values(), effect) for capability in kind.provides}
     for need in sorted(set(effect.requires) - provided):
         yield f"it requires {need!r}, which no effect provides; there are {', '.join(sorted(provided))}"
     if effect.requires and not effect.why:
@@ -145,7 +145,7 @@ def _mistakes(effect: type[Effect], known: Mapping[str, type[Effect]]) -> Iterat
     for parameter in effect.parameters:
         yield from _wrong_parameter(parameter)
     for mode in effect.modes:
-        yield from _wrong_mode(mode, {mode.name: mode for kind in known.values() for mode in kind.modes})
+        yield from _wrong_mode(mode, {mode.name: mode for kind in effects.values() for mode in kind.modes})
 
 
 def _is_name(text: str) -> bool:
@@ -166,9 +166,9 @@ def _wrong_parameter(p: Parameter) -> Iterator[str]:
         yield f"{p.name}: typical {soft:g} .. {stiff:g} is not within the bounds {low:g} .. {high:g}"
     if isinstance(p.default, str) and p.default not in UNITS:
         yield f"{p.name}: default = {p.default!r} must be a number or a parameter of the bicycle"
-    for what, value in (("default", p.default), ("neutral", p.neutral)):
+    for field, value in (("default", p.default), ("neutral", p.neutral)):
         if value is not None and not isinstance(value, str) and not (is_number(value) and low <= value <= high):
-            yield f"{p.name}: {what} = {shown(value)} is outside the bounds {low:g} .. {high:g}"
+            yield f"{p.name}: {field} = {shown(value)} is outside the bounds {low:g} .. {high:g}"
     # the least size must leave something of the typical range to be named
     if not is_number(p.least) or not 0 <= p.least < math.inf:
         yield f"{p.name}: least = {shown(p.least)} must be a size in {p.unit}, 0 or more"
@@ -182,19 +182,23 @@ def _wrong_parameter(p: Parameter) -> Iterator[str]:
         yield f"{p.name}: least = {p.least:g} {p.unit} is as large as anything typical; nothing would be named"
 
 
-def _wrong_mode(mode: Any, others: Mapping[str, Mode]) -> Iterator[str]:
+def _wrong_mode(mode: Any, declared_modes: Mapping[str, Mode]) -> Iterator[str]:
     if not isinstance(mode, Mode):
         yield f"modes holds {shown(mode)}; write modes = (Mode('a_name'),)"
         return
-    base = [other.name for other in BASE_MODES]
+    base = [declared.name for declared in BASE_MODES]
     if mode.name in base or mode.name.startswith("other") or not _is_name(mode.name):
         yield (
             f"a mode is called {mode.name!r}: the names {', '.join(base)} and other_1 ... are taken, and a name has "
             "small letters, digits and underscores only"
         )
-    if others.get(mode.name, mode) != mode:
+    if declared_modes.get(mode.name, mode) != mode:
         yield f"the mode {mode.name!r} is declared differently by another effect; give it another name"
-    looks = {other.look: other.name for other in (*BASE_MODES, *others.values()) if other.name != mode.name}
+    looks = {
+        declared.look: declared.name
+        for declared in (*BASE_MODES, *declared_modes.values())
+        if declared.name != mode.name
+    }
     if mode.look is not None and mode.look in looks:
         yield f"look = {mode.look} is that of {looks[mode.look]}; leave it out and the mode gets one of its own"
 
@@ -207,7 +211,7 @@ def registry() -> Mapping[str, type[Effect]]:
     InputError
         An installed package whose effects cannot be had.
     """
-    return _known(tuple(_outside.values()))
+    return _effects_with(tuple(_outside.values()))
 
 
 NO_EFFECTS = ("effect", "effect_docs", "effect_registry")
@@ -220,45 +224,47 @@ def packaged_effects() -> Mapping[str, type[Effect]]:
     package = importlib.import_module("bicycle.effects")
     files = [module.name for module in pkgutil.iter_modules(package.__path__)]
     names = [f"{package.__name__}.{file}" for file in files if file not in NO_EFFECTS]
-    found = [effect for name in names for effect in _classes(importlib.import_module(name))]
-    return MappingProxyType({effect.identifier: effect for effect in sorted(found, key=lambda kind: kind.identifier)})
+    effects = [effect for name in names for effect in _classes(importlib.import_module(name))]
+    return MappingProxyType({effect.identifier: effect for effect in sorted(effects, key=lambda kind: kind.identifier)})
 
 
 @cache
-def _known(outside: tuple[type[Effect], ...]) -> Mapping[str, type[Effect]]:
-    return MappingProxyType(dict(sorted([*_installed().items(), *((effect.identifier, effect) for effect in outside)])))
+def _effects_with(outside: tuple[type[Effect], ...]) -> Mapping[str, type[Effect]]:
+    return MappingProxyType(
+        dict(sorted([*_installed_effects().items(), *((effect.identifier, effect) for effect in outside)]))
+    )
 
 
 @cache
-def _installed() -> Mapping[str, type[Effect]]:
+def _installed_effects() -> Mapping[str, type[Effect]]:
     """Packaged effects and those that installed packages offer as entry points, looked up when first asked for."""
     from importlib.metadata import entry_points
 
-    found = dict(packaged_effects())
+    by_identifier = dict(packaged_effects())
     for entry in entry_points(group=GROUP):
         package = entry.dist.name if entry.dist else entry.value
         where = f"the installed package {package} (entry point {entry.name} = {entry.value} of {GROUP})"
         try:
-            thing = entry.load()
+            loaded = entry.load()
         except Exception as error:
             why = f"{type(error).__name__}: {error}"
             raise InputError(f"{where} cannot be imported: {why}; mend or uninstall it") from error
-        effects = list(_classes(thing)) if isinstance(thing, ModuleType) else [thing]
+        effects = list(_classes(loaded)) if isinstance(loaded, ModuleType) else [loaded]
         if not effects or not all(isinstance(kind, type) and issubclass(kind, Effect) for kind in effects):
             raise InputError(f"{where} is neither an Effect nor a module with effects; mend or uninstall it")
         for effect in effects:
-            check_declaration(effect, found, where)
-            found[effect.identifier] = effect
-    return found
+            check_declaration(effect, by_identifier, where)
+            by_identifier[effect.identifier] = effect
+    return by_identifier
 
 
 def effect_class(identifier: str) -> type[Effect]:
     """Look an effect up by its ``identifier``; InputError lists the known ones."""
     if identifier in packaged_effects():
         return packaged_effects()[identifier]
-    known = registry()
-    refuse_unknown("effect", [identifier], known, more="one of your own needs --effects FILE or load_effects")
-    return known[identifier]
+    effects = registry()
+    refuse_unknown("effect", [identifier], effects, more="one of your own needs --effects FILE or load_effects")
+    return effects[identifier]
 
 
 _outside: dict[str, type[Effect]] = {}  # registered in this process, by identifier
@@ -266,9 +272,9 @@ _outside: dict[str, type[Effect]] = {}  # registered in this process, by identif
 
 def register(effect: type[Effect], *, where: str = "") -> type[Effect]:
     """Make an effect from outside the package known everywhere; of use as a decorator."""
-    known = registry()
-    if known.get(getattr(effect, "identifier", "")) is not effect:
-        check_declaration(effect, known, where or f"{effect.__module__}.{effect.__qualname__}")
+    effects = registry()
+    if effects.get(getattr(effect, "identifier", "")) is not effect:
+        check_declaration(effect, effects, where or f"{effect.__module__}.{effect.__qualname__}")
         _outside[effect.identifier] = effect
     return effect
 
@@ -293,7 +299,7 @@ def load_effects(path: str | Path) -> tuple[type[Effect], ...]:
     """
     file, classes = Path(path), _classes_of_file(Path(path))
     for identifier, effect in list(_outside.items()):
-        if Origin.of(effect).file == file.resolve() and effect not in classes:
+        if Origin.from_class(effect).file == file.resolve() and effect not in classes:
             del _outside[identifier]
     for effect in classes:
         register(effect, where=str(file))
@@ -315,7 +321,7 @@ def outside_effects(paths: Iterable[str | Path]) -> Iterator[None]:
 
 def outside_origins() -> tuple[Origin, ...]:
     """Origins of the registered effects, which another process needs to :func:`take_over`."""
-    return tuple(Origin.of(effect) for effect in _outside.values())
+    return tuple(Origin.from_class(effect) for effect in _outside.values())
 
 
 def take_over(origins: Iterable[Origin]) -> None:
@@ -324,7 +330,7 @@ def take_over(origins: Iterable[Origin]) -> None:
         if origin.file is not None:
             load_effects(origin.file)
         else:
-            register(origin.found())
+            register(origin.load())
 
 
 @contextmanager

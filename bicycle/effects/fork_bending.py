@@ -37,11 +37,11 @@ class ForkBending(SprungJoint):
     def apply(self, model: ModelBuilder) -> None:
         p = model.bicycle
         sine, cosine = sp.sin(p["lam"]), sp.cos(p["lam"])
-        along = -p["c"] * sine - p["rF"] * cosine - self.length  # of the hinge, down the axis from the ground
+        hinge_distance = -p["c"] * sine - p["rF"] * cosine - self.length  # of the hinge, down the axis from the ground
         bend = model.add_joint(
             self.identifier,
             axis=(cosine, -sine),
-            point=(p["w"] + p["c"] + along * sine, along * cosine),
+            point=(p["w"] + p["c"] + hinge_distance * sine, hinge_distance * cosine),
             carries={"front wheel"},
             role="fork_bending",
             hangs_on="steer",

@@ -4,11 +4,11 @@ from bicycle.effects.effect import ANY, Effect, Parameter
 from bicycle.equations.lateral import ModelBuilder
 
 
-def _gains(what: str, size: float) -> tuple[Parameter, ...]:
+def _gains(state: str, size: float) -> tuple[Parameter, ...]:
     """Coefficient of ``what``, its slope and curvature over speed; usual ``size`` in N m/rad or N m s/rad."""
-    unit = "N m s/rad" if "rate" in what else "N m/rad"
+    unit = "N m s/rad" if "rate" in state else "N m/rad"
     return tuple(
-        Parameter(unit, f"{what}, {of}", bounds=ANY, typical=(-size, size), default=0, neutral=0, without_cause=True)
+        Parameter(unit, f"{state}, {of}", bounds=ANY, typical=(-size, size), default=0, neutral=0, without_cause=True)
         for of in ("at the middle speed", "its change over a span of speed", "its curvature")
     )
 

@@ -36,11 +36,11 @@ class RiderHands(Effect):
     def check(self, bicycle: Mapping[str, float]) -> None:
         """Refuse arms that the rear frame does not hold beside the body that rider_lean takes out of it."""
         swaying = bicycle.get("rider_lean.mass", 0.0)
-        rest = bicycle["mB"] - swaying - self.mass
-        if rest <= 0:
+        remainder = bicycle["mB"] - swaying - self.mass
+        if remainder <= 0:
             of_body = f", of which rider_lean takes {swaying:g} kg" if swaying else ""
             raise InputError(
-                f"effect {self.identifier!r}: mass = {self.mass:g} kg leaves {rest:g} kg of the rear frame "
+                f"effect {self.identifier!r}: mass = {self.mass:g} kg leaves {remainder:g} kg of the rear frame "
                 f"(mB = {bicycle['mB']:g} kg{of_body}); the rear frame must contain the arms"
             )
 

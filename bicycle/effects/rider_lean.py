@@ -34,22 +34,22 @@ class RiderLean(SprungJoint):
     signature = "adds a rider mode at 1-3 Hz; weave changes frequency and damping where the two come close"
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        where, rest = f"effect {self.identifier!r}", bicycle["mB"] - self.mass
+        where, remainder = f"effect {self.identifier!r}", bicycle["mB"] - self.mass
         super().check(bicycle)
-        if rest <= 0:
+        if remainder <= 0:
             raise InputError(
-                f"{where}: mass = {self.mass:g} kg leaves {rest:g} kg of the rear frame (mB = {bicycle['mB']:g} kg); "
-                "the rear frame must contain the moving body"
+                f"{where}: mass = {self.mass:g} kg leaves {remainder:g} kg of the rear frame "
+                f"(mB = {bicycle['mB']:g} kg); the rear frame must contain the moving body"
             )
-        x, z, reduced = bicycle["xB"] - self.x, bicycle["zB"] - self.z, bicycle["mB"] * self.mass / rest
+        x, z, reduced = bicycle["xB"] - self.x, bicycle["zB"] - self.z, bicycle["mB"] * self.mass / remainder
         frame = np.array([[bicycle["IBxx"], bicycle["IBxz"]], [bicycle["IBxz"], bicycle["IBzz"]]])
         body = np.array([[self.Ixx, self.Ixz], [self.Ixz, self.Izz]])
         rest_of_frame = frame - body - reduced * np.array([[z * z, -x * z], [-x * z, x * x]])
-        for what, inertia in (("the moving body", body), ("what remains of the rear frame", rest_of_frame)):
+        for part, inertia in (("the moving body", body), ("what remains of the rear frame", rest_of_frame)):
             smallest = np.linalg.eigvalsh(inertia)[0]
             if smallest < -1e-12 * np.trace(frame):
                 raise InputError(
-                    f"{where}: {what} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
+                    f"{where}: {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
                     "check mass, x, z, Ixx, Izz, Ixz against the rear frame (IBxx, IBzz, IBxz)"
                 )
 

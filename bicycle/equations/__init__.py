@@ -8,7 +8,7 @@ __getattr__, __dir__ = room(
         "evaluation": (
             "Evaluator",
             "Matrices",
-            "compiled",
+            "compile_expressions",
             "derive",
         ),
         "lateral": ("ModelBuilder",),

@@ -149,12 +149,12 @@ class Motor:
 
     # N m, to the right: symbol of what it is to give
     command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))
-    told: Expression = field(default_factory=_zero)  # N m, to the right: sum of what effects command
+    commanded: Expression = field(default_factory=_zero)  # N m, to the right: sum of what effects command
     _torque: Expression | None = None  # N m, to the right: what arrives; None: the command
 
     def tell(self, torque: Expression) -> None:
         """Add to the commanded torque (N m, > 0 to the right), in terms of coordinates, rates and speed."""
-        self.told += torque
+        self.commanded += torque
 
     @property
     def torque(self) -> Expression:

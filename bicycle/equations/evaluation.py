@@ -34,16 +34,16 @@ def line_of(error: BaseException, path: Path) -> str:
 Function = Callable[..., Any]
 
 
-def compiled(arguments: Sequence[Expression], results: Sequence[Expression]) -> "StraightLine":
+def compile_expressions(arguments: Sequence[Expression], results: Sequence[Expression]) -> "StraightLine":
     """A function of numbers or arrays that broadcast, which returns the list of the results."""
-    wanted = [sp.sympify(result) for result in results]
-    foreign = set().union(*(result.free_symbols for result in wanted)) - set(arguments)
+    expressions = [sp.sympify(result) for result in results]
+    foreign = set().union(*(result.free_symbols for result in expressions)) - set(arguments)
     if foreign:
         raise InputError(
             f"an effect puts {min(map(str, foreign))!r} where only parameters of bicycle and effects may stand: "
             "speed, motion and symbols of its own must not"
         )
-    return StraightLine(arguments, wanted)
+    return StraightLine(arguments, expressions)
 
 
 class StraightLine:
@@ -64,17 +64,17 @@ class StraightLine:
 
     def slopes(self, argument: Expression) -> Function:
         """A function that returns the derivative of each result with respect to one of the arguments."""
-        own, found = dict(self._operations), {self._names[argument]: "1.0"}
-        for (form, *operands), name in own.items():
+        operations, derivatives = dict(self._operations), {self._names[argument]: "1.0"}
+        for (form, *operands), name in operations.items():
             terms = [
-                self._product(self._slope(form, k, operands, name), found[operand])
+                self._product(self._slope(form, k, operands, name), derivatives[operand])
                 for k, operand in enumerate(operands)
-                if operand in found
+                if operand in derivatives
             ]
             if terms:
-                found[name] = self._combined("{}+{}", terms)
-        function = self._function([found.get(name, "0.0") for name in self._results])
-        self._operations = own
+                derivatives[name] = self._combine("{}+{}", terms)
+        function = self._function([derivatives.get(name, "0.0") for name in self._results])
+        self._operations = operations
         return function
 
     def _slope(self, form: str, k: int, operands: list[str], name: str) -> str:
@@ -92,10 +92,10 @@ class StraightLine:
             self.functions[function] = _numeric(places, sp.diff(plain, places[k]))
         return self._operation(f"{function}({inputs}", *operands)
 
-    def _product(self, one: str, other: str) -> str:
-        if "1.0" in (one, other):
-            return other if one == "1.0" else one
-        return self._operation("-{}", other) if one == "-1.0" else self._combined("{}*{}", [one, other])
+    def _product(self, left: str, right: str) -> str:
+        if "1.0" in (left, right):
+            return right if left == "1.0" else left
+        return self._operation("-{}", right) if left == "-1.0" else self._combine("{}*{}", [left, right])
 
     def _function(self, returned: Sequence[str]) -> Function:
         text = "\n    ".join([f"def function({', '.join(self.arguments)}):", *self.body(returned)])
@@ -129,20 +129,20 @@ class StraightLine:
         if expression.is_number:
             return f"float('{float(expression)!r}')" if expression.is_infinite else f"({float(expression)!r})"
         if expression.is_Add:
-            taken = [self.name(-term) for term in expression.args if _negative(term)]
-            given = [self.name(term) for term in expression.args if not _negative(term)]
-            if not given:
-                return self._operation("-{}", self._combined("{}+{}", taken))
-            total = self._combined("{}+{}", given)
-            return self._operation("{}-{}", total, self._combined("{}+{}", taken)) if taken else total
+            subtracted = [self.name(-term) for term in expression.args if _negative(term)]
+            added = [self.name(term) for term in expression.args if not _negative(term)]
+            if not added:
+                return self._operation("-{}", self._combine("{}+{}", subtracted))
+            total = self._combine("{}+{}", added)
+            return self._operation("{}-{}", total, self._combine("{}+{}", subtracted)) if subtracted else total
         if expression.is_Mul:
             if _negative(expression):
                 return self._operation("-{}", self.name(-expression))
-            return self._combined("{}*{}", [self.name(factor) for factor in expression.args])
+            return self._combine("{}*{}", [self.name(factor) for factor in expression.args])
         if expression.is_Pow and expression.exp.is_Integer:
             if expression.exp < 0:
                 return self._operation("1.0/{}", self.name(1 / expression))
-            return self._combined("{}*{}", [self.name(expression.base)] * int(expression.exp))
+            return self._combine("{}*{}", [self.name(expression.base)] * int(expression.exp))
         return self._call(expression)
 
     def _call(self, expression: Expression) -> str:
@@ -156,14 +156,14 @@ class StraightLine:
         self.functions[function] = _numeric(list(places.values()), plain)
         return self._operation(f"{function}({', '.join(['{}'] * len(inputs))})", *map(self.name, inputs))
 
-    def _combined(self, form: str, names: list[str]) -> str:
+    def _combine(self, form: str, names: list[str]) -> str:
         """Sum or product, two at a time: first two whose sum or product is there already."""
         while len(names) > 1:
             pairs = [(min(pair), max(pair)) for pair in combinations(names, 2)]
-            one, other = next((pair for pair in pairs if (form, *pair) in self._operations), pairs[0])
-            names.remove(one)
-            names.remove(other)
-            names.append(self._operation(form, one, other))
+            left, right = next((pair for pair in pairs if (form, *pair) in self._operations), pairs[0])
+            names.remove(left)
+            names.remove(right)
+            names.append(self._operation(form, left, right))
         return names[0]
 
     def _operation(self, form: str, *operands: str) -> str:
@@ -171,8 +171,8 @@ class StraightLine:
 
 
 def _numeric(arguments: Sequence[Expression], result: Expression) -> Function:
-    known = {sp.sin: np.sin, sp.cos: np.cos}.get(result.func)  # of every steer axis: lambdify takes its time
-    return known or sp.lambdify(tuple(arguments), result, modules="numpy")
+    numpy_function = {sp.sin: np.sin, sp.cos: np.cos}.get(result.func)  # of every steer axis: lambdify takes its time
+    return numpy_function or sp.lambdify(tuple(arguments), result, modules="numpy")
 
 
 def _negative(term: Expression) -> bool:
@@ -213,13 +213,13 @@ class Evaluator:
             places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0]
             self._blocks.append((kind, power, matrix.shape, places))
             entries += [matrix[place] for place in places]
-        self._matrices = compiled([*self._parameters, *symbolic.switches], entries)
+        self._matrices = compile_expressions([*self._parameters, *symbolic.switches], entries)
         self._functions: dict[str, Function] = {}  # parameter -> its slopes
-        self.switch_function = compiled(self._parameters, list(symbolic.switches.values()))
+        self.switch_function = compile_expressions(self._parameters, list(symbolic.switches.values()))
 
     def __call__(self, values: Mapping[str, Any], indicators: tuple[Any, ...] = ()) -> Matrices:
         """Evaluate the matrices."""
-        return self._filled(self._matrices, values, indicators)
+        return self._fill(self._matrices, values, indicators)
 
     def switch_speeds(self, values: Mapping[str, float]) -> tuple[float, ...]:
         """Speeds (m/s) at which the equations change, in the order of the indicators."""
@@ -227,13 +227,15 @@ class Evaluator:
 
     @cached_property
     def _loads(self) -> Function:
-        moved = powers(sp.sympify(self.symbolic.load_transfer), speed_symbol())
-        return compiled(self._parameters, [*self.symbolic.static_loads, moved.get(0, 0.0), moved.get(2, 0.0)])
+        transfer = powers(sp.sympify(self.symbolic.load_transfer), speed_symbol())
+        return compile_expressions(
+            self._parameters, [*self.symbolic.static_loads, transfer.get(0, 0.0), transfer.get(2, 0.0)]
+        )
 
     def wheel_loads(self, values: Mapping[str, Any]) -> tuple[Any, Any, Any]:
         """Loads of rear and front wheel at rest (N), and what moves to the rear per speed squared (kg/m)."""
-        rear, front, moved, per_speed = self._loads(*(values[name] for name in self.symbolic.parameters))
-        return rear + moved, front - moved, per_speed
+        rear, front, transfer, per_speed = self._loads(*(values[name] for name in self.symbolic.parameters))
+        return rear + transfer, front - transfer, per_speed
 
     def check_loads(self, values: Mapping[str, float]) -> None:
         """Refuse forces that lift a wheel at rest."""
@@ -253,9 +255,9 @@ class Evaluator:
         """Derivative of every matrix with respect to the parameter ``key`` (SI units per unit of the parameter)."""
         if key not in self._functions:
             self._functions[key] = self._matrices.slopes(_symbol(key))
-        return self._filled(self._functions[key], values, indicators)
+        return self._fill(self._functions[key], values, indicators)
 
-    def _filled(self, function: Any, values: Mapping[str, Any], indicators: tuple[Any, ...]) -> Matrices:
+    def _fill(self, function: Any, values: Mapping[str, Any], indicators: tuple[Any, ...]) -> Matrices:
         arguments = [np.asarray(values[name], float) for name in self.symbolic.parameters]
         arguments += [np.asarray(value, float) for value in indicators]
         shape = np.broadcast_shapes(*{a.shape for a in arguments})
@@ -263,17 +265,17 @@ class Evaluator:
             arguments = [a[(0,) * a.ndim] for a in arguments]  # arithmetic of single numbers costs a fifth
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused where it is used
             numbers = iter(function(*arguments))
-        found: dict[str, dict[int, Array]] = {kind: {} for kind in ("mass", "static_loads", *POLYNOMIALS)}
+        coefficients: dict[str, dict[int, Array]] = {kind: {} for kind in ("mass", "static_loads", *POLYNOMIALS)}
         for kind, power, (rows, columns), places in self._blocks:
-            found[kind][power] = matrix = np.zeros((*shape, rows, columns))
+            coefficients[kind][power] = matrix = np.zeros((*shape, rows, columns))
             for i, j in places:
                 matrix[..., i, j] = next(numbers)
         sizes = {kind: len(getattr(self.symbolic, kind)) for kind in ("states", "inputs", "outputs")}
         polynomials = {
-            kind: SpeedPolynomial(found[kind], shape=(*shape, sizes[rows], sizes[columns]))
+            kind: SpeedPolynomial(coefficients[kind], shape=(*shape, sizes[rows], sizes[columns]))
             for kind, (rows, columns) in POLYNOMIALS.items()
         }
-        return Matrices(found["mass"][0], **polynomials, static_loads=found["static_loads"][0][..., 0, :])
+        return Matrices(coefficients["mass"][0], **polynomials, static_loads=coefficients["static_loads"][0][..., 0, :])
 
 
 def _symbol(name: str) -> Any:

@@ -23,43 +23,43 @@ class JointTree:
         self._bodies = list(bodies)
         for joint in self.joints.values():
             if joint.hangs_on and joint.hangs_on not in self.joints:
-                what = unknown("joint", joint.hangs_on, list(self.joints))
-                raise InputError(f"the joint {joint.name!r} hangs on an {what}")
+                unknown_joint = unknown("joint", joint.hangs_on, list(self.joints))
+                raise InputError(f"the joint {joint.name!r} hangs on an {unknown_joint}")
         carriers = [j.name for j in self.joints.values() if FRONT_FRAME in j.carries and not self.hangs(j.name, STEER)]
         self.joints[STEER] = replace(self.joints[STEER], hangs_on=max(carriers, key=self.depth))
 
     def ancestors(self, name: str) -> list[str]:
         """Names of the joint that a joint hangs on, of the one that this hangs on, and so on to the ground."""
-        found: list[str] = []
-        while above := self.joints[name].hangs_on:
-            if above in found:
-                raise InputError(f"the joints {above!r} and {name!r} hang on each other; hang one of them on 'lean'")
-            found.append(above)
-            name = above
-        return found
+        names: list[str] = []
+        while parent := self.joints[name].hangs_on:
+            if parent in names:
+                raise InputError(f"the joints {parent!r} and {name!r} hang on each other; hang one of them on 'lean'")
+            names.append(parent)
+            name = parent
+        return names
 
     def depth(self, name: str) -> int:
         """Number of joints between a joint and the ground."""
         return len(self.ancestors(name))
 
-    def hangs(self, name: str, above: str) -> bool:
+    def hangs(self, name: str, ancestor: str) -> bool:
         """Whether a joint is another one or hangs on it, at whatever distance."""
-        return above in (name, *self.ancestors(name))
+        return ancestor in (name, *self.ancestors(name))
 
     def outward(self) -> list[Joint]:
         """Joints of the frame, the steer axis, those behind it: each after what it hangs on, with all it carries."""
-        carried = self._carried()
-        for one, other in combinations(self.joints, 2):
-            shared = carried[one] & carried[other]
-            if shared and not (self.hangs(one, other) or self.hangs(other, one)):
+        carried = self._bodies_by_joint()
+        for first, second in combinations(self.joints, 2):
+            shared = carried[first] & carried[second]
+            if shared and not (self.hangs(first, second) or self.hangs(second, first)):
                 raise InputError(
-                    f"the joints {one!r} and {other!r} both carry the {min(shared)}, and neither hangs on the other; "
-                    f"add one of them with hangs_on={one!r} or {other!r}, or leave one out"
+                    f"the joints {first!r} and {second!r} both carry the {min(shared)}, and neither hangs on the "
+                    f"other; add one of them with hangs_on={first!r} or {second!r}, or leave one out"
                 )
         order = sorted(self.joints, key=lambda name: (self.hangs(name, STEER), self.depth(name)))
         return [replace(self.joints[name], carries=frozenset(carried[name])) for name in order]
 
-    def _carried(self) -> dict[str, set[str]]:
+    def _bodies_by_joint(self) -> dict[str, set[str]]:
         """Names of the bodies that each joint carries."""
         carried = {name: set(joint.carries) for name, joint in self.joints.items()}
         for _ in (*self._bodies, *self.joints):  # each time one step farther: bodies are fixed to fixed bodies

@@ -57,7 +57,7 @@ class OpenModel:
     right: SymbolicPolynomial  # what M times the accelerations equals: forces N, moments N m
     angle_rates: SymbolicPolynomial  # (j, ...), rates of the joint angles, rad/s
     extra_rates: SymbolicPolynomial  # a row for each state of the effects: its rate of change
-    shown: SymbolicPolynomial  # a row for each of ``outputs``
+    output_rows: SymbolicPolynomial  # a row for each of ``outputs``
     motion: Sequence[Expression]  # symbols of the states: velocities, angles, states of the effects
     # symbols; with held contacts the two side forces, N, come last until they are eliminated
     inputs: Sequence[Expression]
@@ -68,10 +68,10 @@ def assemble(rows: OpenModel) -> SymbolicModel:
     """Matrices of rows as they stand."""
     model = rows.model
     states = tuple(model.states[str(state)] for state in rows.motion)
-    rates = rows.right.above(rows.angle_rates).above(rows.extra_rates)
+    rates = rows.right.stack_above(rows.angle_rates).stack_above(rows.extra_rates)
     n = len(states)
     _check_powers(rates, [f"the rate of the state {state.name!r}" for state in states])
-    _check_powers(rows.shown, [f"the output {name!r}" for name in rows.outputs])
+    _check_powers(rows.output_rows, [f"the output {name!r}" for name in rows.outputs])
     mass = sp.eye(n)
     mass[: rows.mass.shape[0], : rows.mass.shape[0]] = rows.mass.constant
     occurring = [mass, *rates.coefficients.values(), *map(sp.sympify, model.switches.values())]
@@ -85,8 +85,8 @@ def assemble(rows: OpenModel) -> SymbolicModel:
         mass=mass,
         dynamics=rates.columns(of_motion),
         input_matrix=rates.columns(of_inputs),
-        output_matrix=rows.shown.columns(of_motion),
-        feedthrough=rows.shown.columns(of_inputs),
+        output_matrix=rows.output_rows.columns(of_motion),
+        feedthrough=rows.output_rows.columns(of_inputs),
         static_loads=model.static_loads(),
         load_transfer=model.load_transfer,
         switches=model.switches,
@@ -103,7 +103,7 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     W^t M T w' = W^t (R X y - M D w - M (dv/dt) X_v y).
     """
     joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
-    rates, angles, kept, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
+    rates, angles, remaining, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
     if set(rows.right.columns(forces).coefficients) != {0}:
         raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
     for states in rows.extra_rates.columns(forces).coefficients.values():
@@ -112,25 +112,25 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
             f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
             "give its effect requires = ('tyre force',)"
         )
-    slips = slip_velocities.columns(kept)
+    slips = slip_velocities.columns(remaining)
     lead = slips.columns(slice(0, 2)).constant
     followed = -lead.inv() @ slips.columns(slice(2, None))  # V and r in terms of all that remains
-    held = followed.above(SymbolicPolynomial.of_matrix(sp.eye(width - 2)))
+    full_motion = followed.stack_above(SymbolicPolynomial.of_matrix(sp.eye(width - 2)))
 
     ports = rows.right.columns(forces).constant
     test = sp.Matrix.vstack(-(ports[2:, :] * ports[:2, :].inv()).T, sp.eye(joints))
     trial = sp.Matrix.vstack(followed.columns(rates).constant, sp.eye(joints))
-    drift = followed.columns(angles).placed(rates.start, width - 2)
+    drift = followed.columns(angles).place_columns(rates.start, width - 2)
     faster = sp.eye(2) * rows.model.acceleration
     drift += SymbolicPolynomial.of_entries(faster, rows.model.speed) @ followed.slope()
-    free = rows.right.columns(kept) @ held - rows.mass.columns(slice(0, 2)) @ drift
+    free = rows.right.columns(remaining) @ full_motion - rows.mass.columns(slice(0, 2)) @ drift
     return replace(
         rows,
         mass=test.T @ rows.mass @ trial,
         right=test.T @ free,
-        angle_rates=rows.angle_rates.columns(kept) @ held,
-        extra_rates=rows.extra_rates.columns(kept) @ held,
-        shown=rows.shown.columns(kept) @ held,
+        angle_rates=rows.angle_rates.columns(remaining) @ full_motion,
+        extra_rates=rows.extra_rates.columns(remaining) @ full_motion,
+        output_rows=rows.output_rows.columns(remaining) @ full_motion,
         motion=rows.motion[2:],
         inputs=rows.inputs[:-2],
     )
@@ -159,14 +159,14 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
 
     # M (du/dt + v r e_V) + H u = -K q + Q: what stands beside M du/dt goes to the right
     mass, n, width = _mass(model, joints), len(velocities), len(motion) + len(inputs)
-    turning = mass.columns(slice(0, 1)).placed(1, n)  # M e_V r
+    turning = mass.columns(slice(0, 1)).place_columns(1, n)  # M e_V r
     gyroscopic = SymbolicPolynomial.of_entries(_gyroscopic(model, joints), model.speed)
     turned = _stiffness(model, joints) + _forward_stiffness(model, joints)
     stiffness = SymbolicPolynomial.of_entries(turned.xreplace(loads), model.speed)
     right = (
         _generalised_forces(model, joints, rows)
-        - (turning.times_speed() + gyroscopic).placed(0, width)
-        - stiffness.placed(n, width)
+        - (turning.times_speed() + gyroscopic).place_columns(0, width)
+        - stiffness.place_columns(n, width)
     )
     outputs = {c.name: c.angle for c in coordinates} | {f"{c.name}_rate": c.rate for c in coordinates}
     outputs |= {"yaw_rate": model.yaw_rate, "rear_lateral_velocity": model.lateral_velocity}
@@ -175,15 +175,15 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
         model,
         mass,
         right,
-        rows.of(rates),
-        rows.of(list(model.rates.values())),
-        rows.of(list(outputs.values())),
+        rows.coefficients(rates),
+        rows.coefficients(list(model.rates.values())),
+        rows.coefficients(list(outputs.values())),
         motion,
         inputs,
         tuple(outputs),
     )
     if holds:
-        open_model = hold_contacts(open_model, rows.of([wheel.slip_velocity for wheel in model.wheels]))
+        open_model = hold_contacts(open_model, rows.coefficients([wheel.slip_velocity for wheel in model.wheels]))
     return assemble(open_model)
 
 
@@ -205,7 +205,7 @@ def _meaning(
     for symbol, point in model.points.items():
         row = rigid_bodies.displacement_row(joints, point.body, point.x, point.z)
         meaning[symbol] = _dot(row[2:], angles) if point.what == "offset" else _dot(row, velocities)
-    meaning |= {source.command: source.told for source in (model.motor, model.rider)}
+    meaning |= {source.command: source.commanded for source in (model.motor, model.rider)}
     return meaning
 
 
@@ -215,12 +215,15 @@ def _dot(row: Any, of: list[Expression]) -> Expression:
 
 def _mass(model: Builder, joints: list[rigid_bodies.Joint]) -> SymbolicPolynomial:
     """The kinetic-energy form M in the rates of [V, r, joints], with inertias that move with one joint only."""
-    terms = [(inertia * one, other) for inertia, one, other in rigid_bodies.inertia_terms(model.bodies, joints)]
+    terms = [
+        (inertia * left_row, right_row)
+        for inertia, left_row, right_row in rigid_bodies.inertia_terms(model.bodies, joints)
+    ]
     for coordinate, inertia in model.extra_inertia:
-        alone = _alone(model, coordinate)
-        terms.append((inertia * alone, alone))
-    moved, moving = zip(*terms, strict=True)
-    return _matrix(moved).T @ SymbolicPolynomial.of_matrix(_matrix(moving))
+        unit_row = _unit_row(model, coordinate)
+        terms.append((inertia * unit_row, unit_row))
+    left_rows, right_rows = zip(*terms, strict=True)
+    return _matrix(left_rows).T @ SymbolicPolynomial.of_matrix(_matrix(right_rows))
 
 
 def _generalised_forces(model: Builder, joints: list[rigid_bodies.Joint], rows: Rows) -> SymbolicPolynomial:
@@ -233,11 +236,11 @@ def _generalised_forces(model: Builder, joints: list[rigid_bodies.Joint], rows: 
     work += [(rigid_bodies.lean_row(joints, body), moment) for body, moment in model.roll_moments]
     torques = [*model.coordinate_forces, (model.steer, model.motor.torque), (model.steer, model.rider.torque)]
     torques += [(coordinate, sp.Symbol(name)) for name, coordinate in model.torques.items()]
-    work += [(_alone(model, coordinate), torque) for coordinate, torque in torques]
+    work += [(_unit_row(model, coordinate), torque) for coordinate, torque in torques]
     pushed = [*model.lateral_forces, (frame.name, frame.x, frame.z, sp.Symbol("lateral_force"))]
     work += [(rigid_bodies.displacement_row(joints, body, x, z), force) for body, x, z, force in pushed]
     displaced, forces = zip(*work, strict=True)
-    return _matrix(displaced).T @ rows.of(forces)
+    return _matrix(displaced).T @ rows.coefficients(forces)
 
 
 def _gyroscopic(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
@@ -256,8 +259,8 @@ def _stiffness(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     for body in model.bodies:
         total -= model.gravity * body.mass * _matrix(rigid_bodies.height_hessian(joints, body.name, body.x, body.z))
     for wheel in model.wheels:
-        moved = model.load_transfer if wheel.name == "rear" else -model.load_transfer
-        load = wheel.static_load + moved
+        transfer = model.load_transfer if wheel.name == "rear" else -model.load_transfer
+        load = wheel.static_load + transfer
         camber = _matrix([rigid_bodies.lean_row(joints, wheel.body)[2:]])
         lowest = _matrix(rigid_bodies.height_hessian(joints, wheel.body, wheel.x, -wheel.radius))
         lowest -= (wheel.radius - wheel.crown_radius) * camber.T * camber
@@ -291,9 +294,9 @@ def _forward_stiffness(model: Builder, joints: list[rigid_bodies.Joint]) -> Any:
     return total
 
 
-def _alone(model: Builder, coordinate: Coordinate) -> rigid_bodies.Row:
+def _unit_row(model: Builder, coordinate: Coordinate) -> rigid_bodies.Row:
     """Unit row of one coordinate among [V, r, joints]."""
-    return np.array([0, 0, *(int(other == coordinate) for other in model.coordinates())])
+    return np.array([0, 0, *(int(candidate == coordinate) for candidate in model.coordinates())])
 
 
 def _matrix(rows: Any) -> Any:
@@ -352,7 +355,7 @@ class ModelBuilder:
 
     def add_body(self, body: rigid_bodies.Body) -> None:
         """Add a rigid body to the rear frame, or to what it is ``fixed_to`` (a joint may carry it); it has weight."""
-        if body.name in [other.name for other in self.bodies]:
+        if body.name in [present.name for present in self.bodies]:
             raise InputError(f"two bodies are called {body.name!r}; give the effect's body a name of its own")
         self.bodies.append(body)
         if body.spin_inertia != 0:
@@ -509,17 +512,17 @@ class ModelBuilder:
     def _check_bodies(self) -> None:
         """Refuse names of bodies that there are not, now that every effect has brought its own."""
         names = [body.name for body in self.bodies]
-        asked = [(f"the body {body.name!r} is fixed to an", body.fixed_to) for body in self.bodies if body.fixed_to]
+        uses = [(f"the body {body.name!r} is fixed to an", body.fixed_to) for body in self.bodies if body.fixed_to]
         for joint in self._joints:
-            asked += [(f"the joint {joint.name!r} carries", body) for body in sorted(joint.carries)]
-        asked += [("a moment about the vertical acts on an", body) for body, _ in self.yaw_moments]
-        asked += [("a moment about the forward axis acts on an", body) for body, _ in self.roll_moments]
-        asked += [("a lateral force acts on an", body) for body, *_ in self.lateral_forces]
-        asked += [("a rotor is in an", body) for body, _ in self.spins]
-        asked += [(f"the lateral {point.what} is asked of an", point.body) for point in self.points.values()]
-        for what, body in asked:
+            uses += [(f"the joint {joint.name!r} carries", body) for body in sorted(joint.carries)]
+        uses += [("a moment about the vertical acts on an", body) for body, _ in self.yaw_moments]
+        uses += [("a moment about the forward axis acts on an", body) for body, _ in self.roll_moments]
+        uses += [("a lateral force acts on an", body) for body, *_ in self.lateral_forces]
+        uses += [("a rotor is in an", body) for body, _ in self.spins]
+        uses += [(f"the lateral {point.what} is asked of an", point.body) for point in self.points.values()]
+        for use, body in uses:
             if body not in names:
-                raise InputError(f"{what} {unknown('body', body, names)}")
+                raise InputError(f"{use} {unknown('body', body, names)}")
 
     def input_names(self) -> tuple[str, ...]:
         """Torques, a side force at the rear frame's mass centre, imposed slip angles, and inputs of the effects."""
@@ -574,5 +577,6 @@ class ModelBuilder:
 
     @staticmethod
     def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
-        seen = ("slip_velocity", "camber", "yaw_rate", "offset", "side_force", "static_load")
-        return Wheel(name, f"{name} wheel", x, radius, **{what: sp.Symbol(f"{name} {what}") for what in seen})
+        quantities = ("slip_velocity", "camber", "yaw_rate", "offset", "side_force", "static_load")
+        symbols = {quantity: sp.Symbol(f"{name} {quantity}") for quantity in quantities}
+        return Wheel(name, f"{name} wheel", x, radius, **symbols)

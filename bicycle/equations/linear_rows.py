@@ -8,28 +8,30 @@ from tyre.ground.errors import InputError
 
 
 class Rows:
-    """Reads expressions: a column for each of ``known``, motion and inputs, of which all the rest is made."""
+    """Reads expressions: a column for each of ``variables``, motion and inputs, of which all the rest is made."""
 
     def __init__(
         self,
-        known: Sequence[Expression],
+        variables: Sequence[Expression],
         meaning: Mapping[Expression, Expression],
         loads: Mapping[Expression, Expression],
         speed: Expression,
     ) -> None:
-        self.known, self.ports, self.loads, self.speed = list(known), list(meaning), dict(loads), speed
-        self._meaning = self._resolved(list(meaning.values()))
+        self.variables, self.ports, self.loads, self.speed = list(variables), list(meaning), dict(loads), speed
+        self._meaning = self._resolve_ports(list(meaning.values()))
 
-    def of(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
+    def coefficients(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
         """Rows of expressions."""
         direct, through_ports = self._read(expressions)
         return direct + through_ports @ self._meaning
 
     def _read(self, expressions: Sequence[Expression]) -> tuple[SymbolicPolynomial, SymbolicPolynomial]:
-        rows = SymbolicPolynomial.of_linear(expressions, [*self.known, *self.ports], self.speed).xreplace(self.loads)
-        return rows.columns(slice(0, len(self.known))), rows.columns(slice(len(self.known), None))
+        rows = SymbolicPolynomial.of_linear(expressions, [*self.variables, *self.ports], self.speed).xreplace(
+            self.loads
+        )
+        return rows.columns(slice(0, len(self.variables))), rows.columns(slice(len(self.variables), None))
 
-    def _resolved(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
+    def _resolve_ports(self, expressions: Sequence[Expression]) -> SymbolicPolynomial:
         """p = A x + B p, put into itself until no port is left: p = (A + B A) x + B B p, and so on."""
         direct, through_ports = self._read(expressions)
         for _ in self.ports:

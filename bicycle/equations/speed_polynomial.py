@@ -75,5 +75,5 @@ class SpeedPolynomial(Mapping[int, Array]):
 
     def take(self, bicycles: Any) -> "SpeedPolynomial":
         """The polynomial of some bicycles of a stack."""
-        taken = {power: matrix[bicycles] for power, matrix in self._coefficients.items()}
-        return SpeedPolynomial(taken, shape=np.broadcast_to(0.0, self.shape)[bicycles].shape)
+        coefficients = {power: matrix[bicycles] for power, matrix in self._coefficients.items()}
+        return SpeedPolynomial(coefficients, shape=np.broadcast_to(0.0, self.shape)[bicycles].shape)

@@ -31,11 +31,11 @@ class SymbolicPolynomial:
     @classmethod
     def of_entries(cls, matrix: Matrix, speed: Expression) -> "SymbolicPolynomial":
         """A matrix whose entries depend on v."""
-        found: dict[int, Matrix] = {}
+        coefficients: dict[int, Matrix] = {}
         for place, entry in matrix.iter_items():
             for power, coefficient in powers(entry, speed).items():
-                found.setdefault(power, sp.zeros(*matrix.shape))[place] = coefficient
-        return _without_zeros(found, matrix.shape)
+                coefficients.setdefault(power, sp.zeros(*matrix.shape))[place] = coefficient
+        return _without_zeros(coefficients, matrix.shape)
 
     @classmethod
     def of_linear(
@@ -77,13 +77,13 @@ class SymbolicPolynomial:
     def __matmul__(self, other: "SymbolicPolynomial | Matrix") -> "SymbolicPolynomial":
         right = other if isinstance(other, SymbolicPolynomial) else SymbolicPolynomial.of_matrix(other)
         total = SymbolicPolynomial({}, (self.shape[0], right.shape[1]))
-        for (k, one), (m, behind) in product(self.coefficients.items(), right.coefficients.items()):
-            total += SymbolicPolynomial({k + m: _times(one, behind)}, total.shape)
+        for (k, first), (m, second) in product(self.coefficients.items(), right.coefficients.items()):
+            total += SymbolicPolynomial({k + m: _times(first, second)}, total.shape)
         return total
 
-    def __rmatmul__(self, left: Matrix) -> "SymbolicPolynomial":
+    def __rmatmul__(self, matrix: Matrix) -> "SymbolicPolynomial":
         """A matrix that does not depend on v times this polynomial."""
-        return SymbolicPolynomial.of_matrix(left) @ self
+        return SymbolicPolynomial.of_matrix(matrix) @ self
 
     def times_speed(self) -> "SymbolicPolynomial":
         """Times v."""
@@ -98,25 +98,25 @@ class SymbolicPolynomial:
         """With other expressions for some symbols."""
         return SymbolicPolynomial({k: matrix.xreplace(meaning) for k, matrix in self.coefficients.items()}, self.shape)
 
-    def columns(self, taken: slice) -> "SymbolicPolynomial":
+    def columns(self, chosen: slice) -> "SymbolicPolynomial":
         """Some of the columns."""
-        width = len(range(*taken.indices(self.shape[1])))
-        parts = {power: matrix[:, taken] for power, matrix in self.coefficients.items()}
+        width = len(range(*chosen.indices(self.shape[1])))
+        parts = {power: matrix[:, chosen] for power, matrix in self.coefficients.items()}
         return _without_zeros(parts, (self.shape[0], width))
 
-    def placed(self, start: int, width: int) -> "SymbolicPolynomial":
+    def place_columns(self, start: int, width: int) -> "SymbolicPolynomial":
         """Columns put among zero ones, of ``width`` in all."""
         rows, columns = self.shape
         before, behind = sp.zeros(rows, start), sp.zeros(rows, width - start - columns)
         wide = {power: sp.Matrix.hstack(before, matrix, behind) for power, matrix in self.coefficients.items()}
         return SymbolicPolynomial(wide, (rows, width))
 
-    def above(self, other: "SymbolicPolynomial") -> "SymbolicPolynomial":
+    def stack_above(self, lower: "SymbolicPolynomial") -> "SymbolicPolynomial":
         """Own rows, then those of another polynomial."""
-        found = sorted({*self.coefficients, *other.coefficients})
-        parts = {k: [of.coefficients.get(k, sp.zeros(*of.shape)) for of in (self, other)] for k in found}
+        exponents = sorted({*self.coefficients, *lower.coefficients})
+        parts = {k: [of.coefficients.get(k, sp.zeros(*of.shape)) for of in (self, lower)] for k in exponents}
         stacked = {power: sp.Matrix.vstack(*pair) for power, pair in parts.items()}
-        return SymbolicPolynomial(stacked, (self.shape[0] + other.shape[0], self.shape[1]))
+        return SymbolicPolynomial(stacked, (self.shape[0] + lower.shape[0], self.shape[1]))
 
 
 def powers(expression: Expression, speed: Expression) -> dict[int, Expression]:
@@ -138,16 +138,16 @@ def powers(expression: Expression, speed: Expression) -> dict[int, Expression]:
     return powers(expanded, speed)
 
 
-def _product(one: dict[int, Expression], other: dict[int, Expression]) -> dict[int, Expression]:
+def _product(left: dict[int, Expression], right: dict[int, Expression]) -> dict[int, Expression]:
     terms: dict[int, list[Expression]] = {}
-    for (k, a), (m, b) in product(one.items(), other.items()):
+    for (k, a), (m, b) in product(left.items(), right.items()):
         terms.setdefault(k + m, []).append(a * b)
     return _nonzero({k: sp.Add(*terms[k]) for k in sorted(terms)})
 
 
-def _nonzero(found: dict[int, Expression]) -> dict[int, Expression]:
+def _nonzero(coefficients: dict[int, Expression]) -> dict[int, Expression]:
     """Without what vanishes; beside v^0 and v^1, which every model has, also what does so when multiplied out."""
-    return {k: c for k, c in found.items() if c != 0 and (k in (0, 1) or sp.expand(c) != 0)}
+    return {k: c for k, c in coefficients.items() if c != 0 and (k in (0, 1) or sp.expand(c) != 0)}
 
 
 def _times(left: Matrix, right: Matrix) -> Matrix:
@@ -160,11 +160,15 @@ def _times(left: Matrix, right: Matrix) -> Matrix:
         for j, entry in rows.get(k, []):
             terms.setdefault((i, j), []).append(factor * entry)
     result = sp.zeros(left.rows, right.cols)
-    for place, found in terms.items():
-        result[place] = sp.Add(*found)
+    for place, addends in terms.items():
+        result[place] = sp.Add(*addends)
     return result
 
 
-def _without_zeros(found: Mapping[int, Matrix], shape: tuple[int, int]) -> SymbolicPolynomial:
-    kept = {power: found[power] for power in sorted(found) if any(True for _ in found[power].iter_items())}
-    return SymbolicPolynomial(kept, shape)
+def _without_zeros(coefficients: Mapping[int, Matrix], shape: tuple[int, int]) -> SymbolicPolynomial:
+    nonzero = {
+        power: coefficients[power]
+        for power in sorted(coefficients)
+        if any(True for _ in coefficients[power].iter_items())
+    }
+    return SymbolicPolynomial(nonzero, shape)

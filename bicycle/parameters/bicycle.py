@@ -99,12 +99,12 @@ def canonical(key: str) -> str:
     return ALIASES.get(key, key)
 
 
-def by_key(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers or arrays by key (lam in rad), some of them ``given`` by everyday names (head_angle in degrees)."""
+def by_key(named_values: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers or arrays by key (lam in rad), some of them named in everyday words (head_angle in degrees)."""
     values: dict[str, Any] = {}
-    for name, value in given.items():
+    for name, value in named_values.items():
         key = "lam" if name == HEAD_ANGLE else canonical(name)
-        if key in values or (key != name and key in given):
+        if key in values or (key != name and key in named_values):
             raise InputError(f"{name} is {key}, which is given, too; keep one")
         values[key] = np.radians(90 - np.asarray(value, float)) if name == HEAD_ANGLE else value
     return values
@@ -166,11 +166,11 @@ class Bicycle:
     def __repr__(self) -> str:
         mass = sum(self[key] for key in ("mR", "mB", "mH", "mF"))
         rear, front = self.static_loads
-        known = f", sd of {len(self.sd)} parameters" if self.sd else ""
+        sd_note = f", sd of {len(self.sd)} parameters" if self.sd else ""
         return (
             f"<Bicycle {self.name!r}: {self.description or 'no description'}\n"
             f" {mass:.4g} kg, wheelbase {self['w']:.4g} m, trail {self['c']:.4g} m, steer axis tilt "
-            f"{math.degrees(self['lam']):.3g}°, wheel loads {rear:.4g} N rear, {front:.4g} N front{known}>"
+            f"{math.degrees(self['lam']):.3g}°, wheel loads {rear:.4g} N rear, {front:.4g} N front{sd_note}>"
         )
 
     def __getitem__(self, key: str) -> float:
@@ -196,9 +196,9 @@ class Bicycle:
         """Warnings of what is odd but computable: values far from other bicycles, inertias that no rigid body has."""
         below_ground = {key for key in ("zB", "zH") if self[key] > 0}  # _oddities says it
         doubts = doubts_about({k: value for k, value in self.values.items() if k not in below_ground}, self.kind)
-        far = [] if self.unusual else [found.text for found in doubts]
-        held = [f"{text}: only wheels that cannot slip (no_slip) hold it" for text in self.without_slip]
-        return (*self.notes, *far, *_oddities(self.values, self.kind), *held)
+        far = [] if self.unusual else [doubt.text for doubt in doubts]
+        slip_notes = [f"{text}: only wheels that cannot slip (no_slip) hold it" for text in self.without_slip]
+        return (*self.notes, *far, *_oddities(self.values, self.kind), *slip_notes)
 
     def replace(self, *, allow_unusual: bool = False, **changes: float) -> "Bicycle":
         """A bicycle with some parameters changed: ``changes`` are Meijaard's keys in SI units, lam in rad.
@@ -222,17 +222,17 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
     """Refuse what is surely another unit or sign: several lengths usual in one, heights upwards, large deviations."""
     doubts, (typical, _) = doubts_about(values, kind), of_kind(kind)
     meant = f"or {way_out} if it is meant so"
-    lengths = [one for one in doubts if UNITS[one.key] == "m"]
+    lengths = [doubt for doubt in doubts if UNITS[doubt.key] == "m"]
     for word, unit, metres in (("millimetres", "mm", 1e-3), ("centimetres", "cm", 1e-2), ("inches", "in", 0.0254)):
-        usual = [typical[one.key][0] <= metres * values[one.key] <= typical[one.key][1] for one in lengths]
+        usual = [typical[doubt.key][0] <= metres * values[doubt.key] <= typical[doubt.key][1] for doubt in lengths]
         if len(usual) >= 3 and all(usual):  # fewer are a slip of one of them
             raise InputError(
                 f'{lengths[0].outside} ({word}?); give it in SI units, write length = "{unit}" in a table units (TOML, '
                 f"YAML), as {len(lengths)} lengths look like {word}, {meant}"
             )
-    upwards = [one.key for one in doubts if one.key in ("zB", "zH") and values[one.key] > 0]
+    upwards = [doubt.key for doubt in doubts if doubt.key in ("zB", "zH") and values[doubt.key] > 0]
     if upwards:
-        given = ", ".join(f"{key} = {values[key]:g} m" for key in upwards)
+        heights = ", ".join(f"{key} = {values[key]:g} m" for key in upwards)
         turned = upwards
         z_up = ""
         if set(ODD_IN_Z) <= set(values) and all(values[key] >= 0 for key in ("zB", "zH")):
@@ -240,11 +240,11 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
             z_up = f"{Z_UP} = true if z points up here (it turns {', '.join(ODD_IN_Z)}), or all these signs: "
         signs = ", ".join(f"{key} = {0.0 - values[key]:g}" for key in turned)
         raise InputError(
-            f"{given}: below the ground, as z points down; heights are negative: write {z_up}{signs}, {meant}"
+            f"{heights}: below the ground, as z points down; heights are negative: write {z_up}{signs}, {meant}"
         )
-    for one in doubts:
-        if one.absurd:
-            raise InputError(f"{one.text}; give it in SI units, {NAME_THE_UNIT}, {meant}")
+    for d in doubts:
+        if d.absurd:
+            raise InputError(f"{d.text}; give it in SI units, {NAME_THE_UNIT}, {meant}")
     for key, spread in sd.items():
         low, high = typical.get(key, (0.0, math.inf))
         if is_number(spread) and spread > high - low:
@@ -258,14 +258,14 @@ def refuse_unlikely(values: Mapping[str, Any], sd: Mapping[str, Any], way_out: s
 def doubts_about(values: Mapping[str, Any], kind: str = "bicycle") -> list[Doubt]:
     """Doubts about values outside those typical of a ``kind`` in a parameter set (SI, lam in rad), complete or not."""
     typical, _ = of_kind(kind)
-    given = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
-    doubts = [doubt(key, value, unit=UNITS[key], typical=typical[key]) for key, value in given.items()]
-    listed = [one for one in doubts if one]
-    for number, one in enumerate(listed):
-        tilt = math.pi / 2 - given[one.key]
-        if one.key == "lam" and typical["lam"][0] < tilt <= typical["lam"][1]:  # usual if from the horizontal
+    numbers = {key: float(values[key]) for key in UNITS if is_number(values.get(key))}
+    doubts = [doubt(key, value, unit=UNITS[key], typical=typical[key]) for key, value in numbers.items()]
+    listed = [d for d in doubts if d]
+    for number, d in enumerate(listed):
+        tilt = math.pi / 2 - numbers[d.key]
+        if d.key == "lam" and typical["lam"][0] < tilt <= typical["lam"][1]:  # usual if from the horizontal
             why = f" (head angle? lam is the tilt from the vertical, {math.degrees(tilt):.3g} deg then)"
-            listed[number] = replace(one, why=why)
+            listed[number] = replace(d, why=why)
     return listed
 
 
@@ -285,15 +285,15 @@ def static_loads(parts: tuple[Body, ...], wheelbase: float, gravity: float) -> t
     return gravity * sum(body.mass for body in parts) - front, front
 
 
-def _check_numbers(name: str, given: Mapping[str, float], *, complete: bool) -> dict[str, float]:
-    refuse_unknown("key", given, [*UNITS, *UNUSED], where=f"bicycle {name!r}")
-    missing = [key for key in UNITS if key not in given]
+def _check_numbers(name: str, numbers: Mapping[str, float], *, complete: bool) -> dict[str, float]:
+    refuse_unknown("key", numbers, [*UNITS, *UNUSED], where=f"bicycle {name!r}")
+    missing = [key for key in UNITS if key not in numbers]
     if complete and missing:
         raise InputError(
             f"bicycle {name!r}: missing {', '.join(missing)}; give every parameter of Meijaard et al. (2007), table 1"
         )
     values = {}
-    for key, value in given.items():
+    for key, value in numbers.items():
         if not is_number(value) or not abs(value) <= LARGEST:
             most = f", at most {LARGEST:g} in size" * (is_number(value) and math.isfinite(value))
             raise InputError(f"bicycle {name!r}: {key} = {shown(value)} must be a finite number in SI units{most}")
@@ -326,14 +326,14 @@ def _check_physics(bicycle: Bicycle) -> tuple[str, ...]:
                 f"{where}: the {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
                 f"need {xx} >= 0, {zz} >= 0 and {xx} {zz} >= {xz}^2"
             )
-    reasons = tuple(_ungrounded(bicycle))
+    reasons = tuple(_ungrounded_reasons(bicycle))
     wheels = any(p[key] for key in ("mR", "mF", "IRyy", "IFyy")) or not all(map(math.isfinite, bicycle.static_loads))
     if reasons and wheels:  # a skate whose wheels are nothing may be what no tyre would hold
         raise InputError(f"{where}: {reasons[0]}")
     return reasons
 
 
-def _ungrounded(bicycle: Bicycle) -> Iterator[str]:
+def _ungrounded_reasons(bicycle: Bicycle) -> Iterator[str]:
     """Reasons why no tyre would hold a bicycle: a wheel without load, motion without inertia."""
     p, parts = bicycle.values, bodies(bicycle.values)
     for wheel, load in zip(("rear", "front"), bicycle.static_loads, strict=True):

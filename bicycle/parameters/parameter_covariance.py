@@ -38,8 +38,8 @@ class ParameterKey:
         if isinstance(text, ParameterKey):
             return text
         head, _, last = text.rpartition(".")
-        rest, wheel = (head, last) if head and last in WHEELS else (text, "")
-        effect, dot, name = rest.rpartition(".")
+        without_wheel, wheel = (head, last) if head and last in WHEELS else (text, "")
+        effect, dot, name = without_wheel.rpartition(".")
         if dot and not effect:
             raise InputError(f"parameter {shown(text)}: the name of the effect before the dot is missing")
         return cls(effect, name, wheel)
@@ -57,16 +57,16 @@ class ParameterKey:
         """The key without the wheel: of both wheels' values together."""
         return replace(self, wheel="")
 
-    def of(self, wheel: str) -> "ParameterKey":
+    def at_wheel(self, wheel: str) -> "ParameterKey":
         """The key of one wheel's value."""
         return replace(self, wheel=wheel)
 
 
-def entries_of(key: str, known: Container[str]) -> tuple[str, ...]:
-    """Which of the ``known`` parameters a key stands for."""
-    if key in known:
+def entries_of(key: str, names: Container[str]) -> tuple[str, ...]:
+    """Which of the parameters among ``names`` a key stands for."""
+    if key in names:
         return (key,)
-    return tuple(entry for entry in (f"{key}.{wheel}" for wheel in WHEELS) if entry in known)
+    return tuple(entry for entry in (f"{key}.{wheel}" for wheel in WHEELS) if entry in names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +106,12 @@ COVARIANCE = schema.table(
 
 
 def read_covariance(
-    given: Mapping[str, Any], known: Collection[str], *, where: str, origin: str = FILE
+    table: Mapping[str, Any], parameters: Collection[str], *, where: str, origin: str = FILE
 ) -> ParameterCovariance:
-    """Joint covariance S (SI) of parameters among the ``known``: its matrix, or a factor L with S = L L'."""
-    content = schema.read(COVARIANCE, given, where=where)
+    """Joint covariance S (SI) of parameters among ``parameters``: its matrix, or a factor L with S = L L'."""
+    content = schema.read(COVARIANCE, table, where=where)
     names, keys = content["parameters"], [key for key in ("matrix", "factor") if key in content]
-    refuse_unknown("parameter", names, known, where=where)
+    refuse_unknown("parameter", names, parameters, where=where)
     if len(keys) != 1:
         raise InputError(f"{where}: give one of matrix and factor")
     columns = len(names) if keys == ["matrix"] else None
@@ -125,7 +125,7 @@ def read_covariance(
     rows = schema.read(
         schema.list_of(row, says, least=len(names), most=len(names)), content[keys[0]], where=where, section=keys[0]
     )
-    if len({len(one) for one in rows}) > 1:
+    if len({len(numbers) for numbers in rows}) > 1:
         raise InputError(f"{where}: factor {says}")
     matrix = np.array(rows, float)
     try:

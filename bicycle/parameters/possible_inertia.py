@@ -57,9 +57,9 @@ class InertiaCoordinates:
 
 def _shortening(change: Array) -> Array:
     """Factor (...) on ways along which symmetric 2 x 2 matrices 1 + ``change`` (3, ...) must stay positive definite."""
-    first, second, beside = change
+    first, second, off_diagonal = change
     middle, half = (first + second) / 2, (first - second) / 2
-    radius = np.sqrt(half * half + beside * beside)
+    radius = np.sqrt(half * half + off_diagonal * off_diagonal)
     # squares of the eigenvalues that shrink the body
     smaller, larger = np.minimum(middle - radius, 0.0) ** 2, np.minimum(middle + radius, 0.0) ** 2
     return np.asarray(1 / np.sqrt(np.sqrt(1 + smaller * smaller + larger * larger)))
@@ -120,8 +120,8 @@ def _frame(values: Mapping[str, float], keys: tuple[str, ...], floating: tuple[s
         change = root @ _in_plane(*(float(key == name) for name in keys)) @ root
         columns.append([change[0, 0], change[1, 1], change[0, 1]])
     free = np.full(len(floating), -math.inf)
-    stated = np.array([values[key] for key in floating])
-    return _Body(floating, stated, stated, np.eye(len(floating)), np.array(columns).T, free)
+    inertias = np.array([values[key] for key in floating])
+    return _Body(floating, inertias, inertias, np.eye(len(floating)), np.array(columns).T, free)
 
 
 def _wheel(values: Mapping[str, float], sd: Mapping[str, float], keys: tuple[str, ...]) -> _Body:
@@ -130,18 +130,18 @@ def _wheel(values: Mapping[str, float], sd: Mapping[str, float], keys: tuple[str
     A wheel that is stated flatter than flat, Iyy > 2 Ixx, may lie no nearer to that than the flat wheel next to it. The
     way begins there: shortened from elsewhere, it would end beyond the bound of the thickness.
     """
-    stated, size = (np.array([of[key] for key in keys]) for of in (values, sd))
+    inertias, size = (np.array([of[key] for key in keys]) for of in (values, sd))
     per_sd = np.array([1.0, -0.5]) * size  # of the thickness Ixx - Iyy/2, per sd of either
-    thickness, spread = float(stated[0] - stated[1] / 2), float(np.hypot(*per_sd))
+    thickness, spread = float(inertias[0] - inertias[1] / 2), float(np.hypot(*per_sd))
     cosine, sine = per_sd[0] / spread, -per_sd[1] / spread
     turn = np.array([[cosine, sine], [-sine, cosine]]) * size[:, None] / size
     missing = max(-thickness, 0.0) / spread  # thickness that the nearest flat wheel has more than the stated one, sd
-    origin = stated + size * per_sd / spread * missing
-    begin = stated + size * [missing, 0.0]
+    origin = inertias + size * per_sd / spread * missing
+    begin = inertias + size * [missing, 0.0]
     relative = np.zeros((3, 2))
     if origin[1] > 0:
         relative[0, 1] = 1 / origin[1]
-    lowest = np.array([stated[0] - size[0] * thickness / spread, -math.inf])
+    lowest = np.array([inertias[0] - size[0] * thickness / spread, -math.inf])
     return _Body(keys, origin, begin, turn, relative, lowest)
 
 
@@ -162,7 +162,7 @@ def fitting_moments(values: Mapping[str, float]) -> dict[str, float]:
     for key, keys in UNSEEN.items():
         if key not in values:
             continue
-        smallest, largest = np.linalg.eigvalsh(_in_plane(*(values[other] for other in keys)))
+        smallest, largest = np.linalg.eigvalsh(_in_plane(*(values[axis_key] for axis_key in keys)))
         nearest = min(max(values[key], largest - smallest), largest + smallest)
         if abs(nearest - values[key]) > FLAT * largest:
             moments[key] = float(nearest)

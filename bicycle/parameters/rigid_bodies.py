@@ -80,7 +80,7 @@ def inertia_terms(bodies: Iterable[Body], joints: Sequence[Joint]) -> Iterator[t
 
 def mass_matrix(bodies: Iterable[Body], joints: Sequence[Joint]) -> NDArray[Any]:
     """Kinetic-energy form in the rates of ``[y, psi, joints...]``: sum m yy' + Ixx xx' + Izz zz' + Ixz (xz' + zx')."""
-    terms = (inertia * np.outer(one, other) for inertia, one, other in inertia_terms(bodies, joints))
+    terms = (inertia * np.outer(left_row, right_row) for inertia, left_row, right_row in inertia_terms(bodies, joints))
     return np.asarray(sum(terms))
 
 

@@ -91,7 +91,7 @@ class BicycleKind(Kind):
         for c in candidates:
             if count[c.identifier] > 1:
                 raise InputError(
-                    f"the effect {c.identifier!r} of {Origin.of(c.effect).file or c.effect.__module__} has "
+                    f"the effect {c.identifier!r} of {Origin.from_class(c.effect).file or c.effect.__module__} has "
                     "the name of something that may be wrong with a measurement or its files; give it another"
                 )
         return replace(

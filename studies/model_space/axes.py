@@ -118,7 +118,7 @@ def typical_range(model: Model, axis: Axis) -> tuple[float, float]:
         span = 0.5 * abs(base) or 0.25 * (high - low)
         typical = base - span, base + span
     else:
-        typical = effect_parameter(axis.key).usual(of_kind(model.bicycle.kind)[1])
+        typical = effect_parameter(axis.key).usual_range(of_kind(model.bicycle.kind)[1])
     return max(typical[0], axis.bounds[0]), min(typical[1], axis.bounds[1])
 
 

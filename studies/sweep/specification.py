@@ -144,7 +144,7 @@ class Sweep:
     def outside_effects(self) -> tuple[Origin, ...]:
         """Origins of effects that are not of the package; they go along to the workers."""
         classes = [effect_class(name) for name in self.model.get("effects", {}) if name not in packaged_effects()]
-        return tuple(Origin.of(kind) for kind in classes)
+        return tuple(Origin.from_class(kind) for kind in classes)
 
     @cached_property
     def outside_outputs(self) -> dict[str, str]:

@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicycle.equations import compiled
+from bicycle.equations import compile_expressions
 from tyre.ground import InputError
 
 X, Y, Z = SYMBOLS = sp.symbols("x y z", real=True)
@@ -31,7 +31,7 @@ def larger(parts):
     values=st.tuples(*[st.floats(0.5, 1.5)] * 3),
 )
 def test_numbers_are_those_of_sympy(results, values):
-    found = compiled(SYMBOLS, results)(*values)
+    found = compile_expressions(SYMBOLS, results)(*values)
     expected = [float(sp.sympify(result).evalf(30, subs=dict(zip(SYMBOLS, values, strict=True)))) for result in results]
     size = [float(bound(result, values)) for result in results]
     assert all(abs(one - other) <= 1e-13 * of for one, other, of in zip(found, expected, size, strict=True))
@@ -69,7 +69,7 @@ def bound(expression, values):
     (sp.sqrt(2) * X, 2 * math.sqrt(2)),
 ])  # fmt: skip
 def test_other_expressions(expression, value):
-    (found,) = compiled(SYMBOLS, [expression])(2.0, 3.0, 5.0)
+    (found,) = compile_expressions(SYMBOLS, [expression])(2.0, 3.0, 5.0)
     assert found == pytest.approx(value, rel=1e-15)
 
 
@@ -86,7 +86,7 @@ def test_other_expressions(expression, value):
     ],
 )
 def test_slopes(expression, slopes):
-    function = compiled(SYMBOLS, [expression, X])
+    function = compile_expressions(SYMBOLS, [expression, X])
     found = [function.slopes(symbol)(2.0, 3.0, 5.0) for symbol in SYMBOLS]
     assert [one for one, _ in found] == pytest.approx(slopes, rel=1e-14)
     assert [one for _, one in found] == [1.0, 0.0, 0.0]
@@ -95,11 +95,11 @@ def test_slopes(expression, slopes):
 
 def test_arrays_broadcast_and_no_results_are_an_empty_list():
     rows, columns = np.array([[1.0], [2.0]]), np.array([3.0, 4.0, 5.0])
-    (found,) = compiled([X, Y], [X * Y + sp.cos(X - X * 1.0)])(rows, columns)
+    (found,) = compile_expressions([X, Y], [X * Y + sp.cos(X - X * 1.0)])(rows, columns)
     np.testing.assert_allclose(found, rows * columns + 1)
-    assert compiled([X], [])(1.0) == []
+    assert compile_expressions([X], [])(1.0) == []
 
 
 def test_a_symbol_that_is_no_argument_is_refused():
     with pytest.raises(InputError, match="an effect puts 'z' where only parameters of bicycle and effects may stand"):
-        compiled([X, Y], [X * Y + Z])
+        compile_expressions([X, Y], [X * Y + Z])

@@ -32,7 +32,7 @@ def test_wheels_come_and_go():
     rear = ParameterKey.parse("relaxation_length.cornering_stiffness.rear")
     assert rear.entry == "cornering_stiffness.rear"
     assert str(rear.whole) == "relaxation_length.cornering_stiffness"
-    assert rear.whole.of("rear") == rear
+    assert rear.whole.at_wheel("rear") == rear
     assert ParameterKey.parse("pressure_bar.front") == ParameterKey("", "pressure_bar", "front")
 
 

@@ -107,7 +107,7 @@ def test_pressure_of_a_measured_tyre(file, tmp_path, tyre):
     found = locus.eigenvalues[np.searchsorted(locus.values, 7.0)]
     assert_same_eigenvalues(found, expected, atol=1e-9 * np.abs(expected).max())
     measured = (locus.values >= 3.5) & (locus.values <= 7.5)
-    assert not locus.inside[~measured].any()
+    assert not locus.measured[~measured].any()
     rear, _ = read_model(file(model)).bicycle.static_loads
     heavier = parameter_path(file(model), "load_N", speed=6.0)
     assert np.isnan(heavier.space.base[0])
