@@ -11,7 +11,7 @@ try:
 
     import click
 
-    from studies.reporting.command_context import ARGUMENTS, example, version_of, working_told
+    from studies.reporting.command_context import ARGUMENTS, count_seconds, example, version_of
     from tyre.ground.errors import InputError, unknown
     from tyre.ground.progress import interrupts_arrive
 except KeyboardInterrupt:  # while the imports last
@@ -125,7 +125,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     try:
         serves = "explore" in given[:1]
-        with ExitStack() as until_the_end, interrupts_arrive(), nullcontext() if serves else working_told():
+        with ExitStack() as until_the_end, interrupts_arrive(), nullcontext() if serves else count_seconds():
             build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())

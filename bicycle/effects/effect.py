@@ -94,7 +94,7 @@ class Parameter:
         return tuple(f"{self.name}.{wheel}" for wheel in WHEELS) if self.per_wheel else (self.name,)
 
     def doubt(self, key: str, value: float, reach: float = 1.0) -> Doubt | None:
-        """Doubt about a ``value`` (SI) called ``key``, not default or neutral: beyond ``usual_range(reach)``."""
+        """Doubt about a ``value`` (SI) of ``key`` beyond ``usual_range``, not default or neutral; ``reach``: factor."""
         if self.without_cause:
             return None
         return doubt(key, value, unit=self.unit, typical=self.usual_range(reach), usual=(self.default, self.neutral))

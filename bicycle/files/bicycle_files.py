@@ -25,7 +25,7 @@ from tyre.formats.sheet import ENDINGS, ROW, Sheet, read_sheet, split_row, split
 from tyre.ground import schema
 from tyre.ground.errors import InputError, shown, unknown
 from tyre.ground.files import data_root, read_toml, refuse_deep
-from tyre.ground.number_with_sd import key_value_lines, written
+from tyre.ground.number_with_sd import key_value_lines, number_text
 from tyre.ground.units import factor_to_si, is_unit
 from tyre.measured.plausible import WAY_OUT
 
@@ -369,7 +369,7 @@ def to_text(bicycle: Bicycle, *, allow_unusual: bool = False) -> str:
         lines += [f"# {key}: {text if plain else json.dumps(text)}\n"]
     lines += [f"{WAY_OUT} = true\n"] if allow_unusual else []
     lines += [f"# {note}\n" for note in lost_in_text(bicycle)]
-    return "".join([*lines, *(f"{key} = {written(x, bicycle.sd.get(key))}\n" for key, x in bicycle.values.items())])
+    return "".join([*lines, *(f"{key} = {number_text(x, bicycle.sd.get(key))}\n" for key, x in bicycle.values.items())])
 
 
 def lost_in_text(bicycle: Bicycle) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from bicycle.parameters.parameter_covariance import FILE, ParameterCovariance, r
 from bicycle.rider.rider_body import RigidBody, as_rear_frame, join, rear_frame
 from tyre.ground import schema
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, is_number, nearest, refuse_unknown, shown
+from tyre.ground.errors import InputError, is_number, nearest_name, refuse_unknown, shown
 from tyre.ground.number_with_sd import MeasuredNumber, measured_number
 from tyre.ground.schema import any_table
 from tyre.ground.units import factor_to_si
@@ -196,7 +196,7 @@ class GivenNumbers:
                 f"holds raw measurements (periods of pendulums {', '.join(periods[:3])}, ...), not the parameters that "
                 f"follow from them ({', '.join(missing[:3])}, ...); give the file that BicycleParameters computes of it"
             )
-        suggestions = {name: nearest(name, missing, cutoff=0.75) for name in self._others}
+        suggestions = {name: nearest_name(name, missing, cutoff=0.75) for name in self._others}
         hints = [f"did you mean {key!r} by {name!r}?" for name, key in suggestions.items() if key]
         if missing and self._others:
             raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 from tyre.formats import contents
 from tyre.formats.channel_map import TABLES, ChannelMap, Mounting
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, nearest, refuse_unknown
+from tyre.ground.errors import InputError, nearest_name, refuse_unknown
 from tyre.ground.files import named_folder
 from tyre.ground.schema import (
     any_table,
@@ -23,7 +23,7 @@ from tyre.ground.schema import (
     needed,
     number,
     read,
-    refused,
+    refusal,
     table,
     text,
 )
@@ -146,7 +146,7 @@ def _refuse_other_motions(path: Path, channel_map: ChannelMap) -> None:
         (name for name in channel_map.channels if name not in helpers and name not in QUANTITIES), ""
     )
     # a name like one of ours is left to the reader, which asks whether that was meant
-    if unknown_channel and not nearest(unknown_channel, QUANTITIES, cutoff=0.85):
+    if unknown_channel and not nearest_name(unknown_channel, QUANTITIES, cutoff=0.85):
         raise InputError(
             f"{path}: channel {unknown_channel!r} is no motion or torque of a bicycle, which are "
             f"{', '.join(QUANTITIES)}; an oscillation keeps its frequency and damping under any "
@@ -265,7 +265,7 @@ def _run(record: Record, path: Path, speed: float, reference: str) -> Run:
 
 def _group(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, str | int):
-        raise refused(value, "must be a name in quotes")
+        raise refusal(value, "must be a name in quotes")
     return str(value)
 
 

@@ -17,7 +17,7 @@ from bicycle.parameters.parameter_covariance import ParameterCovariance, Paramet
 from tyre.ground import schema
 from tyre.ground.errors import InputError, is_number
 from tyre.ground.files import data_root, read_toml
-from tyre.ground.schema import any_table, anything, flag, refused
+from tyre.ground.schema import any_table, anything, flag, refusal
 from tyre.measured.plausible import WAY_OUT, refuse_absurd
 
 SECTION = "covariance"
@@ -39,7 +39,7 @@ def stated_covariance(model: Model, content: Mapping[str, Any]) -> ParameterCova
 
 def _check_bicycle_key(value: Any) -> Any:
     if not isinstance(value, str | Mapping):
-        raise refused(value, "must be a name, a file or a table of parameters")
+        raise refusal(value, "must be a name, a file or a table of parameters")
     return value
 
 

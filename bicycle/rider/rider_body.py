@@ -18,7 +18,7 @@ from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, unknown
 from tyre.ground.files import data_root
 from tyre.ground.number_with_sd import read_key_values
-from tyre.ground.progress import not_installed
+from tyre.ground.progress import missing_package_text
 
 
 @dataclass(frozen=True)
@@ -348,7 +348,7 @@ def yeadon_module() -> ModuleType:
         with quiet_yeadon():
             import yeadon
     except ImportError as error:
-        raise InputError(f"a rider's body needs yeadon: {not_installed('yeadon', extra='rider')}") from error
+        raise InputError(f"a rider's body needs yeadon: {missing_package_text('yeadon', extra='rider')}") from error
     return yeadon
 
 

@@ -30,7 +30,7 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
         }
     if csv_file is not None:
         tables = [output.named_rows(output.critical_table(speeds), name) for name, speeds in critical_speeds.items()]
-        output.write_csv(output.stacked(tables), csv_file)
+        output.write_csv(output.stack_tables(tables), csv_file)
     if json_file is not None:
         contents = {
             name: record(models[name], None, speeds, max_speed=max_speed) for name, speeds in critical_speeds.items()

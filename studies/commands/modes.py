@@ -53,7 +53,7 @@ def command(
     named = {name: modes for name, modes in modes_of.items() if modes is not None}
     if csv_file is not None:
         tables = [output.named_rows(modes.to_dataframe(), name) for name, modes in named.items()]
-        output.write_csv(output.stacked(tables), csv_file)
+        output.write_csv(output.stack_tables(tables), csv_file)
     if plot_file is not None:
         ((name, model),) = models.items()
         title = chosen.each[name].title

@@ -93,7 +93,7 @@ def _check_modules(target: str, scheduler: str | None) -> None:
     from importlib.util import find_spec
 
     from tyre.ground.errors import InputError
-    from tyre.ground.progress import not_installed
+    from tyre.ground.progress import missing_package_text
 
     modules = ["zarr", "xarray", "dask"]
     if scheduler:
@@ -102,7 +102,7 @@ def _check_modules(target: str, scheduler: str | None) -> None:
         modules.append("netCDF4")
     for module in modules:
         if not find_spec(module):
-            raise InputError(not_installed(module, extra="sweeps"))
+            raise InputError(missing_package_text(module, extra="sweeps"))
 
 
 def _engine(sweep: object, workers: int | None, processes: int | None, scheduler: str | None) -> object:

@@ -22,7 +22,7 @@ from studies.inference.joint import OF, Joint, Part
 from studies.inference.kind import Kind
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.ground.errors import InputError, refuse_unknown
-from tyre.ground.schema import any_table, anything, flag, maybe, needed, read, refused, table, text
+from tyre.ground.schema import any_table, anything, flag, maybe, needed, read, refusal, table, text
 from tyre.measured.plausible import WAY_OUT
 
 MARKS = (OF, ".", "+")  # between a part and its sensors, an effect and its parameter, two effects
@@ -184,7 +184,7 @@ def _part_table() -> Any:
 
 def _name(value: Any) -> Any:
     if not isinstance(value, str) or not value.strip() or any(mark in value for mark in MARKS):
-        raise refused(value, f"must be a name in quotes without {', '.join(map(repr, MARKS))}, which join names")
+        raise refusal(value, f"must be a name in quotes without {', '.join(map(repr, MARKS))}, which join names")
     return value
 
 

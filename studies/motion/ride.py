@@ -42,7 +42,7 @@ SPEEDS = 61  # of the curve over speed
 CONTROL = schema.table(
     {
         needed("description", "the key 'description' is missing: say whose gains these are"): text(blank=False),
-        maybe("kind", "assumed"): schema.known("kind", ("identified", "designed", "assumed")),
+        maybe("kind", "assumed"): schema.name_in("kind", ("identified", "designed", "assumed")),
         maybe("source", "not stated"): text(),
         maybe("licence", "not stated"): text(),
         maybe("bicycle", ""): text(),
@@ -51,7 +51,7 @@ CONTROL = schema.table(
         maybe("filter_damping"): number(above=0),
         maybe("delay", 0.0): number(least=0),
         maybe("repeats_within", 0.0): number(least=0),
-        needed("columns"): schema.list_of(schema.known("column", COLUMNS), "must be a list of columns", strict=False),
+        needed("columns"): schema.list_of(schema.name_in("column", COLUMNS), "must be a list of columns", strict=False),
         maybe("units", []): schema.list_of(text(), "must be a list of units, one for each column"),
         needed("rows"): schema.list_of(schema.list_of(schema.anything, "must be lists"), "must be lists", least=1),
     }

@@ -4,9 +4,10 @@ from tyre.ground.door import room
 
 PLACES = {
     "analysis": ("analyse", "record", "records", "unstable_modes"),
-    "command_context": ("example", "made_by", "verbose", "version_of", "working_told"),
-    "manifest": ("inputs", "results", "unfinished"),
-    "markdown_text": ("cell", "cells", "code", "html_template", "make_environment", "page", "plain", "render_file"),
+    "command_context": ("count_seconds", "example", "made_by", "verbose", "version_of"),
+    "manifest": ("inputs", "results", "unfinished_command"),
+    "markdown_text": ("cell", "cells", "code", "escape_text", "html_template", "make_environment", "page",
+                      "render_file"),
     "output": ("check_targets", "json_text", "parse_speeds", "print_critical", "print_table", "print_warnings",
                "write_csv", "write_json"),
     "rider_report": ("with_provenance",),

@@ -26,7 +26,7 @@ def unstable_modes(model: LinearModel, speed: float) -> tuple[str, ...]:
     if not (values.real > noise).any():
         return ()
     named = modes(model, [speed]).to_dict()
-    return tuple(name for name, found in named.items() if any(real > noise for real, _ in found[0] or ()))
+    return tuple(name for name, roots in named.items() if any(real > noise for real, _ in roots[0] or ()))
 
 
 def record(
@@ -62,4 +62,4 @@ def records(by_name: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
     """Join the records of bicycles by name; the only one has an empty name and stays as it is."""
     if "" in by_name:
         return by_name[""]
-    return {"bicycles": [{"name": name} | one for name, one in by_name.items()]}
+    return {"bicycles": [{"name": name} | content for name, content in by_name.items()]}

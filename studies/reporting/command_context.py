@@ -41,7 +41,7 @@ def made_by() -> str:
 
 
 @contextmanager
-def working_told(*, after: float = 2.0, interval: float = 1.0) -> Iterator[None]:
+def count_seconds(*, after: float = 2.0, interval: float = 1.0) -> Iterator[None]:
     """Count seconds on the standard error of a terminal, if the block takes longer than ``after`` s without a bar."""
     if not sys.stderr.isatty():
         yield

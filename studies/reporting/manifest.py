@@ -20,7 +20,7 @@ import click
 from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
 from tyre.ground.errors import InputError
-from tyre.ground.files import files_below, held, left_by_a_killed_run, texts_in, write_text
+from tyre.ground.files import files_below, hold_folder, left_by_a_killed_run, texts_in, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
 
@@ -41,19 +41,19 @@ def results(folder: Path) -> Iterator[None]:
     created = not folder.is_dir()
     folder.mkdir(parents=True, exist_ok=True)
     waiting = f"{folder}: another command is writing there; this one waits for its end"
-    with held(folder, lambda: print_warnings([waiting])):
+    with hold_folder(folder, lambda: print_warnings([waiting])):
         folder.mkdir(exist_ok=True)  # the other one may have taken back what it had made
         called = "" if context is None else "_".join(context.command_path.split()[1:])
-        with _recorded(folder, called, arguments, named, created=created):
+        with _write_manifest(folder, called, arguments, named, created=created):
             yield
 
 
 @contextmanager
-def _recorded(
+def _write_manifest(
     folder: Path, called: str, arguments: Sequence[str], named: list[dict[str, Any]], *, created: bool
 ) -> Iterator[None]:
     manifest = folder / f"{called.replace('-', '_') or 'velotyre'}.manifest.json"
-    if (stopped := unfinished(manifest)) is not None:
+    if (stopped := unfinished_command(manifest)) is not None:
         print_warnings([f"{folder}: an earlier {stopped} did not finish; what it left there is replaced file by file"])
         for file in _stamps(folder):
             if left_by_a_killed_run(file.name):
@@ -79,7 +79,7 @@ def _recorded(
     write_text(manifest, json.dumps(content | {"finished": True, "files": files}, indent=1) + "\n")
 
 
-def unfinished(manifest: Path) -> str | None:
+def unfinished_command(manifest: Path) -> str | None:
     """Command that wrote a ``manifest`` and did not finish; None if it did, or if there is no manifest."""
     try:
         content = json.loads(manifest.read_text(encoding="utf-8"))

@@ -18,14 +18,14 @@ SPECIAL = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "[": "&#91;", "
 """Letters that open a tag or a link, and a line's end, behind which a heading or a table could begin."""
 
 
-def plain(text: object) -> str:
+def escape_text(text: object) -> str:
     """Escape ``text`` for Markdown: no tag, no link, no picture, on one line."""
     return str(text).translate(SPECIAL)
 
 
 def cell(text: object) -> str:
     """Escape ``text`` for a cell of a table: no ``|`` in it begins another."""
-    return plain(text).replace("|", "&#124;")
+    return escape_text(text).replace("|", "&#124;")
 
 
 def cells(row: Sequence[object]) -> Markup:
@@ -36,7 +36,7 @@ def cells(row: Sequence[object]) -> Markup:
 def code(text: object) -> str:
     """Put ``text`` between backticks, in which nothing is markup."""
     if "`" in str(text):
-        return plain(text).replace("`", "&#96;")
+        return escape_text(text).replace("`", "&#96;")
     return f"`{' '.join(str(text).splitlines())}`"
 
 
@@ -73,7 +73,7 @@ def make_environment(package: str = "", *, escaped: bool, **settings: Any) -> "j
     if package:
         folder = resources.files(package).joinpath("templates")
         settings["loader"] = jinja2.FunctionLoader(lambda file: folder.joinpath(file).read_text(encoding="utf-8"))
-    settings |= {"finalize": _escaped if escaped else lambda value: value, "bytecode_cache": _code_cache()}
+    settings |= {"finalize": _escape if escaped else lambda value: value, "bytecode_cache": _code_cache()}
     environment = jinja2.Environment(autoescape=escaped, undefined=jinja2.StrictUndefined, **settings)
     environment.filters |= {"cells": cells, "oneline": one_line, "f": format}
     return environment
@@ -95,11 +95,11 @@ def _code_cache() -> "jinja2.BytecodeCache":
     return Codes()
 
 
-def _escaped(value: object) -> object:
+def _escape(value: object) -> object:
     """Escape ``value`` as Markdown text, of which jinja's own escaping, made for HTML, then changes nothing."""
     if hasattr(value, "__html__"):
         return value
-    return Markup("\n".join(plain(line) for line in str(value).split("\n")))
+    return Markup("\n".join(escape_text(line) for line in str(value).split("\n")))
 
 
 def html_template(text: str) -> Any:

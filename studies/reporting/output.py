@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.reporting.command_context import VERBOSE
-from tyre.ground.errors import InputError, folded
+from tyre.ground.errors import InputError, fold_notes
 from tyre.ground.files import write_text
 from tyre.ground.number_with_unit import typed_numbers
 from tyre.ground.text_table import csv_text
@@ -135,7 +135,7 @@ def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
     click.echo(tabulate(cells, headers=headers, missingval="-", disable_numparse=True))
 
 
-def stacked(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
+def stack_tables(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
     """Stack tables of the same columns; as objects, for a column may be empty in one of ``tables``."""
     import pandas as pd
 
@@ -159,7 +159,7 @@ def print_critical(
     from studies.reporting.analysis import unstable_modes
 
     within = max_speed / 2
-    throughout = {name: unstable_modes(models[name], within) for name, found in critical.items() if not found}
+    throughout = {name: unstable_modes(models[name], within) for name, speeds in critical.items() if not speeds}
     if "" in throughout:
         modes = ", ".join(throughout[""])
         stability = f"unstable at all of them ({modes} at {within:g} m/s)" if modes else "unstable at none of them"
@@ -202,9 +202,9 @@ def print_named_warnings(warnings: Mapping[str, Sequence[str]]) -> None:
     """Print ``warnings`` of bicycles by name as :func:`print_warnings`; what all of them have once."""
     context = click.get_current_context(silent=True)
     full = context is not None and context.meta.get(VERBOSE, False)
-    lines = {name: list(every if full else folded(every)) for name, every in warnings.items()}
-    common = [one for one in next(iter(lines.values()), []) if all(one in every for every in lines.values())]
-    own = [(name, text) for name, every in lines.items() for text in every if text not in common]
-    for name, text in [*(("", one) for one in common), *own]:
+    lines = {name: list(texts if full else fold_notes(texts)) for name, texts in warnings.items()}
+    common = [text for text in next(iter(lines.values()), []) if all(text in texts for texts in lines.values())]
+    by_name = [(name, text) for name, texts in lines.items() for text in texts if text not in common]
+    for name, text in [*(("", text) for text in common), *by_name]:
         prefix = f"{name}: " if name else ""
         click.echo(f"warning: {prefix}{' '.join(text.split())}", err=True)

@@ -51,7 +51,7 @@ def save_figure(cyclist: RiderOnBicycle, target: Path) -> None:
                 zorder=20,
             )
         points = np.array([at.hip, at.pedals, at.hands])
-        side.plot(*_up(points).T, "o", color="black", markersize=4, zorder=21)
+        side.plot(*_to_heights(points).T, "o", color="black", markersize=4, zorder=21)
         knees, elbows = math.degrees(cyclist.seated.knee_flexion), math.degrees(cyclist.seated.elbow_flexion)
         side.set_title(WORDS["title"].format(**_names(cyclist), knees=knees, elbows=elbows))
         side.set(xlabel="x forward of the rear contact, m", ylabel="height, m")
@@ -85,7 +85,7 @@ def _order(segment: Segment) -> int:
     return 2 * ("Right" in segment.name) + ("arm" in segment.name) - 2 * ("Left" in segment.name)
 
 
-def _up(points: Array) -> Array:
+def _to_heights(points: Array) -> Array:
     """(x, z down) to (x, height)."""
     return np.asarray(points * np.array([1.0, -1.0]))
 
@@ -100,12 +100,12 @@ def _outline(axes: Any, segment: Segment, plane: tuple[int, int]) -> None:
         joint, radius = segment.sections[1][list(plane)], float(np.linalg.norm(segment.deep[1]))
         turn = np.linspace(0, 2 * np.pi, 41)
         disc = joint + radius * np.column_stack([np.cos(turn), np.sin(turn)])
-        axes.fill(*_up(disc).T, **style)
+        axes.fill(*_to_heights(disc).T, **style)
     for a, b, p, q in zip(centres[::2], centres[1::2], halves[::2], halves[1::2], strict=True):
         piece = np.array([a + p, b + q, b - q, a - p])
-        axes.fill(*_up(piece).T, **style)
+        axes.fill(*_to_heights(piece).T, **style)
         for edge in (piece[:2], piece[2:]):
-            axes.plot(*_up(edge).T, color=LINES, linewidth=0.9, zorder=style["zorder"])
+            axes.plot(*_to_heights(edge).T, color=LINES, linewidth=0.9, zorder=style["zorder"])
 
 
 def _bicycle(side: Any, front_view: Any, cyclist: RiderOnBicycle) -> None:
@@ -128,7 +128,7 @@ def _bicycle(side: Any, front_view: Any, cyclist: RiderOnBicycle) -> None:
         [front, crown, head, at.hands],
         saddle,
     ):
-        side.plot(*_up(np.array(line)).T, color=GREY, linewidth=2.2, solid_joinstyle="round")
+        side.plot(*_to_heights(np.array(line)).T, color=GREY, linewidth=2.2, solid_joinstyle="round")
     front_view.plot([0, 0], [0, 2 * p["rF"]], color=GREY, linewidth=5, zorder=1)
     front_view.plot([0, 0], [2 * p["rF"], -at.hands[1]], color=GREY, linewidth=2.2, zorder=1)
     front_view.plot([-at.half_width, at.half_width], [-at.hands[1]] * 2, color=GREY, linewidth=3, zorder=30)

@@ -31,7 +31,7 @@ NAMED = schema.text("must be a name in quotes")
 
 def _model_of(content: Any) -> Any:
     if not isinstance(content, str | Mapping):
-        raise schema.refused(content, "must be a model file or a table like the content of one")
+        raise schema.refusal(content, "must be a model file or a table like the content of one")
     return content
 
 
@@ -54,12 +54,12 @@ def sweep_table() -> schema.Table:
         {
             schema.needed("model", "model is missing: give a model file or a table like the content of one"): _model_of,
             schema.needed("outputs", f"outputs is missing: {advice}"): schema.list_of(
-                schema.known("output", OUTPUTS), f"must hold at least one: {advice}", least=1, strict=False
+                schema.name_in("output", OUTPUTS), f"must hold at least one: {advice}", least=1, strict=False
             ),
-            schema.maybe("samples", 1): schema.whole(least=1),
-            schema.maybe("seed", 0): schema.whole(least=0),
+            schema.maybe("samples", 1): schema.whole_number(least=1),
+            schema.maybe("seed", 0): schema.whole_number(least=0),
             schema.maybe("max_speed_m_s", 60.0): schema.number(above=0, says="must be above 0 m/s"),
-            schema.maybe("points_per_part", 65536): schema.whole(least=1),
+            schema.maybe("points_per_part", 65536): schema.whole_number(least=1),
             schema.maybe("grid", {}): schema.any_table,
             schema.maybe("sampled", {}): schema.any_table,
             schema.maybe("reduce"): schema.table(
@@ -312,7 +312,7 @@ def _leaves(content: Mapping[str, Any], allowed: set[str], start: str = "") -> I
 
 def _axis_values(name: str, value: Any) -> tuple[Any, ...]:
     if isinstance(value, Mapping):
-        count = schema.whole(least=1 if value.get("from") == value.get("to") else 2, most=10**6)
+        count = schema.whole_number(least=1 if value.get("from") == value.get("to") else 2, most=10**6)
         checks = dict(zip(RANGE_KEYS, (FINITE, FINITE, count), strict=True))
         declared = {
             schema.needed(k, f"{k} is missing; write {{from = 0, to = 20, count = 201}}"): c for k, c in checks.items()

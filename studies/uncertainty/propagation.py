@@ -25,7 +25,7 @@ from studies.sweep.worker import named_pair
 from studies.uncertainty.uncertain_model import STEP, UncertainModel
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
-from tyre.ground.progress import not_installed
+from tyre.ground.progress import missing_package_text
 
 LOOK = 0.5  # m/s between the speeds at which unstable roots are counted
 
@@ -239,7 +239,7 @@ def total_effects(
         from SALib.analyze import sobol
         from SALib.sample import sobol as sampling
     except ImportError as error:
-        raise InputError(not_installed("SALib", extra="sensitivity")) from error
+        raise InputError(missing_package_text("SALib", extra="sensitivity")) from error
     crossings = uncertainty.crossings(max_speed)
     crossing = next((crossing for which, crossing in crossings.items() if str(which) == str(name)), None)
     if crossing is None:

@@ -16,9 +16,9 @@ import tomli_w
 from tyre.formats import FORMATS
 from tyre.formats.channel_map import TABLES, ChannelMap
 from tyre.formats.tydex import ChannelEntry, Entry, TydexDocument, document_text, read_document
-from tyre.ground.errors import InputError, nearest, read_number
+from tyre.ground.errors import InputError, nearest_name, read_number
 from tyre.ground.files import read_toml, write_text
-from tyre.ground.schema import Check, flag, maybe, number, read, refused, table, text
+from tyre.ground.schema import Check, flag, maybe, number, read, refusal, table, text
 from tyre.ground.text_table import csv_text, read_cells
 from tyre.ground.units import PASCAL_PER_BAR, Unit, find_unit, unit_in_name
 from tyre.recordings.channels import Record, read_records
@@ -48,7 +48,7 @@ _MISSING = ("", "NaN", "nan", "NAN", "NA", "NOTAVAIL")
 def _note(value: Any) -> tuple[str, ...]:
     notes = [value] if isinstance(value, str) else value
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
-        raise refused(value, "must be text or a list of texts")
+        raise refusal(value, "must be text or a list of texts")
     return tuple(notes)
 
 
@@ -355,7 +355,7 @@ def _identify(names: list[str], path: Path) -> tuple[dict[str, tuple[int, Unit]]
     for index, name in enumerate(names):
         base_and_unit = unit_in_name(name, EVERY, where=str(path))
         if base_and_unit is None:
-            suggestion = nearest(name.rpartition("_")[0], EVERY, cutoff=0.8)
+            suggestion = nearest_name(name.rpartition("_")[0], EVERY, cutoff=0.8)
             if suggestion:
                 raise InputError(f"{path}: column {name!r} is unknown; did you mean {suggestion!r} with its unit?")
             unused.append(name)

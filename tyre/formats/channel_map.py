@@ -12,7 +12,19 @@ import numpy as np
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, refuse_unknown
 from tyre.ground.files import read_toml
-from tyre.ground.schema import any_table, anything, list_of, maybe, needed, number, read, refused, table, text, whole
+from tyre.ground.schema import (
+    any_table,
+    anything,
+    list_of,
+    maybe,
+    needed,
+    number,
+    read,
+    refusal,
+    table,
+    text,
+    whole_number,
+)
 from tyre.ground.text_table import number_in
 
 TABLES = ("channels", "reading", "mounting", "resampling", "windows")
@@ -28,13 +40,13 @@ ORDERS = tuple(
 
 def _sign(value: Any) -> float:
     if isinstance(value, bool) or value not in (1, -1):
-        raise refused(value, "must be 1 or -1")
+        raise refusal(value, "must be 1 or -1")
     return float(value)
 
 
 _DELIMITER = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
 _TEXT = text(blank=False)
-_LINE = whole(least=1)
+_LINE = whole_number(least=1)
 _CHANNEL = table(
     {
         needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,

@@ -20,7 +20,7 @@ import numpy as np
 from tyre.formats.channel_map import Reading
 from tyre.formats.signals import Column, Contents, Signal
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, nearest, plain_digits
+from tyre.ground.errors import InputError, nearest_name, plain_digits
 from tyre.ground.files import read_text
 
 NOT_AVAILABLE = "NOTAVAIL"
@@ -134,7 +134,7 @@ def _split_sections(text: str, source: str) -> TydexDocument:
         words = mark.group()[2:].split()
         name = words[0].upper() if words else ""
         if name not in _KEYWORDS:
-            suggestion = nearest(name, _KEYWORDS)
+            suggestion = nearest_name(name, _KEYWORDS)
             hint = f"; did you mean **{suggestion}?" if suggestion else ""
             raise InputError(f"{source}: keyword **{name[:40]} is unknown to TYDEX 1.3{hint}")
         names.append(name)

@@ -10,9 +10,9 @@ __getattr__, __dir__ = room(
             "InputError",
             "Note",
             "extrapolated",
-            "folded",
+            "fold_notes",
             "hint",
-            "nearest",
+            "nearest_name",
             "read_number",
             "refuse_unknown",
             "unknown",
@@ -32,7 +32,7 @@ __getattr__, __dir__ = room(
             "MeasuredNumber",
             "measured_number",
             "read_key_values",
-            "written",
+            "number_text",
         ),
         "number_with_unit": (
             "typed_number",
@@ -47,7 +47,7 @@ __getattr__, __dir__ = room(
         "schema": (
             "by_name",
             "flag",
-            "known",
+            "name_in",
             "list_of",
             "maybe",
             "needed",
@@ -55,7 +55,7 @@ __getattr__, __dir__ = room(
             "read",
             "table",
             "text",
-            "whole",
+            "whole_number",
         ),
         "text_table": (
             "csv_text",

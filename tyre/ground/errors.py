@@ -15,7 +15,7 @@ class InputError(ValueError):
 def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
     """Say that a name is not known, suggest the nearest known one and list them all."""
     names = sorted(allowed)
-    match = nearest(name, names)
+    match = nearest_name(name, names)
     suggestion = f"did you mean {match!r}? " if match else ""
     return f"unknown {kind} {shown(str(name))}; {suggestion}known: {', '.join(names) or 'none'}"
 
@@ -29,7 +29,7 @@ def refuse_unknown(kind: str, names: Iterable[Any], allowed: Iterable[str], *, w
             raise InputError(f"{where}: {words}" if where else words)
 
 
-def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str:
+def nearest_name(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str:
     """Find the known name most like a mistyped one (a share ``cutoff`` of letters in common), else give ''."""
     import difflib  # here: most runs have no mistyped name
 
@@ -40,7 +40,7 @@ def nearest(name: object, allowed: Iterable[str], *, cutoff: float = 0.6) -> str
 
 def hint(name: object, allowed: Iterable[str]) -> str:
     """End a message with the nearest allowed name as a question; empty without one."""
-    suggestion = nearest(name, allowed)
+    suggestion = nearest_name(name, allowed)
     return f"; did you mean {suggestion!r}?" if suggestion else ""
 
 
@@ -96,7 +96,7 @@ def extrapolated(notes: Sequence[str]) -> bool:
     return any(isinstance(note, Note) and not note.inside for note in notes)
 
 
-def folded(notes: Sequence[str]) -> list[str]:
+def fold_notes(notes: Sequence[str]) -> list[str]:
     """Fold several notes on one subject into one line; the others stay as they are, in their order."""
     groups: dict[str, list[str]] = {}
     for number, note in enumerate(notes):

@@ -46,7 +46,7 @@ def replacing(target: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def held(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
+def hold_folder(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
     """Hold a file or ``folder`` during the block, if the system can; if another holds it, call ``wait``, then wait."""
     try:
         import fcntl
@@ -153,9 +153,9 @@ def own_ends(files: Iterable[Path]) -> dict[Path, str]:
     distinct = list(dict.fromkeys(files))
     ends = {}
     for file in distinct:
-        others = [other.parts for other in distinct if other != file]
+        other_parts = [distinct_file.parts for distinct_file in distinct if distinct_file != file]
         length = 1
-        while length < len(file.parts) and any(parts[-length:] == file.parts[-length:] for parts in others):
+        while length < len(file.parts) and any(parts[-length:] == file.parts[-length:] for parts in other_parts):
             length += 1
         ends[file] = Path(*file.parts[-length:]).as_posix()
     return ends

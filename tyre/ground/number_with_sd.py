@@ -81,7 +81,7 @@ def measured_number(text: str, *, where: str, key: str, si: str = "", unit: str 
     )
 
 
-def written(value: float, sd: float | None) -> str:
+def number_text(value: float, sd: float | None) -> str:
     """Write a number as ``value+/-sd``, which :func:`measured_number` reads back to the last digit."""
     return repr(float(value)) + ("" if sd is None else f"+/-{float(sd)!r}")
 

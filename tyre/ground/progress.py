@@ -41,10 +41,10 @@ def optional_module(name: str, *, extra: str) -> Any:
     try:
         return import_module(name)
     except ImportError as error:
-        raise ImportError(not_installed(name, extra=extra)) from error
+        raise ImportError(missing_package_text(name, extra=extra)) from error
 
 
-def not_installed(name: str, *, extra: str) -> str:
+def missing_package_text(name: str, *, extra: str) -> str:
     """Say that a package is missing, which an ``extra`` of velotyre brings."""
     return NOT_INSTALLED.format(name, install_command(extra))
 

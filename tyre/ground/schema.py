@@ -32,7 +32,7 @@ class Refusal(Exception):
         return 1, 0
 
 
-def refused(value: object, says: str) -> Exception:
+def refusal(value: object, says: str) -> Exception:
     """Make the error of a ``value`` that must be something else: ``must be a time >= 0 in s``."""
     space = "" if says.startswith(";") else " "
     return Refusal(f"= {shown(value)}{space}{says}")
@@ -64,7 +64,7 @@ def number(
 
     def check(value: Any) -> float:
         if not is_number(value):
-            raise refused(value, says)
+            raise refusal(value, says)
         within_bounds = above < value and least <= value <= most
         if not within_bounds or (math.isinf(value) and not endless):
             raise Refusal(f"= {shown(value).removesuffix('.0')} {outside or says}")
@@ -73,12 +73,12 @@ def number(
     return check
 
 
-def whole(*, least: int, most: int = MOST) -> Check:
+def whole_number(*, least: int, most: int = MOST) -> Check:
     """Check a whole number from ``least`` to ``most``."""
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise refused(value, f"must be a whole number from {least} to {most}")
+            raise refusal(value, f"must be a whole number from {least} to {most}")
         return value
 
     return check
@@ -87,7 +87,7 @@ def whole(*, least: int, most: int = MOST) -> Check:
 def flag(value: Any) -> bool:
     """Check that ``value`` is true or false."""
     if not isinstance(value, bool):
-        raise refused(value, "must be true or false")
+        raise refusal(value, "must be true or false")
     return value
 
 
@@ -96,7 +96,7 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or (allowed is not None and value not in allowed):
-            raise refused(value, says)
+            raise refusal(value, says)
         if not blank and not value.strip():
             raise Refusal("is empty")
         if "\0" in value:  # which no path may hold, and no name
@@ -106,7 +106,7 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
     return check
 
 
-def known(kind: str, allowed: Collection[str]) -> Check:
+def name_in(kind: str, allowed: Collection[str]) -> Check:
     """Check a name among ``allowed``; another one is refused with the nearest, as an unknown ``kind``."""
 
     def check(value: Any) -> str:
@@ -122,14 +122,14 @@ def list_of(check: Check, says: str, *, least: int = 0, most: int = MOST, strict
 
     def every(value: Any) -> list[Any]:
         if not isinstance(value, list) or not least <= len(value) <= most:
-            raise refused(value, says)
+            raise refusal(value, says)
         entries = []
         for place, entry in enumerate(value):
             try:
                 entries.append(check(entry))
             except Refusal as error:
                 if strict:
-                    raise refused(value, says) from None
+                    raise refusal(value, says) from None
                 error.path.insert(0, place)
                 raise
         return entries
@@ -213,12 +213,12 @@ class Table:
 
 def table(keys: Mapping[Key, Check], *, kind: str = "key", others: bool = False) -> Table:
     """Declare a table; an unknown ``kind`` of key is refused, or passed over with ``others``."""
-    return Table(keys, None if others else (known(kind, [key.name for key in keys]), anything))
+    return Table(keys, None if others else (name_in(kind, [key.name for key in keys]), anything))
 
 
 def by_name(check: Check, allowed: Collection[str], *, kind: str) -> Table:
     """Declare a table in which any of the ``allowed`` names may stand, with values of one sort."""
-    return Table({}, (known(kind, allowed), check))
+    return Table({}, (name_in(kind, allowed), check))
 
 
 tables_by_name = Table({}, (anything, any_table))

@@ -14,7 +14,7 @@ import numpy as np
 
 from tyre.formats.sheet import split_row
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, nearest
+from tyre.ground.errors import InputError, nearest_name
 from tyre.ground.files import data_root, read_text, read_toml, replacing, write_text
 from tyre.ground.schema import Check, flag, list_of, maybe, needed, number, read, table, text
 from tyre.ground.text_table import read_cells, read_columns, refuse_huge_line
@@ -333,7 +333,7 @@ def available_tyres(folder: Traversable | None = None) -> dict[str, tuple[str, .
 
 def no_tyre(tyre: str, available: Iterable[str], more: str = "") -> InputError:
     """Make the error of a ``tyre`` that is none of the ``available`` ones; ``more`` ends it."""
-    suggestion = nearest(tyre, names := sorted(available))
+    suggestion = nearest_name(tyre, names := sorted(available))
     hint = f" (did you mean '{suggestion}'?)" if suggestion else ""
     return InputError(f"no tyre '{tyre}'{hint}; available are {', '.join(names) or 'none'}{more}.")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tyre.formats.sheet import ROW, Rows, Sheet, read_sheet, split_unit
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, hint, is_number, nearest, shown
+from tyre.ground.errors import InputError, hint, is_number, nearest_name, shown
 from tyre.ground.number_with_sd import MeasuredNumber, measured_number
 from tyre.ground.text_table import number_in
 from tyre.ground.units import factor_to_si, is_unit
@@ -187,7 +187,7 @@ def _column(name: str, path: Path) -> Column | None:
     quantity = NAMES.get(base.strip().lower().replace(" ", "_"))
     where = f"{path}, column {name!r}"
     if quantity is None:
-        suggestion = nearest(
+        suggestion = nearest_name(
             _plain_name(name), [*(_key(known_unit) for known_unit in UNITS), *NAMES], cutoff=TYPING_ERROR
         )
         if suggestion:

@@ -55,10 +55,10 @@ def test_operations_are_those_of_the_values():
         (one @ other, value(one) * value(other)),
         (constant @ one, constant * value(one)),
         (other @ constant, value(other) * constant),
-        (other.above(one.columns(slice(1, None))), sp.Matrix.vstack(value(other), value(one)[:, 1:])),
+        (other.stack_above(one.columns(slice(1, None))), sp.Matrix.vstack(value(other), value(one)[:, 1:])),
         (one - one, sp.zeros(2, 3)),
         (-one + one.times_speed(), (V - 1) * value(one)),
-        (one.placed(1, 5), sp.Matrix.hstack(sp.zeros(2, 1), value(one), sp.zeros(2, 1))),
+        (one.place_columns(1, 5), sp.Matrix.hstack(sp.zeros(2, 1), value(one), sp.zeros(2, 1))),
         (one.xreplace({A: B**2}), value(one).xreplace({A: B**2})),
     ):
         assert found.shape == expected.shape

@@ -12,7 +12,7 @@ from threading import Timer
 import pytest
 
 from studies.cli import main
-from studies.reporting import inputs, results, unfinished
+from studies.reporting import inputs, results, unfinished_command
 from tyre.ground import InputError
 
 ASKED = ["simulate", "benchmark", "--speed", "5", "--initial", "lean=0.02", "--duration", "0.1", "--out"]
@@ -57,7 +57,7 @@ def test_a_folder_that_a_killed_command_left_is_said(tmp_path, capsys):
     left = {file.name for file in out.iterdir()}
     assert {"first.csv", "simulate.manifest.json"} < left
     assert len(left) == 3  # and half a table under a name of its own
-    assert unfinished(out / "simulate.manifest.json").startswith("velotyre simulate")
+    assert unfinished_command(out / "simulate.manifest.json").startswith("velotyre simulate")
 
     capsys.readouterr()
     main([*ASKED, str(out)])
@@ -101,8 +101,8 @@ def test_a_command_waits_for_another_that_writes_into_the_same_folder(tmp_path, 
 )  # fmt: skip
 def test_what_a_manifest_says(tmp_path, content, said):
     (manifest := tmp_path / "run.manifest.json").write_text(content)
-    assert unfinished(manifest) == said
-    assert unfinished(tmp_path / "none.json") is None
+    assert unfinished_command(manifest) == said
+    assert unfinished_command(tmp_path / "none.json") is None
 
 
 def test_inputs_are_followed(tmp_path):
@@ -140,7 +140,7 @@ def test_a_command_that_is_refused_before_it_writes_leaves_nothing(tmp_path, the
     assert not list(out.glob("*.json"))
     with pytest.raises(UnicodeEncodeError), results(out):
         (out / "half.csv").write_text("1\ud800", encoding="utf-8")
-    assert unfinished(out / "velotyre.manifest.json") == "velotyre"
+    assert unfinished_command(out / "velotyre.manifest.json") == "velotyre"
 
 
 def test_a_file_in_the_place_of_the_folder(tmp_path):

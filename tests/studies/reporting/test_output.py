@@ -14,6 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from bicycle import Model, load_bicycle
 from studies.reporting import (
     check_targets,
+    count_seconds,
     drawing,
     legend_columns,
     made_by,
@@ -21,7 +22,6 @@ from studies.reporting import (
     print_critical,
     print_table,
     version_of,
-    working_told,
     write_csv,
     write_json,
 )
@@ -114,12 +114,12 @@ def test_a_command_that_takes_long_counts_its_seconds_on_a_terminal(monkeypatch)
 
     for screen, shows in ((Terminal(), True), (io.StringIO(), False)):
         monkeypatch.setattr("sys.stderr", screen)
-        with working_told(after=0.05, interval=0.02):
+        with count_seconds(after=0.05, interval=0.02):
             time.sleep(0.2)
         assert ("velotyre: 0 s" in screen.getvalue()) == shows
         assert screen.getvalue().endswith("\r\x1b[K" if shows else "")
     monkeypatch.setattr("sys.stderr", quick := Terminal())
-    with working_told(after=5.0):
+    with count_seconds(after=5.0):
         pass
     assert quick.getvalue() == ""
 

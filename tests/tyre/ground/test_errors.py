@@ -5,12 +5,12 @@ import pickle
 import pytest
 
 from tests.shared.refusals import refuses
-from tyre.ground import InputError, Note, extrapolated, folded, hint, nearest, read_number, refuse_unknown
+from tyre.ground import InputError, Note, extrapolated, fold_notes, hint, nearest_name, read_number, refuse_unknown
 
 
 def test_near_matches():
-    assert nearest("Lod", ("load", "speed")) == "load"
-    assert nearest("xyz", ("load",)) == ""
+    assert nearest_name("Lod", ("load", "speed")) == "load"
+    assert nearest_name("xyz", ("load",)) == ""
     assert hint("spead", ("load", "speed")) == "; did you mean 'speed'?"
     assert hint("xyz", ("load",)) == ""
     refuse_unknown("key", ["a"], ["a", "b"])
@@ -36,8 +36,8 @@ def test_notes_on_one_subject_are_one_line():
         Note("T (rear): a", "T", "rear 400 N, measured"), "plain", Note("T (rear): b", "T", "rear 400 N, measured"),
         Note("U: c", "U", "front"), "plain",
     ]  # fmt: skip
-    assert folded(notes) == ["T (rear 400 N, measured): 2 notes, --verbose shows them", "plain", "U: c", "plain"]
-    assert folded([]) == []
+    assert fold_notes(notes) == ["T (rear 400 N, measured): 2 notes, --verbose shows them", "plain", "U: c", "plain"]
+    assert fold_notes([]) == []
 
 
 def test_a_note_is_a_sentence_that_keeps_its_subject():

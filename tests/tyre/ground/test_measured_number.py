@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tyre.ground import InputError, MeasuredNumber, measured_number, read_key_values, written
+from tyre.ground import InputError, MeasuredNumber, measured_number, number_text, read_key_values
 
 
 def read(text, si="", unit=""):
@@ -64,7 +64,7 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 @given(value=FINITE, sd=st.none() | FINITE.map(abs))
 def test_what_is_written_is_read_to_the_last_bit(value, sd):
-    found = read(written(value, sd))
+    found = read(number_text(value, sd))
     assert (found.value.hex(), found.sd) == (float(value).hex(), sd)
 
 

@@ -6,14 +6,27 @@ import numpy as np
 import pytest
 
 from tests.shared.refusals import refuses
-from tyre.ground import InputError, by_name, flag, known, list_of, maybe, needed, number, read, table, text, whole
+from tyre.ground import (
+    InputError,
+    by_name,
+    flag,
+    list_of,
+    maybe,
+    name_in,
+    needed,
+    number,
+    read,
+    table,
+    text,
+    whole_number,
+)
 
 INNER = table({needed("load_N"): number(above=0), maybe("shape"): number(least=1, most=2, outside="is no shape")})
 TOP = table({
     needed("tyre", "tyre is missing; give its name"): text(blank=False), needed("speed_m_s"): number(),
     maybe("kind", "flat"): text("must be flat or drum", allowed=("flat", "drum")),
-    maybe("samples", 1): whole(least=1, most=9), maybe("synthetic", False): flag,
-    maybe("mode"): known("mode", ("weave", "wobble")), maybe("inner"): INNER,
+    maybe("samples", 1): whole_number(least=1, most=9), maybe("synthetic", False): flag,
+    maybe("mode"): name_in("mode", ("weave", "wobble")), maybe("inner"): INNER,
     maybe("speeds"): list_of(number(), "must be a list of speeds", least=1),
     maybe("rows"): list_of(INNER, "must be tables", strict=False),
     maybe("noise", {}): by_name(number(least=0), ("lean", "steer"), kind="channel"),
