@@ -92,7 +92,7 @@ def test_uncertainty_tells_what_is_assumed(folder, printed):
 
 def test_a_root_locus_over_pressure_moves_every_value_of_the_tyre(folder):
     path = parameter_path(folder / "model.toml", "pressure_bar", speed=6.0)
-    model, _ = path.at(4.0)
+    model, _ = path.model_and_speed(4.0)
     assert_taken(model.bicycle, 4e5, model.parameters.__getitem__)
     found = path.matrices(np.array([4.0]))[0]
     np.testing.assert_allclose(found, model.linear_model().state_matrix(6.0), rtol=1e-9, atol=1e-9)

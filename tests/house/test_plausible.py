@@ -197,7 +197,7 @@ def test_the_range_of_a_root_locus_is_judged(tmp_path, capsys):
         main([*call, "--range", "50:200:50"])
     assert f"{key} = 50 m is far outside the usual 0.05 .. 0.25 m (millimetres?); give" in capsys.readouterr().err
     (tmp_path / "m.toml").write_text("allow_unusual = true\n" + text)
-    model, _ = parameter_path(tmp_path / "m.toml", key, speed=5.5).at(50.0)
+    model, _ = parameter_path(tmp_path / "m.toml", key, speed=5.5).model_and_speed(50.0)
     assert model.parameters[f"{key}.front"] == 50.0
 
 

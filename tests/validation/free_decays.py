@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.identification import Decay, Run, identify_modes, repeats
-from studies.motion import judged
+from studies.motion import judge_decays
 from tests.validation.decay_generator import Cell, Made, make
 
 CELLS = {
@@ -78,7 +78,7 @@ def driven_set(task: tuple[int, int]) -> list[dict[str, float]]:
             decays.append(("weave", identify_modes(made.run, 1)[0]))
             roots.append(root)
     rows = []
-    for one, root in zip(judged(decays), roots, strict=True):
+    for one, root in zip(judge_decays(decays), roots, strict=True):
         error, sd = one.decay.eigenvalue - root, one.decay.sd
         inside = {"real": float(abs(error.real) < 1.96 * sd[0]), "imaginary": float(abs(error.imag) < 1.96 * sd[1])}
         rows.append({"refused": float(bool(one.rejected))} | inside)
