@@ -37,7 +37,7 @@ DEFAULTS = {
 known."""
 
 EFFECT = 0.1
-"""Of the value: parameters of effects whose typical range says no spread, as gains of either sign."""
+"""sd over the value of an effect's parameter whose typical range gives no spread, as of a gain of either sign."""
 
 CORNERING_STIFFNESS = 0.03
 """sd(C_Fy) / C_Fy of a tyre whose source states none, and as much of K_y: of a table four fifths of the variance common

@@ -86,7 +86,7 @@ def answer(study: Study) -> Answer:
             longer_by = unstable_length(low.span(limit), limit)
             if high:
                 longer_by -= unstable_length(high.span(limit), limit)
-            worlds.append(World(setup, low, high, longer_by, setup.front is not None and not setup.front.given))
+            worlds.append(World(setup, low, high, longer_by, setup.front is not None and not setup.front.from_file))
     change = _sampled_change(study, worlds[0])
     longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
     moves = [(world.moves, world.assumed) for world in worlds]

@@ -87,7 +87,7 @@ class Assumed:
 
     @property
     def usual(self) -> float:
-        """What is assumed, SI."""
+        """Assumed value, SI."""
         return float(self.declared.default or 0.0) if self.value is None else self.value
 
     @property
@@ -136,7 +136,7 @@ class Front:
     # rad, hinge axis above the horizontal, forward end up; None: perpendicular to the steer axis
     axis_tilt: float | None = None
     friction: float = ASSUMED["friction"].usual  # N m s/rad, damping of the steering, added to that of a steer damper
-    given: bool = False  # True: of a model file; False: assumed
+    from_file: bool = False  # True: of a model file; False: assumed
     defaults: tuple[str, ...] = ()  # of stiffness and damping what the model file leaves out
 
     def hinge_x(self, p: Table) -> Any:
@@ -151,7 +151,7 @@ class Arms:
     inertia: float = ASSUMED["arm_inertia"].usual  # kg m^2, about the steer axis
     stiffness: float = ASSUMED["arm_stiffness"].usual  # N m/rad, against steering
     damping: float = ASSUMED["arm_damping"].usual  # N m s/rad, against steering
-    given: bool = False  # True: of a model file; False: assumed
+    from_file: bool = False  # True: of a model file; False: assumed
     defaults: tuple[str, ...] = ()  # what the model file leaves out
 
 
@@ -258,17 +258,17 @@ class Settings:
     def ranges(self) -> Ranges:
         """Ranges around what is assumed; a number that a model file states is known to a fifth."""
         stated: dict[str, float] = {}  # number of the model file, SI
-        if self.front and self.front.given:
+        if self.front and self.front.from_file:
             of_front = [name for name in OF_FRONT if name not in self.front.defaults]
             stated |= {name: getattr(self.front, name) for name in of_front}
-        if self.arms.given:
+        if self.arms.from_file:
             of_arms = [name for name in OF_ARMS if name not in self.arms.defaults]
             stated |= {f"arm_{name}": getattr(self.arms, name) for name in of_arms}
         if "camber_thrust" in self.further:
             stated["camber_share"] = 1.0
         within = 1 - LIMITS.written
         ranges = {name: (within * value, value / within) for name, value in stated.items()}
-        if self.front and self.front.given:
+        if self.front and self.front.from_file:
             ranges["hinge"] = (-0.02, 0.02)
         if "steer_damper" in self.further:
             ranges["friction"] = (0.0, 0.0)
@@ -276,7 +276,7 @@ class Settings:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What a model file leaves out of its front and arms, in words: it is assumed."""
+        """Names of what a model file leaves out of its front and arms, which is assumed."""
         of_front = self.front.defaults if self.front else ()
         return (*(f"{name} of the front" for name in of_front), *(f"{name} of the arms" for name in self.arms.defaults))
 
@@ -371,13 +371,13 @@ def _read_model_file(model: str) -> dict[str, Any]:
             -number["joint_z"],
             number["joint_x"],
             number["axis_tilt"],
-            given=True,
+            from_file=True,
             defaults=tuple(name for name in OF_FRONT if name not in front),
         )
     if arms is not None:
         effect = effect_class("rider_arms")(**arms)
         numbers = {name: float(getattr(effect, name)) for name in OF_ARMS}
-        content["arms"] = Arms(**numbers, given=True, defaults=tuple(name for name in OF_ARMS if name not in arms))
+        content["arms"] = Arms(**numbers, from_file=True, defaults=tuple(name for name in OF_ARMS if name not in arms))
     return content
 
 

@@ -213,7 +213,7 @@ def test_effects_that_take_one_number_of_the_tyre_declare_one_range():
 
 
 def test_a_number_of_a_model_file_is_drawn_within_a_fifth():
-    front = main_study.Front(4000.0, 10.0, 0.65, given=True)
+    front = main_study.Front(4000.0, 10.0, 0.65, from_file=True)
     ranges = main_study.Settings(load_bicycle("pista_charlie_drops"), front=front).ranges
     assert ranges.damping == pytest.approx((8.0, 12.5))
     assert ranges.stiffness == pytest.approx((3200.0, 5000.0))

@@ -60,7 +60,7 @@ def test_damping_decomposition_ends_at_the_damping_of_the_results(racing):
 
 def test_what_exists_at_one_pressure_only_has_no_decomposition():
     """The front almost stiff enough: at 7.5 bar there is no unstable wobble to move."""
-    front = small().front.__class__(8000.0, 20.0, given=True)
+    front = small().front.__class__(8000.0, 20.0, from_file=True)
     settings = small(front=front, speeds=np.linspace(0, 30, 4), trail=0.0, twisting=0.0)
     low, high = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}).studied
     results = [main_study.solve(settings, case, settings.reference) for case in (high, low)]
@@ -207,7 +207,9 @@ def test_edges_are_those_of_the_model_put_together_by_hand(known, number):
     settings, cases = known
     setup, case = settings.setups[number], cases[0]
     if number:  # hands on nothing wobbles in the assumed ranges; less damping makes it
-        settings = replace(settings, arms=replace(settings.arms, inertia=0.05, stiffness=0.0, damping=0.05, given=True))
+        settings = replace(
+            settings, arms=replace(settings.arms, inertia=0.05, stiffness=0.0, damping=0.05, from_file=True)
+        )
         setup = settings.setups[1]
     found = main_study.sample_bicycles(settings, case, setup)
     drawn = main_study.front_draws(settings)

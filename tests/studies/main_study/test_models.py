@@ -49,8 +49,8 @@ def test_friction_of_the_steering_is_a_damper_beside_the_one_of_the_file():
 
 def test_own_hinge_axis_and_effects_are_in_the_model():
     settings = small(
-        front=main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.1, given=True),
-        arms=main_study.Arms(0.2, 12.0, 2.0, given=True),
+        front=main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.1, from_file=True),
+        arms=main_study.Arms(0.2, 12.0, 2.0, from_file=True),
         further={"crown_radius": {"crown_radius": 0.014}, "camber_thrust": {"camber_stiffness": 210.0}},
     )  # fmt: skip
     expected = by_hand(

@@ -168,7 +168,7 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
     ):  # fmt: skip
         assert words in told
     given = replace(
-        racing.settings, front=main_study.Front(4000.0, 8.0, given=True), arms=main_study.Arms(given=True),
+        racing.settings, front=main_study.Front(4000.0, 8.0, from_file=True), arms=main_study.Arms(from_file=True),
         further={"pneumatic_trail": {"trail": 0.02}, "camber_thrust": {"camber_stiffness": 200.0}},
     )  # fmt: skip
     worlds = dict(zip(racing.settings.setups, given.setups, strict=True))

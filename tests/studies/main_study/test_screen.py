@@ -51,7 +51,7 @@ def test_the_worlds_are_those_of_the_results(racing):
 
 def test_a_front_that_is_given_may_say_yes(racing):
     assert answer(altered(racing, CLOSER, {LOW: STAY - 1})).word == "cannot be said"
-    own = Front(given=True)
+    own = Front(from_file=True)
     study = altered(racing, CLOSER, {LOW: STAY - 1})
     results = tuple(replace(r, setup=replace(r.setup, front=own)) if r.setup.front else r for r in study.results)
     outer = tuple(replace(p, setup=replace(p.setup, front=own)) for p in study.plausible)

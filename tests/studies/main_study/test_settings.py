@@ -31,12 +31,12 @@ def test_camber_stiffness_is_what_dressel_measured():
 
 def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
     assumed = main_study.Ranges()
-    front = small(front=main_study.Front(4000.0, 10.0, 0.7, given=True)).ranges
+    front = small(front=main_study.Front(4000.0, 10.0, 0.7, from_file=True)).ranges
     assert (front.stiffness, front.damping, front.hinge) == ((3200, 5000), (8, 12.5), (-0.02, 0.02))
     assert (front.friction, front.camber_share, front.arm_damping) == (
         assumed.friction, assumed.camber_share, assumed.arm_damping,
     )  # fmt: skip
-    arms = small(arms=main_study.Arms(0.2, 10.0, 2.0, given=True)).ranges
+    arms = small(arms=main_study.Arms(0.2, 10.0, 2.0, from_file=True)).ranges
     assert arms.arm_inertia == pytest.approx((0.16, 0.25))
     assert (arms.arm_stiffness, arms.arm_damping) == ((8, 12.5), (1.6, 2.5))
     assert (arms.stiffness, arms.hinge) == (assumed.stiffness, assumed.hinge)
@@ -129,8 +129,8 @@ def test_own_front_and_arms_take_the_place_of_the_assumed_ones(model):
             "axis_tilt = 0.25\n[effects.rider_arms]\ninertia = 0.2\nstiffness = 12\ndamping = 2\n"
         )
     )
-    assert settings.front == main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.25, given=True)
-    assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, given=True)
+    assert settings.front == main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.25, from_file=True)
+    assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, from_file=True)
     assert dict(settings.further) == {}
     assert settings.ranges.stiffness == (3200.0, 5000.0)
     flexible = main_study.effect_tables(settings, settings.reference)
