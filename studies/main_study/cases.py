@@ -61,6 +61,11 @@ class TyreCase:
         """True if a wheel load or the pressure is outside the measured range."""
         return not all(p.inside for p in self.properties)
 
+    @property
+    def surface_stated(self) -> bool:
+        """False if the file of a wheel's tyre does not say what surface it was measured on."""
+        return all(p.surface_stated for p in self.properties)
+
     def apply_to(self, setup: Setup) -> Setup:
         """Put trail, twisting torque and camber thrust of the tyre, where measured, into the world ``setup``."""
         measured_values: dict[str, Any] = {}

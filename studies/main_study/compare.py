@@ -189,10 +189,9 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
             fronts: dict[str, dict[str, Any]] = {f"{v:g} {unit}": {name: v} for v in values}
             worlds = {value: replace(base, front=replace(front, **change)) for value, change in fronts.items()}
             yield WORDS[name], make_ends(worlds)
+    assumed = assumed_of_tyre(settings, focus)
     for name, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
-        in_model_file = EFFECTS[name] in settings.further or (name == "trail" and world.has_moment(settings))
-        in_tyre_file = getattr(base, name) != getattr(settings, name)
-        if not in_model_file and not in_tyre_file:
+        if name in assumed:
             values = getattr(ranges, name)
             yield WORDS[name], make_ends({f"{v:g} {unit}": replace(base, **{name: v}) for v in values})
     by_pressure = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.pressure_bar)
@@ -206,6 +205,18 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     if len(postures) > 1:
         first, last = next(iter(postures)), next(reversed(postures))
         yield "posture of the rider", {first: postures[first], last: postures[last]}
+
+
+def assumed_of_tyre(settings: Settings, case: TyreCase) -> tuple[str, ...]:
+    """Name what neither the model file nor the file of the tyre states: of trail, twisting and camber_share."""
+    setup = case.apply_to(settings.reference)
+    names = []
+    for name, effect in EFFECTS.items():
+        in_model_file = effect in settings.further or (name == "trail" and world.has_moment(settings))
+        in_tyre_file = getattr(setup, name) != getattr(settings, name)
+        if not in_model_file and not in_tyre_file:
+            names.append(name)
+    return tuple(names)
 
 
 def _postures(settings: Settings, focus: TyreCase) -> Ends:
@@ -225,7 +236,7 @@ WORDS = {
     "friction": "friction of the steering", "camber_share": "camber thrust", "trail": "trail of the tyres",
     "twisting": "twisting torque",
 }  # fmt: skip
-EFFECTS = {"camber_share": "camber_thrust", "trail": TRAIL, "twisting": TWIST}
+EFFECTS = {"trail": TRAIL, "twisting": TWIST, "camber_share": "camber_thrust"}
 
 
 @dataclass(frozen=True, eq=False)

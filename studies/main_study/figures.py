@@ -99,7 +99,7 @@ def _draw_growth(axes: Any, study: Study) -> None:
 
 def world_words(setup: Setup) -> str:
     """Name a world, with "(assumed)" where it rests on a front that nobody measured."""
-    return setup.label + (" (assumed)" if setup.front and not setup.front.from_file else "")
+    return setup.label + (" (assumed)" if setup.assumed else "")
 
 
 def _draw_worlds(axes: Any, study: Study) -> None:

@@ -15,9 +15,9 @@ from bicycle.model.default_sd import CORNERING_STIFFNESS
 from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
 from studies.main_study.cases import TyreCase
-from studies.main_study.compare import CRITICAL, DAMPING, EFFECTS, Change
+from studies.main_study.compare import CRITICAL, DAMPING, Change, assumed_of_tyre
 from studies.main_study.published import compare_findings
-from studies.main_study.result import Result, has_moment
+from studies.main_study.result import Result
 from studies.main_study.screen import answer
 from studies.main_study.settings import LIMITS, Settings, plain_name
 from studies.main_study.study import Study, run_study, spread
@@ -75,7 +75,7 @@ def _split_cells(line: str) -> list[str]:
 
 def facts(study: Study) -> dict[str, Any]:
     """Gather what the templates show: the study, its answer, and lists that are sorted, counted or filtered here."""
-    settings, reference = study.settings, study.settings.reference
+    settings = study.settings
     exact: dict[str, list[str]] = {}
     for key, why in study.sources.exact.items():
         exact.setdefault(why, []).append(key)
@@ -97,13 +97,7 @@ def facts(study: Study) -> dict[str, Any]:
         "a": answer(study),
         "find_check": partial(find_check, study),
         "is_doubtful": partial(is_doubtful, study),
-        "assumed_of_tyre": {
-            name
-            for name in ("trail", "twisting", "camber_share")
-            if getattr(study.focus.apply_to(reference), name) == getattr(settings, name)
-            and EFFECTS[name] not in settings.further
-            and not (name == "trail" and has_moment(settings))
-        },
+        "assumed_of_tyre": assumed_of_tyre(settings, study.focus),
         "comparisons": compare_findings(study),
         "critical_parts": list(parts(study, CRITICAL, 3)),
         "damping_parts": list(parts(study, DAMPING, 5)),

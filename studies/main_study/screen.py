@@ -15,13 +15,22 @@ from typing import Any
 
 import numpy as np
 
-from studies.main_study.compare import Hinge
+from studies.main_study.compare import Amplitude, Hinge, assumed_of_tyre
 from studies.main_study.result import Result, Span
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array
 
 YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "cannot be said"
+
+# Why it cannot be said: no front is known or assumed; a world could not be computed; no world moves, but plausible
+# bicycles do; worlds move both ways; the plausible bicycles do not agree; only worlds of an assumed front move.
+NO_FRONT, WORLD_MISSING, BICYCLES_MOVE = "no front", "world missing", "bicycles move"
+WORLDS_DIFFER, BICYCLES_DIFFER, FRONT_ASSUMED = "worlds differ", "bicycles differ", "front assumed"
+
+# Size of the wobble at the bar: it lasts; not known; none without a kick; none
+LASTS, NOT_KNOWN, KICKED, NONE = "lasts", "not known", "kicked", "none"
+OF_TYRE = {"trail": "trail", "twisting": "twisting torque", "camber_share": "camber thrust"}
 
 
 @dataclass(frozen=True)
@@ -31,8 +40,43 @@ class World:
     setup: Setup  # hands and front
     low: Result  # at the lowest pressure, or at the one condition
     high: Result | None
-    longer: float  # m/s of unstable speeds at the low pressure more than at the high one, or at all
-    assumed: bool  # rests on a front that nobody measured
+    limit: float  # m/s, up to which speeds are looked at
+
+    @property
+    def results(self) -> tuple[Result, ...]:
+        """At the lowest and, if there are two, at the highest pressure."""
+        return (self.low, self.high) if self.high else (self.low,)
+
+    @property
+    def spans(self) -> list[Span | None]:
+        """Unstable wobble of each of the ``results``; None where there is none."""
+        return [result.span(self.limit) for result in self.results]
+
+    @property
+    def longer(self) -> float:
+        """Unstable speeds, m/s, at the low pressure more than at the high one, or at all."""
+        low, *high = (unstable_length(span, self.limit) for span in self.spans)
+        return low - sum(high)
+
+    @property
+    def alike(self) -> bool:
+        """True if the change of the unstable speeds prints as 0.0 m/s."""
+        return abs(self.longer) < 0.05
+
+    @property
+    def assumed(self) -> bool:
+        """True if the world rests on a front that nobody measured."""
+        return self.setup.assumed
+
+    @property
+    def extrapolated(self) -> bool:
+        """True if a wheel load or a pressure is outside the measured range."""
+        return any(result.case.extrapolated for result in self.results)
+
+    @property
+    def out_of_reach(self) -> bool:
+        """True if a wheel load or a pressure is far outside of what was measured."""
+        return any(result.case.out_of_reach for result in self.results)
 
     @property
     def moves(self) -> int:
@@ -41,36 +85,73 @@ class World:
 
 
 @dataclass(frozen=True, eq=False)
+class BarWobble:
+    """How large wobble gets at the bar in one case."""
+
+    amplitude: Amplitude  # motions of the case in the reference world
+    state: str  # LASTS, NOT_KNOWN, KICKED or NONE
+
+
+@dataclass(frozen=True, eq=False)
 class Answer:
     """Facts of the first screen on the tyre in question."""
 
     word: str  # YES, NO_DIFFERENCE, NO or UNKNOWN
+    doubt: str  # NO_FRONT ... FRONT_ASSUMED: why it cannot be said; empty if it can
     worlds: tuple[World, ...]  # reference first
     longer: int  # plausible bicycles that less air brings closer
     shorter: int  # plausible bicycles from which less air takes wobble farther away
     count: int  # plausible bicycles that are compared
     hinges: tuple[Hinge, ...]  # the largest change of the least damping ratio first
+    at_bar: tuple[BarWobble, ...]  # at the lowest and, if there are two, at the highest pressure
+    assumed: tuple[str, ...]  # names of what is assumed and not measured
 
     @property
-    def whole(self) -> bool:
-        """True if all four worlds are known."""
-        return len(self.worlds) == 4
+    def reference(self) -> World:
+        """World in which wobble is worst."""
+        return self.worlds[0]
 
     @property
     def asks_pressure(self) -> bool:
         """True if there are two pressures to compare."""
-        return self.worlds[0].high is not None
+        return self.reference.high is not None
+
+    @property
+    def farther(self) -> bool:
+        """True if the answer is yes because less air takes wobble farther away."""
+        return self.word == YES and self.asks_pressure and any(world.moves < 0 for world in self.worlds)
+
+    @property
+    def unmoved(self) -> int:
+        """Number of plausible bicycles that less air brings neither closer nor farther away."""
+        return self.count - self.longer - self.shorter
+
+    @property
+    def tells_size(self) -> bool:
+        """True if the sizes of the wobble at the bar say more than none everywhere, or not known everywhere."""
+        states = {bar.state for bar in self.at_bar}
+        return bool(states) and states not in ({NONE}, {NOT_KNOWN})
 
     @property
     def change(self) -> float | None:
         """Change of the least damping ratio in the reference world by less air; None if one pressure has no wobble."""
-        low, high = self.worlds[0].low.least, self.worlds[0].high and self.worlds[0].high.least
+        low, high = self.reference.low.least, self.reference.high and self.reference.high.least
         return low.damping_ratio - high.damping_ratio if low and high else None
 
     @property
     def place(self) -> int | None:
         """Place of the pressure among what it hinges on, from 1; None for one pressure."""
         return next((k for k, hinge in enumerate(self.hinges, 1) if hinge.what == "pressure"), None)
+
+    @property
+    def pressure(self) -> Hinge | None:
+        """Pressure as one of what it hinges on; None for one pressure."""
+        return self.hinges[self.place - 1] if self.place else None
+
+    @property
+    def foremost(self) -> tuple[Hinge, ...]:
+        """What matters more than the pressure, three at most; of one pressure, what matters most."""
+        return self.hinges[: min(self.place - 1, 3) if self.place else 3]
 
 
 def answer(study: Study) -> Answer:
@@ -83,21 +164,49 @@ def answer(study: Study) -> Answer:
         low = study.result(setup, low_case)
         high = study.result(setup, high_case) if high_case else None
         if low and (high or not high_case):
-            longer_by = unstable_length(low.span(limit), limit)
-            if high:
-                longer_by -= unstable_length(high.span(limit), limit)
-            worlds.append(World(setup, low, high, longer_by, setup.front is not None and not setup.front.from_file))
+            worlds.append(World(setup, low, high, limit))
     change = _sampled_change(study, worlds[0])
     longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
     moves = [(world.moves, world.assumed) for world in worlds]
+    word = word_of(moves, longer, shorter, len(change), two=bool(ends))
     return Answer(
-        word=word_of(moves, longer, shorter, len(change), two=bool(ends)),
+        word=word,
+        doubt=_doubt_of(moves, front_known=settings.front is not None) if word == UNKNOWN else "",
         worlds=tuple(worlds),
         longer=longer,
         shorter=shorter,
         count=len(change),
         hinges=tuple(hinge for hinge in study.hinges if np.isfinite(hinge.size)),
+        at_bar=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
+        assumed=_name_assumed(study),
     )
+
+
+def _judge_size(study: Study, amplitude: Amplitude) -> BarWobble:
+    """Say whether the wobble of a case lasts, needs a kick, does not occur, or is not known."""
+    result = study.result(study.settings.reference, amplitude.case)
+    unstable = result is not None and result.span(study.settings.fastest) is not None
+    if amplitude.wobble:
+        state = LASTS
+    elif amplitude.refused or unstable:
+        state = NOT_KNOWN
+    else:
+        state = KICKED if amplitude.jumps else NONE
+    return BarWobble(amplitude, state)
+
+
+def _name_assumed(study: Study) -> tuple[str, ...]:
+    """Name what is assumed of bicycle, hands and tyre; the star marks the worlds of an assumed front."""
+    settings = study.settings
+    names = []
+    if settings.front and not settings.front.from_file:
+        names.append("flexible front*")
+    if not settings.arms.from_file:
+        names.append("arms")
+    names += settings.left_out
+    if of_tyre := assumed_of_tyre(settings, study.focus):
+        names.append(", ".join(OF_TYRE[name] for name in of_tyre) + " of the tyre")
+    return tuple(names)
 
 
 def _sampled_change(study: Study, world: World) -> Array:
@@ -135,6 +244,20 @@ def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: in
     agree = longer if directions == {1} else shorter
     measured = any(moves and not assumed for moves, assumed in worlds)
     return YES if len(directions) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
+
+
+def _doubt_of(worlds: list[tuple[int, bool]], *, front_known: bool) -> str:
+    """Say why it cannot be said; ``worlds`` as in :func:`word_of`."""
+    moving = [(moves, assumed) for moves, assumed in worlds if moves]
+    if not front_known:
+        return NO_FRONT
+    if len(worlds) < 4:
+        return WORLD_MISSING
+    if not moving:
+        return BICYCLES_MOVE
+    if len({moves for moves, _ in moving}) > 1:
+        return WORLDS_DIFFER
+    return FRONT_ASSUMED if all(assumed for _, assumed in moving) else BICYCLES_DIFFER
 
 
 def record(study: Study, answer: Answer) -> dict[str, Any]:

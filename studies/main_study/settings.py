@@ -210,6 +210,11 @@ class Setup:
         """Name of the world, as a heading."""
         return f"hands {self.hands}, {self.front_name} front"
 
+    @property
+    def assumed(self) -> bool:
+        """True if the world rests on a front that nobody measured."""
+        return self.front is not None and not self.front.from_file
+
 
 @dataclass(frozen=True)
 class Settings:
