@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from bicycle.identification.recording import CHANNELS, FEWEST, INPUTS, STEER, STEER_TORQUE, Run, read_runs
+from bicycle.identification.recording import CHANNELS, INPUTS, STEER, STEER_TORQUE, Run, read_runs
 from bicycle.identification.scatter import about_one_speed
 from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind, without_motors
 from studies.diagnosis.candidates import nobody_rides
@@ -40,13 +40,13 @@ from studies.diagnosis.replay import Replay
 from studies.diagnosis.riding import (
     CADENCE_HZ,
     WORDS,
-    Course,
     Sizes,
-    estimate_sizes,
-    find_course,
+    TorqueSize,
+    estimate_torque_size,
+    posterior_sizes,
     riding_candidates,
 )
-from studies.diagnosis.run_pieces import average_samples, cut_loudest, cut_pieces
+from studies.diagnosis.run_pieces import average_blocks, cut_loudest, cut_pieces
 from studies.diagnosis.whitening import (
     ChannelNoise,
     Marginal,
@@ -90,7 +90,8 @@ class Histories(BicycleKind, kind="histories"):
     # by channel that is compared, rough until the first fit unless stated; filled by :meth:`prepare`
     noise: Mapping[str, ChannelNoise] = field(default_factory=dict)
     ride_model: tuple[Candidates, Array] | None = None  # and theta (p,), to estimate torques of the ride with
-    courses: Mapping[str, Course] | None = None  # size of each torque of the ride; None: estimated when first asked
+    # by identifier of a torque of the ride; None: estimated when first needed
+    torque_sizes: Mapping[str, TorqueSize] | None = None
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "Histories":
@@ -104,7 +105,7 @@ class Histories(BicycleKind, kind="histories"):
     def prepare(self, **how: Any) -> Self:
         """Copy with nuisances and candidates, held-out runs apart, and the noise stated or estimated roughly."""
         prepared = super().prepare(**how)
-        runs, noise_sd, notes = self._average_blocks()
+        runs, noise_sd, notes = average_blocks(self.runs, self.noise_sd, held=self.replay_of(()).held)
         fitted = tuple(run for run in runs if not run.held_out)
         unseen = tuple(run for run in runs if run.held_out)
         noise, unplaced = {}, []
@@ -121,22 +122,6 @@ class Histories(BicycleKind, kind="histories"):
         return replace(
             prepared, runs=fitted, unseen=unseen, noise=noise, noise_sd=noise_sd, notes=(*prepared.notes, *notes)
         )
-
-    def _average_blocks(self) -> tuple[tuple[Run, ...], Mapping[str, float], list[str]]:
-        """Runs, stated noise sd by channel, and notes; of many short steps, means of blocks replace samples and sd."""
-        numbers = sum(len(run.time) * len(run.channels) for run in self.runs)
-        step = max(run.step for run in self.runs)
-        count = min(int(RULES.block / step + 1e-6), min(len(run.time) for run in self.runs) // FEWEST)
-        if count < 2 or numbers <= 2 * RULES.thinned:
-            return self.runs, self.noise_sd, []
-        noise_sd = {}
-        for name, sd in self.noise_sd.items():
-            channels = [run.channels[name] for run in self.runs if name in run.channels]
-            noise_sd[name] = ChannelNoise(sd).sd_of_means(channels, count)
-        held = self.replay_of(()).held
-        runs = tuple(average_samples(run, count, held=held) for run in self.runs)
-        note = f"means of {count} samples ({runs[0].step:.2g} s) stand for the samples, which loses next to nothing"
-        return runs, noise_sd, [note]
 
     def mistakes(self) -> tuple[Candidate, ...]:
         """Candidates for errors of speeds, channels, clocks and mounting, dry friction, and torques of the ride."""
@@ -212,51 +197,52 @@ class Histories(BicycleKind, kind="histories"):
         return Replay(self.runs, tuple(self.noise))
 
     def replay_of(self, channels: tuple[str, ...]) -> Replay:
-        """Replay of the inputs of the runs whose outputs are these ``channels``, in their order."""
+        """Replay of the inputs of the runs that computes these ``channels``, in their order."""
         if self.prescribed:
             return PrescribedSteer(self.runs, channels, steer_noise=self.noise_sd.get(STEER))
-        return Replay(self.runs, channels, self._find_courses)
+        return Replay(self.runs, channels, self._find_torque_sizes)
 
-    def _find_courses(self) -> Mapping[str, Course]:
-        """Sd (N m or N) and cadence (Hz) of each torque of the ride by identifier: as set, else as estimated."""
-        return self._estimated_courses if self.courses is None else self.courses
+    def _find_torque_sizes(self) -> Mapping[str, TorqueSize]:
+        """Sd (N m or N) and cadences (Hz) of each torque of the ride by identifier: as set, else as estimated."""
+        return self._estimated_torque_sizes if self.torque_sizes is None else self.torque_sizes
 
     @cached_property
-    def _estimated_courses(self) -> dict[str, Course]:
+    def _estimated_torque_sizes(self) -> dict[str, TorqueSize]:
         """Most probable sd and cadence of each torque of the ride, by identifier; with ``ride_model`` or base model."""
         candidates, theta = self.ride_model or ((), self.nominal)
-        courses = {
-            torque.identifier: self._estimate_course(torque, candidates, theta) for torque in riding_candidates()
+        torque_sizes = {
+            torque.identifier: self._estimate_torque_size(torque, candidates, theta) for torque in riding_candidates()
         }
         if self.ride_model is None:
             for torque in riding_candidates():
-                courses = self._settle_course(torque, courses)
-        return courses
+                torque_sizes = self._settle_torque_size(torque, torque_sizes)
+        return torque_sizes
 
-    def _settle_course(self, torque: Candidate, courses: dict[str, Course]) -> dict[str, Course]:
-        """Copy of ``courses`` with sd and cadence of ``torque`` estimated anew after fits with it, until they settle.
+    def _settle_torque_size(self, torque: Candidate, torque_sizes: dict[str, TorqueSize]) -> dict[str, TorqueSize]:
+        """Copy of ``torque_sizes``, that of ``torque`` estimated after fits with it, until its sd falls by < 40 %.
 
         A base model that is far off leaves much that is no torque of the ride: the first estimates are too large.
         """
         theta = self.nominal
         for _ in range(ROUNDS):
-            theta = fit(replace(self, courses=courses), (torque,), starts=[theta], turns=ROUGH).theta
-            course, previous = self._estimate_course(torque, (), theta), courses[torque.identifier]
-            courses = courses | {torque.identifier: course}
-            if course.sd > 0.6 * previous.sd:
+            theta = fit(replace(self, torque_sizes=torque_sizes), (torque,), starts=[theta], turns=ROUGH).theta
+            previous = torque_sizes[torque.identifier]
+            estimate = self._estimate_torque_size(torque, (), theta)
+            torque_sizes = torque_sizes | {torque.identifier: estimate}
+            if estimate.sd > 0.6 * previous.sd:
                 break
-        return courses
+        return torque_sizes
 
-    def _estimate_course(self, torque: Candidate, candidates: Candidates, theta: Array) -> Course:
-        """Most probable sd and cadence of one ``torque`` of the ride next to ``candidates`` at ``theta`` (p,)."""
+    def _estimate_torque_size(self, torque: Candidate, candidates: Candidates, theta: Array) -> TorqueSize:
+        """Most probable sd (N m or N) and cadences (Hz) of a ``torque``, by ``candidates`` at ``theta``."""
         marginal, columns = self._respond_to_torque(torque, candidates, theta)
         weight = sum(self.model.bicycle.static_loads)
-        return find_course(torque.identifier, marginal.residual, columns, weight * SIZES)
+        return estimate_torque_size(torque.identifier, marginal.residual, columns, weight * SIZES)
 
     def _respond_to_torque(self, torque: Candidate, candidates: Candidates, theta: Array) -> tuple[Marginal, Array]:
-        """Runs, and whitened responses (R, C T, k) to k coefficients of a unit ``torque``; starts integrated out.
+        """Whitened residual, and responses (R, C T, k) to k weights of a unit ``torque``, without what starts explain.
 
-        Both are of the model with ``candidates`` at ``theta`` (p,), which do not include the torque.
+        Starts are integrated out of both. The model has ``candidates``, the torque not among them, at ``theta`` (p,).
         """
         forced, free = self._unit_replay.free(self.family((*candidates, torque)), theta)
         count = self._unit_replay.free(self.family(candidates), theta)[1].shape[-1]
@@ -265,7 +251,7 @@ class Histories(BicycleKind, kind="histories"):
         return marginal, marginal.integrate_out(self._whiten(free[..., count:]))
 
     def marginalised_sizes(self, candidates: Candidates, theta: Array, name: str) -> Sizes:
-        """Value, sd, unit of each rms (N m or N) and frequency (Hz) of the torque ``name``; empty if there is none."""
+        """Mean, sd, unit of the rms (N m or N) and frequency (Hz) of the torque ``name``; empty for another effect."""
         torques = {torque.identifier: torque for torque in riding_candidates()}
         if name not in torques:
             return {}
@@ -276,7 +262,7 @@ class Histories(BicycleKind, kind="histories"):
         theta_marginal = integrate_starts_out(slopes, marginal.residual[..., None])  # the coordinates as well
         sds = sum(self.model.bicycle.static_loads) * SIZES
         times = [run.time for run in self.runs]
-        return estimate_sizes(name, times, theta_marginal.residual, theta_marginal.integrate_out(columns), sds)
+        return posterior_sizes(name, times, theta_marginal.residual, theta_marginal.integrate_out(columns), sds)
 
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
@@ -316,9 +302,10 @@ class Histories(BicycleKind, kind="histories"):
         return self._whiten(self._replay.slopes(family, theta, 0.1 * family.stencil(theta)[1], starts))
 
     def _integrate_starts(self, family: Family, candidates: Candidates, theta: Array) -> Marginal:
-        """Whitened runs of the model with ``candidates`` at ``theta`` (p,), their initial states integrated out."""
+        """Whitened residual (measured minus computed) of each run at ``theta`` (p,), initial states integrated out."""
 
         def integrate() -> Marginal:
+            """Integrate the initial states out anew, as :meth:`_integrate_starts` remembers it."""
             forced, free = self._replay.free(family, theta)
             white = self._whiten((self._measured - forced)[..., None])
             return self._integrate_out(free, white, candidates, start_sd(family))
@@ -347,7 +334,7 @@ class Histories(BicycleKind, kind="histories"):
         return float(log_cadences - 2 * np.log1p(gain).sum())
 
     def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
-        """Residuals (n, draws) of ``white`` noise (n, draws) once initial states are integrated out of it."""
+        """Residuals (n, draws) of ``white`` noise (n, draws) of sd 1 once initial states are integrated out of it."""
         runs = self._integrate_starts(self.family(candidates), candidates, theta)
         padded = np.zeros((self._recorded.size, white.shape[1]))
         padded[self._recorded.ravel()] = white
@@ -442,9 +429,10 @@ class Histories(BicycleKind, kind="histories"):
         return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
 
     def estimate_noise(self, best: Any) -> "Histories":
-        """Copy with sd (unless stated) and colour of the noise as in ``best.residual`` (n,), whitened by the old noise.
+        """Copy with noise estimated from ``best.residual`` (n,), and ``best`` as ride model if it may size the ride.
 
-        If ``best`` has no effect, or has a torque of the ride, it becomes the ``ride_model``, without such torques.
+        The residual is whitened by the old noise. A stated sd stays; the colour is always estimated. The ride model, by
+        which torques of the ride get their size, is a fit without effects or with such a torque, which is taken out.
         """
         series = np.array(self.rows.series)
         noise = {}
@@ -485,9 +473,10 @@ class Histories(BicycleKind, kind="histories"):
         return flat[0], central_differences(flat, steps)
 
     def _predict_start_effects(self, channel: str, sd: float, candidates: Candidates, theta: Array) -> Prediction:
-        """Effects of starts on a further ``channel`` (m,), over its noise ``sd``: derivatives (m, p), spread (m, k).
+        """Effects of starts on a further ``channel``, over its noise ``sd``: (m, p), and those of their spread (m, k).
 
-        Derivatives of what the most probable starts do, by ``theta`` (p,); spread: 1 posterior sd of starts, 1 of bias.
+        The first: derivatives of what the most probable starts do to it, which follow ``theta`` (p,). The second: what
+        1 posterior sd of the starts, and 1 prior sd of a bias or drift, add.
         """
         family = self.family(candidates)
         marginal = self._integrate_starts(family, candidates, theta)
@@ -561,6 +550,7 @@ class Histories(BicycleKind, kind="histories"):
         """Copy with each signal and noise that is a key of ``names`` renamed to its value and times ``factor``."""
 
         def read(signals: Mapping[str, Array]) -> dict[str, Array]:
+            """Copy of ``signals`` with those in ``names`` renamed and scaled."""
             return {**signals, **{names[n]: factor * x for n, x in signals.items() if n in names}}
 
         noise = {names[n]: replace(old, sd=abs(factor) * old.sd) for n, old in self.noise.items() if n in names}
@@ -583,7 +573,7 @@ class Histories(BicycleKind, kind="histories"):
         return replace(self, runs=tuple(runs))
 
     def simplify(self) -> "Histories":
-        """Copy with eight runs at most, cut in pieces; with three whole ones if the steer angle is prescribed."""
+        """Copy with eight runs at most, in pieces of 0.6 s; with three whole runs if the steer angle is prescribed."""
         thinned = self.thin(RULES.thinned)
         thinned = replace(thinned, runs=thinned.runs[:: -(-len(thinned.runs) // (3 if self.prescribed else 8))])
         return thinned if self.prescribed else (thinned.easier_problems() or (thinned,))[-1]

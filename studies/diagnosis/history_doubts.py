@@ -27,7 +27,7 @@ FAINT = (
 
 
 def faint_channels(kind: "Histories") -> list[str]:
-    """Sentences, one for each channel whose root mean square is below 0.3 sd of its noise in every run."""
+    """Sentences, one for each measured channel whose root mean square is below 0.3 sd of its noise in every run."""
     sentences = []
     for channel, noise in kind.noise.items():
         size = max(float(np.sqrt(np.mean(run.channels[channel] ** 2))) for run in kind.runs)

@@ -13,7 +13,7 @@ from bicycle.model.descriptor import DescriptorStack
 from bicycle.motion.responses import discretise, from_rest, march, powers_of
 from studies.diagnosis import mistakes
 from studies.diagnosis.family import SPEED_OFFSET, Family
-from studies.diagnosis.riding import PUSHES, SHARES, WORDS, Course, riding_in, shapes
+from studies.diagnosis.riding import PUSHES, SHARES, WORDS, TorqueSize, acting_torques, basis_courses
 from studies.inference.last_answer import RecentAnswers
 from tyre.ground.arrays import Array
 
@@ -89,7 +89,8 @@ class Replay:
 
     runs: tuple[Run, ...]  # with the same inputs
     channels: tuple[str, ...]  # columns that are computed, C of them
-    riding: Callable[[], Mapping[str, Course]] = dict  # sizes of torques that nobody recorded, dear; 1 N m without
+    # Sizes of torques of the ride by identifier, called only where one acts, for it takes fits; 1 N m of those left out
+    torque_sizes: Callable[[], Mapping[str, TorqueSize]] = dict
 
     @cached_property
     def length(self) -> int:
@@ -271,7 +272,7 @@ class Replay:
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         if mistakes.FRICTION in values:
             columns.append(names.inputs.index("steer_torque"))
-        if riding_in(values):
+        if acting_torques(values):
             columns += [names.inputs.index(name) for name in PUSHES]
         n = system.mass.shape[-1]
         solved = np.linalg.solve(system.mass, np.concatenate([system.dynamics, system.input[..., columns]], -1))
@@ -290,20 +291,20 @@ class Replay:
             turned[..., place, :] = sum(a[..., None] * outputs[..., p, :] for a, p in zip(shares, places, strict=True))
         return turned
 
-    def _unit_courses(self, name: str) -> Array:
+    def _torque_basis(self, name: str) -> Array:
         """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
-        return self._recent_courses.get(name, lambda: self._compute_courses(name))
+        return self._recent_bases.get(name, lambda: self._compute_torque_basis(name))
 
     @cached_property
-    def _recent_courses(self) -> RecentAnswers[Array]:
+    def _recent_bases(self) -> RecentAnswers[Array]:
         """Courses by name of their torque, which many models share."""
         return RecentAnswers(most=len(WORDS))
 
-    def _compute_courses(self, name: str) -> Array:
-        """Compute what :meth:`_unit_courses` remembers: courses (R, T, k), N m, zero behind the end of a run."""
-        course = self.riding().get(name, Course(1.0))
+    def _compute_torque_basis(self, name: str) -> Array:
+        """Compute what :meth:`_torque_basis` remembers: courses (R, T, k), N m, zero behind the end of a run."""
+        course = self.torque_sizes().get(name, TorqueSize(1.0))
         hertz = course.hertz or [None] * len(self.runs)
-        by_run = [course.sd * shapes(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
+        by_run = [course.sd * basis_courses(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
         most = max(x.shape[1] for x in by_run)
         return np.array([np.pad(x, ((0, self.length - len(x)), (0, most - x.shape[1]))) for x in by_run])
 
@@ -318,7 +319,7 @@ class Replay:
                 settings[:, column] = values[key][:, 0]
         if (settings == settings[0]).all():
             settings = settings[:1]
-        riding = riding_in(values)
+        riding = acting_torques(values)
         last = len(names) + (mistakes.FRICTION in values)
         with_pushes = last + len(PUSHES) if riding else last
         signals = np.zeros((len(settings), len(self.runs), with_pushes, self.length))
@@ -332,7 +333,7 @@ class Replay:
             signals[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
         coefficients = np.zeros((len(self.runs), 0)) if starts is None else starts  # of the courses the last
         for name in reversed(riding if starts is not None else []):
-            courses = self._unit_courses(name)
+            courses = self._torque_basis(name)
             count = 2 * courses.shape[-1]
             coefficients, sizes = coefficients[:, :-count], coefficients[:, -count:].reshape(len(self.runs), 2, -1)
             signals[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, sizes, SHARES[name])
@@ -376,8 +377,8 @@ class Replay:
         """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
         step, before, after, output_rows, _, _ = system.first
         columns = [np.zeros((*system.output.shape[1:-1], self.length, 0))]
-        for name in riding_in(values):
-            courses = self._unit_courses(name)
+        for name in acting_torques(values):
+            courses = self._torque_basis(name)
             driving, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
             pushes = slice(-len(PUSHES), None)
             into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)

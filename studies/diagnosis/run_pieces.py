@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from bicycle.identification.recording import AS_LINEAR, Run
+from bicycle.identification.recording import AS_LINEAR, FEWEST, Run
 from studies.diagnosis.whitening import ChannelNoise
+from studies.inference.rules import RULES
 from tyre.ground.arrays import Array
 
 
@@ -35,6 +36,27 @@ def cut_loudest(run: Run, noise: Mapping[str, ChannelNoise], size: int) -> Run:
     return cut_piece(run, a, a + size)
 
 
+def average_blocks(
+    runs: tuple[Run, ...], noise_sd: Mapping[str, float], *, held: bool
+) -> tuple[tuple[Run, ...], Mapping[str, float], list[str]]:
+    """Means of blocks of samples where data are much and steps short: runs, stated noise sd by channel, and notes.
+
+    Else ``runs`` and ``noise_sd`` as they are, without notes. ``held`` as of :func:`average_samples`.
+    """
+    numbers = sum(len(run.time) * len(run.channels) for run in runs)
+    step = max(run.step for run in runs)
+    count = min(int(RULES.block / step + 1e-6), min(len(run.time) for run in runs) // FEWEST)
+    if count < 2 or numbers <= 2 * RULES.thinned:
+        return runs, noise_sd, []
+    sd_of_means = {}
+    for name, sd in noise_sd.items():
+        channels = [run.channels[name] for run in runs if name in run.channels]
+        sd_of_means[name] = ChannelNoise(sd).sd_of_means(channels, count)
+    means = tuple(average_samples(run, count, held=held) for run in runs)
+    note = f"means of {count} samples ({means[0].step:.2g} s) stand for the samples, which loses next to nothing"
+    return means, sd_of_means, [note]
+
+
 def average_samples(run: Run, count: int, *, held: bool) -> Run:
     """Run of the means of ``count`` samples each; torques were ``held`` or are linear between samples.
 
@@ -44,6 +66,7 @@ def average_samples(run: Run, count: int, *, held: bool) -> Run:
     """
 
     def mean(x: Array) -> Array:
+        """Means of blocks of ``count`` values of ``x`` (T,); what is behind the last whole block is left out."""
         return np.asarray(x[: len(x) // count * count].reshape(-1, count).mean(1))
 
     # about the time of a sample, a torque that is held is half of it and half of the one before

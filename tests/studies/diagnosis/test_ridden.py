@@ -138,10 +138,10 @@ def test_a_process_of_swaying_has_its_size_and_corner_frequency():
     rng, noise, size, time = np.random.default_rng(1), 0.5, 5.0, np.arange(0.0, 10.0, 0.02)
     spread, axes = np.linalg.eigh(np.exp(-(((time[:, None] - time) / 0.4) ** 2) / 2))
     courses = size * (axes * np.sqrt(np.maximum(spread, 0.0)) @ rng.standard_normal((len(time), 4))).T
-    own = riding.shapes("rider_sway", time, None)
+    own = riding.basis_courses("rider_sway", time, None)
     columns = np.repeat(np.hstack([own, 0 * own])[None] / noise, 4, axis=0)
     residual = (courses + noise * rng.standard_normal(courses.shape)) / noise
-    told = riding.estimate_sizes("rider_sway", [time] * 4, residual, columns, np.geomspace(0.5, 50.0, 25))
+    told = riding.posterior_sizes("rider_sway", [time] * 4, residual, columns, np.geomspace(0.5, 50.0, 25))
     value, sd, unit = told["lean_torque_rms"]
     assert (value, unit) == (pytest.approx(np.sqrt(np.mean(courses**2)), rel=0.01), "N m")
     hertz, sd, unit = told["corner_frequency"]
