@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,22 @@ from tyre.measured.properties import TyreSource, out_of_reach, wheel_properties
 # parameters of the model that a TyreCase gives, in its order
 CONTACT = tuple(f"{LAW}.{name}.{wheel}" for wheel in WHEELS for name in ("cornering_stiffness", "relaxation_length"))
 GIVEN = "as given"
+
+
+class WheelTyre(NamedTuple):
+    """What the tyre of one wheel has under its static load."""
+
+    wheel: str  # rear or front
+    cornering_stiffness: float  # N/rad
+    cornering_stiffness_sd: float  # N/rad
+    relaxation_length: float  # m
+    relaxation_length_sd: float  # m
+    properties: TyreProperties | None  # None: given as numbers
+
+    @property
+    def lateral_stiffness(self) -> float:
+        """Lateral stiffness, N/m: cornering stiffness by relaxation length."""
+        return self.cornering_stiffness / self.relaxation_length
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +76,23 @@ class TyreCase:
     def extrapolated(self) -> bool:
         """True if a wheel load or the pressure is outside the measured range."""
         return not all(p.inside for p in self.properties)
+
+    @property
+    def wheels(self) -> tuple[WheelTyre, WheelTyre]:
+        """What the tyres of rear and front wheel have."""
+        sds = np.sqrt(np.diag(self.covariance))
+        rear, front = (
+            WheelTyre(
+                wheel,
+                float(self.contact[2 * k]),
+                float(sds[2 * k]),
+                float(self.contact[2 * k + 1]),
+                float(sds[2 * k + 1]),
+                self.properties[k] if self.properties else None,
+            )
+            for k, wheel in enumerate(WHEELS)
+        )
+        return rear, front
 
     @property
     def surface_stated(self) -> bool:

@@ -144,6 +144,11 @@ class Hinge:
             return 0.0 if self.low.least is self.high.least else float("inf")
         return abs(self.high.least.damping_ratio - self.low.least.damping_ratio)
 
+    @property
+    def comparable(self) -> bool:
+        """False if wobble is an oscillation at one end only."""
+        return bool(np.isfinite(self.size))
+
 
 def wobble(settings: Settings, setup: Setup, contact: Array, label: str = "") -> End:
     """Compute the wobble of one model with the tyre numbers ``contact`` (4,): N/rad and m, rear then front."""
@@ -255,6 +260,32 @@ class ContactModels:
     trailing: End  # single lag with the trail of the string
     string: End  # string in contact over its length
 
+    @property
+    def contact_length(self) -> tuple[float, float]:
+        """Length of the contact, m, rear and front."""
+        rear, front = self.half_length
+        return 2 * rear, 2 * front
+
+    @property
+    def oscillate(self) -> bool:
+        """True if wobble is an oscillation in all three models."""
+        return all(end.least for end in (self.lag, self.trailing, self.string))
+
+    @property
+    def trail_effect(self) -> float | None:
+        """Change of the least damping ratio by the trail; None where a model has no oscillation of wobble."""
+        return _change_of_least(self.lag, self.trailing)
+
+    @property
+    def lag_effect(self) -> float | None:
+        """Change of the least damping ratio by a single lag in place of the string's; None likewise."""
+        return _change_of_least(self.string, self.trailing)
+
+
+def _change_of_least(before: End, after: End) -> float | None:
+    """Subtract the least damping ratios of two ends; None where one has no oscillation of wobble."""
+    return after.least.damping_ratio - before.least.damping_ratio if before.least and after.least else None
+
 
 def contact_models(settings: Settings, cases: Sequence[TyreCase]) -> tuple[ContactModels, ...]:
     """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
@@ -334,6 +365,31 @@ class Sources:
     shares: Mapping[CrossingIdentity, Mapping[str, float]]
     exact: Mapping[str, str]  # parameter -> why no standard deviation of it counts
     assumed: Mapping[str, tuple[float, float]]  # parameter -> value and assumed standard deviation, SI
+
+    @property
+    def large_groups(self) -> list[str]:
+        """Sources that print as one percent or more of some variance."""
+        largest: dict[str, float] = {}
+        for share_of in self.shares.values():
+            for group, share in share_of.items():
+                largest[group] = max(share, largest.get(group, 0.0))
+        return [group for group, share in largest.items() if share >= 0.005]
+
+    @property
+    def large_shares(self) -> dict[CrossingIdentity, list[float]]:
+        """Share of each of the ``large_groups`` in the variance of each critical speed."""
+        table = {}
+        for identity, share_of in self.shares.items():
+            table[identity] = [share_of.get(group, 0.0) for group in self.large_groups]
+        return table
+
+    @property
+    def exact_by_reason(self) -> dict[str, list[str]]:
+        """Parameters that count as exact, by the reason."""
+        parameters: dict[str, list[str]] = {}
+        for key, why in self.exact.items():
+            parameters.setdefault(why, []).append(key)
+        return parameters
 
 
 def sources(settings: Settings, case: TyreCase) -> Sources:

@@ -26,7 +26,7 @@ def drawings(study: Study, folder: Path) -> list[Callable[[Study], None]]:
     draws = {"headline": draw_headline, "damping_ratio": draw_damping, "critical_speeds": draw_critical_speeds}
     if study.decompositions:
         draws["causes"] = draw_causes
-    if any(amplitude.jumps for amplitude in study.amplitudes):
+    if study.has_cycles:
         draws["amplitude"] = draw_amplitude
     return [partial(draw, target=folder / name) for name, draw in draws.items()]
 

@@ -1,6 +1,7 @@
 """The study beside published ranges: ours, and whether ours lie inside."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +10,27 @@ from studies.main_study.result import WEAVE, WOBBLE
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study
 from tyre.ground.files import data_root, read_toml
+
+
+class Shown(NamedTuple):
+    """How a quantity is printed."""
+
+    name: str  # in words
+    unit: str  # empty: a ratio or a share
+    digits: str  # format of its numbers
+
+
+QUANTITIES = {
+    "wobble_frequency_Hz": Shown("wobble frequency", "Hz", ".1f"),
+    "onset_m_s": Shown("onset of unstable wobble", "m/s", ".1f"),
+    "end_m_s": Shown("end of unstable wobble", "m/s", ".1f"),
+    "steer_over_roll": Shown("steer over roll in wobble", "", ".1f"),
+    "frequency_change": Shown("change of wobble's frequency, 3 to 20 m/s", "", ".0%"),
+    "weave_shift_m_s": Shown("weave speed, change with pressure", "m/s", ".3f"),
+    "cornering_stiffness_over_load_per_deg": Shown("cornering stiffness over load", "1/deg", ".2f"),
+    "camber_stiffness_over_load_per_deg": Shown("camber stiffness over load", "1/deg", ".4f"),
+    "relaxation_length_mm": Shown("relaxation length", "mm", ".0f"),
+}
 
 
 @dataclass(frozen=True)
@@ -23,6 +45,11 @@ class Finding:
     read: str  # what was read of it, and how it was taken
     source: str  # where it was published
     hands: str = ""  # ``on`` or ``off`` the bar; empty: of the tyre alone
+
+    @property
+    def shown(self) -> Shown:
+        """How the quantity is printed."""
+        return QUANTITIES[self.quantity]
 
 
 @dataclass(frozen=True)

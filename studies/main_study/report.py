@@ -2,9 +2,9 @@
 
 import math
 import operator
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal
-from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -14,18 +14,18 @@ import numpy as np
 from bicycle.model.default_sd import CORNERING_STIFFNESS
 from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
-from studies.main_study.cases import TyreCase
+from studies.main_study.cases import TyreCase, WheelTyre
 from studies.main_study.compare import CRITICAL, DAMPING, Change, assumed_of_tyre
-from studies.main_study.published import compare_findings
-from studies.main_study.result import Result
+from studies.main_study.published import Shown, compare_findings
+from studies.main_study.result import Result, UncertainCriticalSpeed
 from studies.main_study.screen import answer
-from studies.main_study.settings import LIMITS, Settings, plain_name
+from studies.main_study.settings import LIMITS, Settings, Setup, plain_name
 from studies.main_study.study import Study, run_study, spread
 from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import render_file, write_page
 from studies.uncertainty.propagation import Quantity, differs
-from tyre import TyreProperties
+from tyre.ground.units import PASCAL_PER_BAR
 
 PACKAGE = "studies.main_study"
 
@@ -76,45 +76,96 @@ def _split_cells(line: str) -> list[str]:
 def facts(study: Study) -> dict[str, Any]:
     """Gather what the templates show: the study, its answer, and lists that are sorted, counted or filtered here."""
     settings = study.settings
-    exact: dict[str, list[str]] = {}
-    for key, why in study.sources.exact.items():
-        exact.setdefault(why, []).append(key)
-    quantities = [(check.result, q) for check in study.checks for q in check.quantities]
-    shares = study.sources.shares
-    groups = list(dict.fromkeys(group for shares_of_speed in shares.values() for group in shares_of_speed))
-    large_groups = [group for group in groups if max(by_group.get(group, 0.0) for by_group in shares.values()) >= 0.005]
-    extrapolated: list[tuple[TyreCase, str, TyreProperties]] = []
+    comparisons = compare_findings(study)
+    rows = [CheckRow(check.result, q) for check in study.checks for q in check.quantities]
     notes: list[tuple[str, str]] = []
+    extrapolated: list[tuple[TyreCase, WheelTyre]] = []
     for case in study.cases:
-        for wheel, p in zip(("rear", "front"), case.properties, strict=False):
-            notes += [(case.name, note) for note in p.notes]
-            if not p.inside:
-                extrapolated.append((case, wheel, p))
+        for at in case.wheels:
+            if at.properties:
+                notes += [(case.name, note) for note in at.properties.notes]
+                if not at.properties.inside:
+                    extrapolated.append((case, at))
     return {
         "study": study,
         "settings": settings,
         "limits": LIMITS,
         "a": answer(study),
-        "find_check": partial(find_check, study),
-        "is_doubtful": partial(is_doubtful, study),
         "assumed_of_tyre": assumed_of_tyre(settings, study.focus),
-        "comparisons": compare_findings(study),
+        "comparisons": comparisons,
+        "verdicts": Counter(comparison.verdict for comparison in comparisons if comparison.ours),
+        "bands": [_make_bands(study, result) for result in study.results_of(settings.reference)],
         "critical_parts": list(parts(study, CRITICAL, 3)),
         "damping_parts": list(parts(study, DAMPING, 5)),
         "other_crossings": list(_other_crossings(study)),
-        "shares": shares,
-        "assumed_sds": study.sources.assumed,
-        "exact_reasons": exact,
-        "quantities": quantities,
-        "groups": large_groups,
-        "different": [(r, q) for r, q in quantities if not is_linear(q)],
+        "checked": rows,
+        "not_linear": [row for row in rows if not is_linear(row.quantity)],
         "ranges": vars(settings.ranges),
         "assumed_stiffness_sd": CORNERING_STIFFNESS,
-        "length_sds": [1e3 * math.sqrt(case.covariance[k, k]) for case in study.cases for k in (1, 3)],
+        "length_sds": [at.relaxation_length_sd for case in study.cases for at in case.wheels],  # m
         "extrapolated": extrapolated,
         "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
         "notes": list(dict.fromkeys(notes)),
     }
+
+
+class CheckRow(NamedTuple):
+    """A quantity of one result, whose linear standard deviation random bicycles check."""
+
+    result: Result  # whose quantity it is
+    quantity: Quantity  # with its linear sd and its samples
+
+    @property
+    def resolution(self) -> float:
+        """A quarter of the linear sd, in the unit of the quantity: its value is printed as finely as this deserves."""
+        return self.quantity.linear_sd / 4
+
+    @property
+    def excess(self) -> float:
+        """Relative excess of the standard deviation of the draws over the linear one."""
+        return self.quantity.sampled_sd / self.quantity.linear_sd - 1
+
+    @property
+    def bias(self) -> float:
+        """Mean of the draws less the value, in linear standard deviations."""
+        return (self.quantity.sampled_mean - self.quantity.value) / self.quantity.linear_sd
+
+
+class Edge(NamedTuple):
+    """Critical speed at which unstable wobble begins or ends, and what is valid of its uncertainty."""
+
+    crossing: UncertainCriticalSpeed  # speed and linear sd, m/s
+    interval: tuple[float, float] | None  # m/s, of 95 % of the draws, where the linear sd is not valid for it
+    has_sd: bool  # the linear sd is valid, as far as it was checked
+
+
+class Bands(NamedTuple):
+    """Unstable wobble of one case in the reference world."""
+
+    result: Result  # of the case
+    # start and end of each band; None: it begins below, or goes on above, the speeds looked at
+    edges: list[tuple[Edge | None, Edge | None]]
+    frequencies: list[float]  # Hz, at every edge
+
+
+def _make_bands(study: Study, result: Result) -> Bands:
+    """List the bands of unstable wobble of one case that begin up to the highest speed looked at."""
+    edges = []
+    frequencies = []
+    for band in result.bands(study.settings.fastest):
+        edges.append((_make_edge(study, result, band.start), _make_edge(study, result, band.end)))
+        frequencies += [crossing.frequency_hz for crossing in (band.start, band.end) if crossing]
+    return Bands(result, edges, frequencies)
+
+
+def _make_edge(study: Study, result: Result, crossing: UncertainCriticalSpeed | None) -> Edge | None:
+    """Say whether the linear sd of an edge holds; where random bicycles say that it does not, their interval does."""
+    if crossing is None:
+        return None
+    q = find_check(study, result, crossing)
+    if q:
+        return Edge(crossing, None if is_linear(q) else q.band(), is_linear(q))
+    return Edge(crossing, None, not is_doubtful(study, crossing))
 
 
 def find_check(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
@@ -175,13 +226,19 @@ def never_stable(result: Result, limit: float) -> bool:
     return bool((result.modes.model.eigenvalues(np.arange(1.0, limit + 0.1, 0.1)).real > 0).any(axis=1).all())
 
 
-def excess(quantity: Quantity) -> float:
-    """Relative excess of the standard deviation of the draws over the linear one."""
-    return quantity.sampled_sd / quantity.linear_sd - 1
+class OtherCrossing(NamedTuple):
+    """A mode beside wobble, or all together, that becomes stable or unstable in one world."""
+
+    setup: Setup  # world
+    mode: str  # its name in words
+    state: str  # stable or unstable above the speeds
+    speeds: list[float]  # m/s, of every crossing in every case; empty: it never is
+    number: int  # cases in which it happens
+    total: int  # cases in that world
 
 
-def _other_crossings(study: Study) -> Any:
-    """Yield world, mode, new state, speeds, cases and all cases of the modes beside wobble that change stability."""
+def _other_crossings(study: Study) -> Iterator[OtherCrossing]:
+    """Find the modes beside wobble that change their stability, and the worlds in which none is ever stable."""
     limit = study.settings.fastest
     for setup in study.settings.setups:
         results = study.results_of(setup)
@@ -193,10 +250,11 @@ def _other_crossings(study: Study) -> Any:
         for (mode, direction), places in speeds_of.items():
             state = "unstable" if direction == "destabilising" else "stable"
             speeds = [speed for _, speed in places]
-            yield setup, mode.replace("_", " "), state, speeds, len({number for number, _ in places}), len(results)
+            cases = {number for number, _ in places}
+            yield OtherCrossing(setup, mode.replace("_", " "), state, speeds, len(cases), len(results))
         never = sum(never_stable(r, limit) for r in results)
         if never:
-            yield setup, "all together", "stable", [], never, len(results)
+            yield OtherCrossing(setup, "all together", "stable", [], never, len(results))
 
 
 def like(value: float, sd: float) -> str:
@@ -224,12 +282,44 @@ def two_digits(sd: float) -> str:
     return np.format_float_positional(sd, precision=2, fractional=False, trim="-")
 
 
+def like_or_below(value: float, sd: float) -> str:
+    """Print a ``value`` with as many places as ``sd`` deserves, or "below" ``sd`` if it would print as zero."""
+    text = like(value, sd)
+    return text if float(text) else f"below {like(sd, sd)}"
+
+
+def published_range(ends: Sequence[float], shown: Shown, endless: str) -> str:
+    """Print the ``ends`` of a range with the unit of their quantity, and ``endless`` for an infinite one."""
+    return f"{span_of(ends, shown.digits).replace('inf', endless)} {shown.unit}".strip()
+
+
+def signed_percent(share: float, digits: str) -> str:
+    """Print a ``share`` with its sign in percent."""
+    return f"{with_sign(100 * share, digits)} %"
+
+
+def _in_unit(scale: float) -> Callable[..., str]:
+    """Make a filter that prints an SI number times ``scale``, in a format such as ``.2f``."""
+
+    def show(value: float, digits: str = ".0f") -> str:
+        return f"{scale * value:{digits}}"
+
+    return show
+
+
 FILTERS = {
     "plain": plain_name,
     "like": like,
+    "like_or_below": like_or_below,
     "signed": with_sign,
     "span_of": span_of,
-    "excess": excess,
-    "linear": is_linear,
+    "published_range": published_range,
     "digits": two_digits,
+    "signed_percent": signed_percent,
+    "percent": _in_unit(100.0),
+    "kmh": _in_unit(3.6),
+    "mm": _in_unit(1e3),
+    "bar": _in_unit(1 / PASCAL_PER_BAR),
+    "per_degree": _in_unit(math.radians(1.0)),
+    "per_mm": _in_unit(1e-3),
 }

@@ -162,6 +162,11 @@ class Span:
     high: float  # m/s; infinite: unstable beyond the limit
     limit: float  # m/s, highest speed that is looked at
 
+    @property
+    def endless(self) -> bool:
+        """True if it goes on beyond the speeds that are looked at."""
+        return self.high > self.limit
+
 
 def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
     """Select the critical speeds at which wobble begins or ends, rising."""

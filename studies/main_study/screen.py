@@ -176,7 +176,7 @@ def answer(study: Study) -> Answer:
         longer=longer,
         shorter=shorter,
         count=len(change),
-        hinges=tuple(hinge for hinge in study.hinges if np.isfinite(hinge.size)),
+        hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
         at_bar=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
     )
@@ -240,7 +240,7 @@ def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: in
         return UNKNOWN
     directions = {moves for moves, _ in worlds} - {0}
     if not directions:
-        return (NO_DIFFERENCE if two else NO) if (longer + shorter <= (1 - LIMITS.agree) * count) else UNKNOWN
+        return (NO_DIFFERENCE if two else NO) if (longer + shorter <= LIMITS.disagree * count) else UNKNOWN
     agree = longer if directions == {1} else shorter
     measured = any(moves and not assumed for moves, assumed in worlds)
     return YES if len(directions) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN

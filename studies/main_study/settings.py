@@ -66,6 +66,11 @@ class Limits:
     slowest: float = -12.0  # 1/s; what decays faster is left out of the picture
     widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
 
+    @property
+    def disagree(self) -> float:
+        """Share of the plausible bicycles that may disagree."""
+        return 1 - self.agree
+
 
 LIMITS = Limits()
 

@@ -43,6 +43,33 @@ class Study:
         """Cases of the tyre in question, by rising pressure."""
         return tuple(case for case in self.cases if case.name == self.names[0])
 
+    @property
+    def packaged_tyres(self) -> list[str]:
+        """Names of the tyres that come with velotyre."""
+        return list(dict.fromkeys(case.name for case in self.cases if case.packaged))
+
+    @property
+    def contact_example(self) -> compare.ContactModels | None:
+        """First comparison of contact models; None unless wobble oscillates in all models of it and of the last."""
+        if not self.contact_models or not self.contact_models[-1].oscillate:
+            return None
+        return self.contact_models[0] if self.contact_models[0].oscillate else None
+
+    @property
+    def has_cycles(self) -> bool:
+        """True if there are periodic motions of wobble, lasting or not."""
+        return any(amplitude.jumps for amplitude in self.amplitudes)
+
+    @property
+    def refusals(self) -> list[str]:
+        """Reasons why amplitudes are not known, each once."""
+        return list(dict.fromkeys(amplitude.refused for amplitude in self.amplitudes if amplitude.refused))
+
+    @property
+    def peak_factor(self) -> float | None:
+        """Peak factor of the tyres that is assumed for the amplitudes; None where their files hold whole curves."""
+        return next((amplitude.peak_factor for amplitude in self.amplitudes if amplitude.peak_factor), None)
+
     def results_of(self, setup: Setup, name: str | None = None) -> list[Result]:
         """List the results of one setup, of the tyre and surface ``name`` if given, in the order of the cases."""
         results = (self.result(setup, case) for case in self.cases if name in (None, case.name))

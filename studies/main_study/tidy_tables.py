@@ -61,23 +61,21 @@ def _condition(study: Study, case: TyreCase, setup: Setup) -> Row:
 
 def _tyres(study: Study) -> Iterator[Row]:
     for case in study.cases:
-        sds = np.sqrt(np.diag(case.covariance))
-        for k, wheel in enumerate(("rear", "front")):
-            stiffness, length = (float(value) for value in case.contact[2 * k : 2 * k + 2])
-            p = case.properties[k] if case.properties else None
+        for k, at in enumerate(case.wheels):
+            p = at.properties
             yield {
                 "bicycle": study.settings.bicycle.name,
                 "tyre": case.tyre,
                 "surface": case.surface,
                 "pressure_bar": case.pressures_bar[k] if case.pressures_bar else None,
-                "wheel": wheel,
+                "wheel": at.wheel,
                 "load_N": study.settings.bicycle.static_loads[k],
-                "cornering_stiffness_N_per_deg": np.radians(stiffness),
-                "cornering_stiffness_sd_N_per_deg": np.radians(sds[2 * k]),
-                "lateral_stiffness_N_per_mm": stiffness / length / 1e3,
+                "cornering_stiffness_N_per_deg": np.radians(at.cornering_stiffness),
+                "cornering_stiffness_sd_N_per_deg": np.radians(at.cornering_stiffness_sd),
+                "lateral_stiffness_N_per_mm": at.lateral_stiffness / 1e3,
                 "lateral_stiffness_sd_N_per_mm": p.lateral_stiffness_sd / 1e3 if p else None,
-                "relaxation_length_mm": length * 1e3,
-                "relaxation_length_sd_mm": sds[2 * k + 1] * 1e3,
+                "relaxation_length_mm": at.relaxation_length * 1e3,
+                "relaxation_length_sd_mm": at.relaxation_length_sd * 1e3,
                 "origin": p.origin if p else "given",
                 "notes": "; ".join(p.notes) if p else "",
             }
