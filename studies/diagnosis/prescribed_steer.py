@@ -115,7 +115,7 @@ class PrescribedSteer(Replay):
         return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)
 
     def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
-        """Steer angle and derivatives, the other torques, friction."""
+        """Inputs (K, R, m, T): steer angle, rate, acceleration (rad, s), the other torques (N m), friction; K or 1."""
         torques = super()._signals(values, None)  # by the order of the inputs, friction last
         sensors = _sensor(values)
         if len(set(sensors)) == 1:
@@ -146,19 +146,20 @@ class PrescribedSteer(Replay):
         return max(spline.spread.shape[1] for spline in self._splines)
 
     def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
-        """Responses to the uncertain coefficients of the splines, of one bicycle."""
-        step, before, after, output, direct, _ = system.first
+        """Responses (1, R, C, T, columns) of the first bicycle's channels to the uncertain weights of the splines."""
+        first = system.first_bicycle
         ((late, gain),) = _sensor(values)
         most = self._uncertain_columns
         angle = np.zeros((len(self.runs), self.length, most, ORDERS))
         for r, (_, uncertain) in enumerate(self._angles(late)):
             angle[r, : len(uncertain), : uncertain.shape[-1]] = uncertain.swapaxes(-1, -2) / gain
         signals = np.concatenate([angle[:, :-1], angle[:, 1:]], -1)
-        into = np.concatenate([before[..., :ORDERS], after[..., :ORDERS]], -1).swapaxes(-1, -2)
-        across = np.einsum("cd,rqn->rcqdn", np.eye(most), into).reshape(len(step), -1, most, step.shape[-1])
-        y = from_rest(step, signals.reshape(*signals.shape[:2], -1), across, output)
-        assert direct is not None
-        return (y + np.einsum("rco,rtko->rctk", direct[..., :ORDERS], angle))[None]
+        into_states = np.concatenate([first.before[..., :ORDERS], first.after[..., :ORDERS]], -1).swapaxes(-1, -2)
+        across = np.einsum("cd,rqn->rcqdn", np.eye(most), into_states)
+        across = across.reshape(len(self.runs), -1, most, first.step.shape[-1])
+        y = from_rest(first.step, signals.reshape(*signals.shape[:2], -1), across, first.output)
+        assert first.direct is not None
+        return (y + np.einsum("rco,rtko->rctk", first.direct[..., :ORDERS], angle))[None]
 
 
 def _sensor(values: Mapping[str, Array]) -> list[tuple[float, float]]:

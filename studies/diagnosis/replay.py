@@ -19,15 +19,19 @@ from tyre.ground.arrays import Array
 
 
 def apply_lowpass(signal: Array, tau: Array, steps: Array) -> Array:
-    """First-order low-passes tau dy/dt + y = u, exact for signals (T, K, R, ...) that are linear between samples."""
+    """Outputs y of first-order low-passes, tau dy/dt + y = u, for a ``signal`` u (T, K, R, ...), same shape.
+
+    ``tau`` (K,) and ``steps`` (R,) in s. Exact for signals that are linear between samples and were so before the
+    first. A negative tau mirrors y of its absolute value about u, 2 u - y, so that y is smooth in tau at 0.
+    """
     filtered = signal.copy()
-    ratio = np.round(np.abs(tau)[:, None] / steps, 12)  # (K, R), equal ones together
+    ratio = np.round(np.abs(tau)[:, None] / steps, 12)  # (K, R), equal ones are filtered together
     for size in np.unique(ratio[ratio > 0]):
         k, r = np.nonzero(ratio == size)
         u = signal[:, k, r]
         keep = np.exp(-1 / size)
         late = size * (1 - keep)  # of the sample before, less what is kept of the output
-        first = u[0] - size * (u[1] - u[0])
+        first = u[0] - size * (u[1] - u[0])  # y that follows a ramp with the slope of the first two samples
         state = first - (1 - late) * u[0]
         filtered[:, k, r] = scipy.signal.lfilter([1 - late, late - keep], [1.0, -keep], u, axis=0, zi=state[None])[0]
     negative = tau < 0
@@ -36,7 +40,10 @@ def apply_lowpass(signal: Array, tau: Array, steps: Array) -> Array:
 
 
 def lowpass_transient(length: int, tau: Array, steps: Array) -> Array:
-    """Decay of another state of the filter at the first sample (T, K, R): exp(-t/tau), of size tau / (tau + h)."""
+    """Transient (T, K, R) that another output of the low-pass before the first sample leaves in T = ``length`` samples.
+
+    exp(-t / tau) times tau / (tau + h), with ``tau`` (K,) and the ``steps`` h (R,) in s; it vanishes as tau does.
+    """
     ratio = np.abs(tau)[:, None] / steps
     with np.errstate(divide="ignore", invalid="ignore"):
         decay = np.exp(-np.arange(length)[:, None, None] / ratio)
@@ -55,11 +62,11 @@ class Driven(NamedTuple):
     direct: Array | None  # (K, R, C, m): channels by inputs; None if no channel shows the inputs
 
 
-class Along(NamedTuple):
-    """Change of the equations with the speed along a run: step + d step_1 + d^2 step_2, and the others alike."""
+class SpeedChange(NamedTuple):
+    """Change of the equations with the deviation d of the speed: step + d step_1 + d^2 step_2, and the others alike."""
 
-    change: Array  # d (K, R, T), m/s
-    step: tuple[Array, Array]  # (K, R, n, n)
+    deviation: Array  # d (K, R, T), m/s, from the speed in the middle of the run
+    step: tuple[Array, Array]  # step_1 and step_2, (K, R, n, n)
     before: tuple[Array, Array]  # (K, R, n, m)
     after: tuple[Array, Array]  # (K, R, n, m)
     output: tuple[Array, Array]  # (K, R, C, n)
@@ -73,14 +80,14 @@ class Sampled(NamedTuple):
     after: Array  # (K, R, n, m), by the inputs at the sample itself
     output: Array  # (K, R, C, n): channels by states
     direct: Array | None  # (K, R, C, m): channels by inputs; None if no channel shows the inputs
-    u: Array  # (K or 1, R, m, T)
-    speed_change: Along | None = None  # change with the speed; None if the speed is constant
+    u: Array  # (K or 1, R, m, T), N m or N; of a prescribed steer angle also rad and its derivatives
+    speed_change: SpeedChange | None = None  # None if the speed is constant
 
     @property
-    def first(self) -> tuple[Array, Array, Array, Array, Array | None, Array]:
-        """Arrays of the first bicycle, without the axis of bicycles."""
+    def first_bicycle(self) -> "Sampled":
+        """Equations of the first bicycle at the speed in the middle of each run, without the axis of bicycles."""
         direct = None if self.direct is None else self.direct[0]
-        return self.step[0], self.before[0], self.after[0], self.output[0], direct, self.u[0]
+        return Sampled(self.step[0], self.before[0], self.after[0], self.output[0], direct, self.u[0])
 
 
 @dataclass(frozen=True)
@@ -106,15 +113,23 @@ class Replay:
         return bool(steps) and float(np.mean(np.concatenate(steps) == 0)) > 0.5
 
     def __call__(self, family: Family, theta: Array, starts: Array) -> Array:
-        """Channels (K, R, C, T) at ``theta`` (K, p) from ``starts`` (R, n + filters + uncertain)."""
+        """Computed channels (K, R, C, T), in their units, at ``theta`` (K, p) from ``starts`` (R, n + others).
+
+        Starts are the n states, in the model's scaled units, then states of the low-passes and weights of the torques
+        of the ride (or of splines of the steer angle), in prior sd.
+        """
         values = family.values(theta)
         system = self._discretise(family, values, starts)
+        n = system.step.shape[-1]
         with np.errstate(over="ignore", invalid="ignore"):
             y = self._outputs(system, self._states(system, starts))
-            return self._apply_sensors(y[..., None], values, starts[:, system.step.shape[-1] :])[..., 0]
+            return self._apply_sensors(y[..., None], values, starts[:, n:])[..., 0]
 
     def free(self, family: Family, theta: Array) -> tuple[Array, Array]:
-        """Channels (R, C, T) of runs that begin at rest, and those of each unit start alone (R, C, T, columns)."""
+        """Computed channels (R, C, T) of runs that begin at rest, and the response (R, C, T, k) to each unit start.
+
+        At ``theta`` (p,), in the units of the channels; the k starts as of :meth:`__call__`.
+        """
         values = family.values(theta[None])
         system = self._discretise(family, values, None)
         n = system.step.shape[-1]
@@ -123,151 +138,193 @@ class Replay:
             if system.speed_change is None:
                 powers = powers_of(system.step[0], self.length)
                 responses = (system.output[0] @ powers.reshape(*powers.shape[:2], -1)).reshape(*forced.shape[1:], n)
-            else:  # each start is a bicycle of its own
+            else:  # the columns of one bicycle, marched together, take the axis of bicycles
                 marched = self._march_while_slowing(system, np.broadcast_to(np.eye(n), system.step.shape))[0]
                 responses = np.moveaxis(self._outputs(system._replace(direct=None), np.moveaxis(marched, 2, 0)), 0, -1)
-            y = np.concatenate([forced[..., None], responses[None], self._input_responses(system, values)], -1)
+
+            # The sensors act alike on the motion and on each response.
+            torque_responses = self._input_responses(system, values)
+            y = np.concatenate([forced[..., None], responses[None], torque_responses], -1)
             y = self._apply_sensors(y, values, None)[0]
-        behind = np.moveaxis(self._filter_starts(values)[0], -2, -1)
-        return y[..., 0], np.concatenate([y[..., 1 : 1 + n], behind, y[..., 1 + n :]], -1)
+        filter_responses = np.moveaxis(self._filter_starts(values)[0], -2, -1)
+        return y[..., 0], np.concatenate([y[..., 1 : 1 + n], filter_responses, y[..., 1 + n :]], -1)
 
     def slopes(self, family: Family, theta: Array, steps: Array, starts: Array) -> Array:
-        """Derivatives of the channels (R, C, T, p), by the differential equations' own derivative.
+        """Derivatives (R, C, T, p) of the computed channels by ``theta`` (p,), at fixed ``starts`` (R, n + others).
 
-        d(x)' = A dx + dA x + ...: all coordinates share the system matrix of a run and are marched at once. The
-        derivatives of the matrices are differences of ``steps`` (p,).
+        By the derivative of the differential equations, d(x)' = A dx + dA x + ...: all coordinates share the system
+        matrix of a run and are marched at once. Those of the matrices are differences of ``steps`` (p,).
         """
-        batch = np.vstack([theta, theta + np.diag(steps)])
+        batch = np.vstack([theta, theta + np.diag(steps)])  # the point itself is the first bicycle
+        h = steps[:, None, None, None]
         values = family.values(batch)
-        if self._coasts(values):
+        if self._coasts(values):  # the matrices change along a run
             outputs = self(family, batch, starts)
-            return np.moveaxis((outputs[1:] - outputs[0]) / steps[:, None, None, None], 0, -1)
+            return np.moveaxis((outputs[1:] - outputs[0]) / h, 0, -1)
         system = self._discretise(family, values, starts)
+        first = system.first_bicycle
         with np.errstate(over="ignore", invalid="ignore"):
-            x = self._states(system, starts, only=1)[0]
+            x = self._states(first, starts)
             derivatives = self._state_derivatives(system, x, steps)
-            if not {mistakes.OFFSET, mistakes.LEANS} & {*values} and not any(
-                kind.format(name) in values for kind in SENSED for name in self.channels
-            ):
+            if not self._has_sensor_errors(values):
                 return derivatives
-            _, _, _, output_rows, direct, u = system.first
-            y, per = np.empty((1 + len(steps), *derivatives.shape[:-1])), steps[:, None, None, None]
-            y[0] = output_rows @ x if direct is None else output_rows @ x + direct @ u
-            y[1:] = y[0] + per * np.moveaxis(derivatives, -1, 0)
+
+            # Errors of sensors change with theta too: they are applied to the channels and to each that a step makes.
+            y = np.empty((1 + len(steps), *derivatives.shape[:-1]))
+            y[0] = self._outputs(first, x)
+            y[1:] = y[0] + h * np.moveaxis(derivatives, -1, 0)
             y = self._apply_sensors(y[..., None], values, starts[:, x.shape[1] :])[..., 0]
-            return np.moveaxis((y[1:] - y[0]) / per, 0, -1)
+            return np.moveaxis((y[1:] - y[0]) / h, 0, -1)
+
+    def _has_sensor_errors(self, values: Mapping[str, Array]) -> bool:
+        """True if :meth:`_apply_sensors` changes any channel with these ``values``."""
+        of_channels = (kind.format(name) in values for kind in SENSED for name in self.channels)
+        return mistakes.OFFSET in values or mistakes.LEANS in values or any(of_channels)
 
     def _state_derivatives(self, system: Sampled, x: Array, steps: Array) -> Array:
-        """Derivatives (R, C, T, p) before the sensors about the states ``x`` (R, n, T) of the first bicycle."""
-        step, _, _, output_rows, direct, u = system.first
-        per = steps[:, None, None, None]
-        change = np.concatenate([(m[1:] - m[0]) / per for m in (system.step, system.before, system.after)], -1)
-        across, drivers = [np.moveaxis(change, (0, 1, 3), (2, 0, 1))], [x[..., :-1], u[..., :-1], u[..., 1:]]
-        pushes = {k: (system.u[k + 1] - u) / h for k, h in enumerate(steps) if len(system.u) > 1}
-        pushes = {k: du for k, du in pushes.items() if du.any()}
-        for k, du in pushes.items():  # inputs that the coordinate changes push the states themselves
+        """Derivatives (R, C, T, p) of the channels, before their sensors, by the coordinates of bicycles 1 to p.
+
+        Bicycle 0 is the point itself, with states ``x`` (R, n, T); each other differs by a step (p,) of a coordinate.
+        """
+        first = system.first_bicycle
+        h = steps[:, None, None, None]
+
+        # 1. A coordinate changes the matrices: all dx are driven by the same signals, x and u, through these changes.
+        drivers = [x[..., :-1], first.u[..., :-1], first.u[..., 1:]]
+        matrices = (system.step, system.before, system.after)
+        matrix_slopes = np.concatenate([(m[1:] - m[0]) / h for m in matrices], -1)  # (p, R, n, n + 2 m)
+        into_states = [np.moveaxis(matrix_slopes, (0, 1, 3), (2, 0, 1))]  # (R, drivers, p, n)
+
+        # 2. A coordinate may change the inputs (delay, gain, friction): its own driver, which acts on its dx alone.
+        input_slopes = {}
+        if len(system.u) > 1:
+            input_slopes = {k: (system.u[k + 1] - first.u) / step for k, step in enumerate(steps)}
+            input_slopes = {k: du for k, du in input_slopes.items() if du.any()}
+        n = x.shape[1]
+        for k, du in input_slopes.items():
             drivers.append(system.before[k + 1] @ du[..., :-1] + system.after[k + 1] @ du[..., 1:])
-            identity = np.zeros((*step.shape[:-1], len(steps), step.shape[-1]))
-            identity[:, :, k] = np.eye(step.shape[-1])
-            across.append(identity)
-        derivatives = from_rest(
-            step, np.concatenate(drivers, 1).swapaxes(-1, -2), np.concatenate(across, 1), output_rows
-        )
-        output_change = (system.output[1:] - output_rows) / per
-        if output_change.any():
-            derivatives += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(output_change, 0, -1)
-        if direct is not None and system.direct is not None:
-            derivatives += u.swapaxes(-1, -2)[:, None] @ np.moveaxis((system.direct[1:] - direct) / per, 0, -1)
-            for k, du in pushes.items():
+            to_own_states = np.zeros((len(x), n, len(steps), n))
+            to_own_states[:, :, k] = np.eye(n)
+            into_states.append(to_own_states)
+        signals = np.concatenate(drivers, 1).swapaxes(-1, -2)
+        derivatives = from_rest(first.step, signals, np.concatenate(into_states, 1), first.output)
+
+        # 3. A coordinate may change what the channels show of states and inputs.
+        output_slopes = (system.output[1:] - first.output) / h
+        if output_slopes.any():
+            derivatives += x.swapaxes(-1, -2)[:, None] @ np.moveaxis(output_slopes, 0, -1)
+        if first.direct is not None and system.direct is not None:
+            direct_slopes = (system.direct[1:] - first.direct) / h
+            derivatives += first.u.swapaxes(-1, -2)[:, None] @ np.moveaxis(direct_slopes, 0, -1)
+            for k, du in input_slopes.items():
                 derivatives[..., k] += system.direct[k + 1] @ du
         return derivatives
 
     def _discretise(self, family: Family, values: Mapping[str, Array], starts: Array | None) -> Sampled:
-        """The bicycles from sample to sample and what drives them, uncertain inputs as the ``starts`` have them."""
+        """Equations from sample to sample of K bicycles with parameter ``values``, and the inputs that drive them.
+
+        Torques of the ride as the last ``starts`` have them; none without starts.
+        """
         speeds = np.array([run.speed for run in self.runs])
         if self._coasts(values):
-            driven, along_run = self._equations_while_slowing(family, values, speeds)
+            driven, speed_change = self._equations_while_slowing(family, values, speeds)
         else:
-            driven, along_run = self._equations(family, values, family.system(values, speeds)), None
+            driven, speed_change = self._equations(family, values, family.system(values, speeds)), None
         step, before, after = discretise(driven.state, driven.inputs, self._steps)
-        if self.held:
+        if self.held:  # a recorded torque stays as it is until the next sample
             recorded = len(self.runs[0].inputs)
             before[..., :recorded] += after[..., :recorded]
             after[..., :recorded] = 0.0
-        return Sampled(step, before, after, driven.output, driven.direct, self._signals(values, starts), along_run)
+        return Sampled(step, before, after, driven.output, driven.direct, self._signals(values, starts), speed_change)
 
     def _coasts(self, values: Mapping[str, Array]) -> bool:
-        """True if the speed falls along the runs; over less than a second it hardly does."""
+        """True if ``values`` have a deceleration and a run is longer than 1 s; in less, the speed hardly falls."""
         return mistakes.SLOWS in values and max(float(run.time[-1] - run.time[0]) for run in self.runs) > 1.0
 
     def _equations_while_slowing(
         self, family: Family, values: Mapping[str, Array], speeds: Array
-    ) -> tuple[Driven, Along]:
-        """Equations at the speed in the middle of each run, and their change about it, of second order in the speed."""
-        lasts = np.array([run.time[-1] - run.time[0] for run in self.runs])
-        slows, since = values[mistakes.SLOWS], self._steps[:, None] * np.arange(self.length)
-        half_range = np.maximum(np.abs(slows) * lasts / 2, 0.05)  # m/s
-        middle = values.get(SPEED_OFFSET, 0.0) - slows * (0.5 - values[mistakes.REFERENCE]) * lasts
+    ) -> tuple[Driven, SpeedChange]:
+        """Equations at the speed in the middle of each run, and their change about it, of second order in the speed.
+
+        ``speeds`` (R,), m/s, as recorded: they are those after the share mistakes.REFERENCE of the run.
+        """
+        durations = np.array([run.time[-1] - run.time[0] for run in self.runs])
+        deceleration = values[mistakes.SLOWS]  # (K, 1), m/s^2
+        half_range = np.maximum(np.abs(deceleration) * durations / 2, 0.05)  # m/s
+        middle = values.get(SPEED_OFFSET, 0.0) - deceleration * (0.5 - values[mistakes.REFERENCE]) * durations
         middle = np.maximum(middle, 2 * half_range + 0.2 - speeds)  # no run ends at rest
-        sides = []
-        for side in (-half_range, 0.0, half_range):
-            shifted = {**values, SPEED_OFFSET: middle + side}
+
+        # A parabola through the matrices at the slowest, middle and fastest speed of each run.
+        equations, matrices = [], []
+        for deviation in (-half_range, 0.0, half_range):
+            shifted = {**values, SPEED_OFFSET: middle + deviation}
             driven = self._equations(family, shifted, family.system(shifted, speeds))
-            sides.append((driven, (*discretise(driven.state, driven.inputs, self._steps), driven.output)))
-        h, parts = half_range[..., None, None], []
-        for slow, base, fast in zip(*(matrices for _, matrices in sides), strict=True):
-            parts.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
-        return sides[1][0], Along(-slows[..., None] * (since - lasts[:, None] / 2), *parts)
+            equations.append(driven)
+            matrices.append((*discretise(driven.state, driven.inputs, self._steps), driven.output))
+        h, orders = half_range[..., None, None], []
+        for slow, base, fast in zip(*matrices, strict=True):
+            orders.append(((fast - slow) / (2 * h), (fast + slow - 2 * base) / (2 * h**2)))
+        since_middle = self._steps[:, None] * np.arange(self.length) - durations[:, None] / 2  # (R, T), s
+        return equations[1], SpeedChange(-deceleration[..., None] * since_middle, *orders)
 
     @staticmethod
-    def _march_while_slowing(system: Sampled, x: Array, only: int | None = None) -> Array:
-        """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns) under the inputs, sample by sample."""
-        changes, states = system.speed_change, [x]
-        assert changes is not None
-        parts = (changes.step, changes.before, changes.after)
-        stacked = [
-            np.concatenate([part[:only], *(order[:only] for order in change)], -1)
-            for part, change in zip(system[:3], parts, strict=True)
-        ]
-        d = changes.change[:only]
-        u = np.broadcast_to(system.u[:only], (len(d), *system.u.shape[1:]))
+    def _march_while_slowing(system: Sampled, x: Array) -> Array:
+        """States (K, R, n, columns, T) from starts ``x`` (K, R, n, columns), sample by sample as the speed falls.
 
-        def grown(vector: Array, k: int) -> Array:
-            d_k = d[..., k, None, None]
-            return np.concatenate([vector, d_k * vector, d_k**2 * vector], -2)
+        The inputs act if there is one column; several are free responses.
+        """
+        change = system.speed_change
+        assert change is not None
+        deviation = change.deviation[..., None, None]  # (K, R, T, 1, 1)
 
+        # m + d m_1 + d^2 m_2, times v, is one product: of the three side by side and of v, d v, d^2 v in a column.
+        step = np.concatenate([system.step, *change.step], -1)
+        before = np.concatenate([system.before, *change.before], -1)
+        after = np.concatenate([system.after, *change.after], -1)
+
+        def stack_powers(v: Array, k: int) -> Array:
+            """``v`` (K, R, rows, columns) at sample ``k``, below it d v, and d^2 v."""
+            d = deviation[:, :, k]
+            return np.concatenate([v, d * v, d**2 * v], -2)
+
+        u = np.broadcast_to(system.u, (len(deviation), *system.u.shape[1:]))[..., None, :]
         driven = bool(u.size) and x.shape[-1] == 1
-        for k in range(d.shape[-1] - 1):
-            x = stacked[0] @ grown(x, k)
+        states = [x]
+        for k in range(deviation.shape[2] - 1):
+            x = step @ stack_powers(x, k)
             if driven:
-                x = x + stacked[1] @ grown(u[..., k, None], k) + stacked[2] @ grown(u[..., k + 1, None], k)
+                x = x + before @ stack_powers(u[..., k], k) + after @ stack_powers(u[..., k + 1], k)
             states.append(x)
         return np.stack(states, -1)
 
     @cached_property
     def _steps(self) -> Array:
+        """Time between samples (R,) of each run, s."""
         return np.array([run.step for run in self.runs])
 
-    def _states(self, system: Sampled, starts: Array, only: int | None = None) -> Array:
-        """States (K, R, n, T) of the bicycles, or of the first of them ``only``."""
-        step, before, after, u = (part[:only] for part in (system.step, system.before, system.after, system.u))
-        start = starts[:, : step.shape[-1]]
+    def _states(self, system: Sampled, starts: Array) -> Array:
+        """States (K, R, n, T) under the inputs from ``starts`` (R, n + others); (R, n, T) of a first bicycle."""
+        start = starts[:, : system.step.shape[-1]]
         if system.speed_change is not None:
-            wide = np.broadcast_to(start, (len(step), *start.shape))[..., None]
-            return np.asarray(self._march_while_slowing(system, wide, only)[..., 0, :])
-        return march(step, before @ u[..., :-1] + after @ u[..., 1:], start)
+            start_of_each = np.broadcast_to(start, (len(system.step), *start.shape))
+            return np.asarray(self._march_while_slowing(system, start_of_each[..., None])[..., 0, :])
+        return march(system.step, system.before @ system.u[..., :-1] + system.after @ system.u[..., 1:], start)
 
     @staticmethod
     def _outputs(system: Sampled, x: Array) -> Array:
-        """Channels (K, R, C, T) before their sensors."""
+        """Channels (K, R, C, T), in their units and before their sensors, of states ``x`` (K, R, n, T)."""
         y = system.output @ x
-        if system.speed_change is not None:
-            d = system.speed_change.change[:, :, None]
-            y = y + d * (system.speed_change.output[0] @ x) + d**2 * (system.speed_change.output[1] @ x)
+        change = system.speed_change
+        if change is not None:
+            d = change.deviation[:, :, None]
+            y = y + d * (change.output[0] @ x) + d**2 * (change.output[1] @ x)
         return y if system.direct is None else y + system.direct @ system.u
 
     def _equations(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
-        """The bicycles as the torques drive them."""
+        """Equations dx/dt = state x + inputs u of a ``system``, u: the recorded torques, friction, torques of the ride.
+
+        Friction and torques of the ride (one column for each of PUSHES) only where ``values`` have them.
+        """
         names = family.symbolic
         columns = [names.inputs.index(INPUTS[u]) for u in self.runs[0].inputs]
         if mistakes.FRICTION in values:
@@ -282,7 +339,7 @@ class Replay:
 
     @staticmethod
     def _turn_gyro_axes(outputs: Array, names: Sequence[str], values: Mapping[str, Array]) -> Array:
-        """Rows of the ``outputs`` (K, R, outputs, n) with those of the gyros about the axes of their turned box."""
+        """Copy of ``outputs`` (K, R, outputs, n) with the rows of the gyros about the axes of their turned box."""
         if mistakes.ROTATION[1] not in values:
             return outputs
         turned = outputs.copy()
@@ -292,55 +349,66 @@ class Replay:
         return turned
 
     def _torque_basis(self, name: str) -> Array:
-        """Courses (R, T, k) of a torque of the ride by coefficients of sd 1, N m; of unit size where none is known."""
+        """Basis (R, T, k), N m (gusts: N), of the courses of a torque of the ride, for weights of sd 1; padded by 0."""
         return self._recent_bases.get(name, lambda: self._compute_torque_basis(name))
 
     @cached_property
     def _recent_bases(self) -> RecentAnswers[Array]:
-        """Courses by name of their torque, which many models share."""
+        """Memory of the bases by name of their torque, which many models share."""
         return RecentAnswers(most=len(WORDS))
 
     def _compute_torque_basis(self, name: str) -> Array:
-        """Compute what :meth:`_torque_basis` remembers: courses (R, T, k), N m, zero behind the end of a run."""
-        course = self.torque_sizes().get(name, TorqueSize(1.0))
-        hertz = course.hertz or [None] * len(self.runs)
-        by_run = [course.sd * basis_courses(name, run.time, f) for run, f in zip(self.runs, hertz, strict=True)]
-        most = max(x.shape[1] for x in by_run)
-        return np.array([np.pad(x, ((0, self.length - len(x)), (0, most - x.shape[1]))) for x in by_run])
+        """Compute the basis (R, T, k), N m (gusts: N), that :meth:`_torque_basis` remembers; of size 1 if unknown."""
+        size = self.torque_sizes().get(name, TorqueSize(1.0))
+        cadences = size.hertz or [None] * len(self.runs)
+        bases = [size.sd * basis_courses(name, run.time, f) for run, f in zip(self.runs, cadences, strict=True)]
+        most = max(basis.shape[1] for basis in bases)
+        return np.array([np.pad(b, ((0, self.length - len(b)), (0, most - b.shape[1]))) for b in bases])
 
     def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
-        """Inputs of each run (K, R, m, T), or (1, R, m, T) if all bicycles have the same."""
+        """Inputs (K, R, m, T), N m or N: as recorded, with gain and delay; friction; torques of the ride by ``starts``.
+
+        The axis K has length 1 if all bicycles have the same inputs.
+        """
         names = list(self.runs[0].inputs)
-        k = len(next(iter(values.values())))
-        settings = np.zeros((k, 2 * len(names) + 1))
-        keys = [*(key.format(name) for name in names for key in (mistakes.GAIN, mistakes.DELAY)), mistakes.FRICTION]
-        for column, key in enumerate(keys):
-            if key in values:
-                settings[:, column] = values[key][:, 0]
-        if (settings == settings[0]).all():
-            settings = settings[:1]
-        riding = acting_torques(values)
-        last = len(names) + (mistakes.FRICTION in values)
-        with_pushes = last + len(PUSHES) if riding else last
-        signals = np.zeros((len(settings), len(self.runs), with_pushes, self.length))
-        signals[:, :, : len(names)] = (1 + settings[:, None, :-1:2, None]) * self._recorded
-        for i, m in zip(*np.nonzero(settings[:, 1::2]), strict=True):
-            delay = settings[i, 2 * m + 1]
-            for r, run in enumerate(self.runs):
-                shifted = np.interp(run.time - delay, run.time, run.inputs[names[m]])
-                signals[i, r, m, : len(shifted)] = (1 + settings[i, 2 * m]) * shifted
+        bicycles = len(next(iter(values.values())))
+        gains, delays, friction = np.zeros((bicycles, len(names))), np.zeros((bicycles, len(names))), np.zeros(bicycles)
+        for m, name in enumerate(names):
+            for errors, key in ((gains, mistakes.GAIN), (delays, mistakes.DELAY)):
+                if key.format(name) in values:
+                    errors[:, m] = values[key.format(name)][:, 0]
         if mistakes.FRICTION in values:
-            signals[:, :, last - 1] = -settings[:, -1, None, None] * self._directions
-        coefficients = np.zeros((len(self.runs), 0)) if starts is None else starts  # of the courses the last
-        for name in reversed(riding if starts is not None else []):
-            courses = self._torque_basis(name)
-            count = 2 * courses.shape[-1]
-            coefficients, sizes = coefficients[:, :-count], coefficients[:, -count:].reshape(len(self.runs), 2, -1)
-            signals[:, :, last:] += np.einsum("rtk,rik,ij->rjt", courses, sizes, SHARES[name])
+            friction[:] = values[mistakes.FRICTION][:, 0]
+        if all((errors == errors[0]).all() for errors in (gains, delays, friction)):
+            gains, delays, friction = gains[:1], delays[:1], friction[:1]
+
+        # Recorded inputs with their errors.
+        riding = acting_torques(values)
+        first_push = len(names) + (mistakes.FRICTION in values)
+        count = first_push + len(PUSHES) if riding else first_push
+        signals = np.zeros((len(gains), len(self.runs), count, self.length))
+        signals[:, :, : len(names)] = (1 + gains[:, None, :, None]) * self._recorded
+        for k, m in zip(*np.nonzero(delays), strict=True):
+            for r, run in enumerate(self.runs):
+                delayed = np.interp(run.time - delays[k, m], run.time, run.inputs[names[m]])
+                signals[k, r, m, : len(delayed)] = (1 + gains[k, m]) * delayed
+
+        # Dry friction acts against the steer rate.
+        if mistakes.FRICTION in values:
+            signals[:, :, len(names)] = -friction[:, None, None] * self._directions
+
+        # The last starts are the weights of the torques of the ride, in their order, each with two courses.
+        if starts is None:
+            return signals
+        for name in reversed(riding):
+            basis = self._torque_basis(name)
+            size = 2 * basis.shape[-1]
+            starts, weights = starts[:, :-size], starts[:, -size:].reshape(len(self.runs), 2, -1)
+            signals[:, :, first_push:] += np.einsum("rtk,rik,ij->rjt", basis, weights, SHARES[name])
         return signals
 
     def pad_runs(self, signals: Iterable[Sequence[Array]]) -> Array:
-        """``signals`` of each run as one array (R, signals, T), zero behind the end of a run."""
+        """Array (R, signals, T) of the ``signals`` of each run, each (samples,), zero behind the end of a run."""
         rows = [list(run_signals) for run_signals in signals]
         array = np.zeros((len(rows), len(rows[0]), self.length))
         for run_signals, run_rows in zip(array, rows, strict=True):
@@ -350,17 +418,18 @@ class Replay:
 
     @cached_property
     def _recorded(self) -> Array:
-        """Inputs as they were recorded (R, inputs, T)."""
+        """Inputs as they were recorded (R, inputs, T), N m or N, zero behind the end of a run."""
         return self.pad_runs(list(run.inputs.values()) for run in self.runs)
 
     @cached_property
     def _leaning(self) -> Array:
-        """cos(lean) of the runs (T, R) by their roll rate p, whose bias and start follow from the balance of torques.
+        """Cosine (T, R) of the lean angle: integral of the roll rate p, its bias and start by the balance of torques.
 
         Of a mass 1 m above the ground, g lean = v yaw rate + dp/dt 1 m; the yaw gyro's own errors change little of it.
         """
 
         def lean(run: Run) -> Array:
+            """Lean angle (samples,) of a ``run``, rad."""
             rate = run.channels[mistakes.BOX[0]]
             integral = np.cumsum(rate) * run.step
             balance = (run.speed * run.channels[mistakes.BOX[1]] + np.gradient(rate, run.step)) / 9.81
@@ -370,55 +439,76 @@ class Replay:
 
     @cached_property
     def _directions(self) -> Array:
-        """Expected sign of the steer rate (R, T)."""
+        """Expected sign (R, T) of the steer rate, -1 to 1, about 0 where noise hides it."""
         return self.pad_runs([mistakes.direction(run)] for run in self.runs)[:, 0]
 
     def _input_responses(self, system: Sampled, values: Mapping[str, Array]) -> Array:
-        """Responses to uncertain parts of the inputs (K, R, C, T, columns), of one bicycle: torques of the ride."""
-        step, before, after, output_rows, _, _ = system.first
-        columns = [np.zeros((*system.output.shape[1:-1], self.length, 0))]
+        """Responses (1, R, C, T, columns) of the channels to each weight of each torque of the ride, at its sd.
+
+        Of the first bicycle, without errors of sensors; columns in the order of :meth:`_signals`.
+        """
+        first = system.first_bicycle
+        responses = [np.zeros((*first.output.shape[:-1], self.length, 0))]
+        pushes = slice(-len(PUSHES), None)  # the last inputs
         for name in acting_torques(values):
-            courses = self._torque_basis(name)
-            driving, k = np.concatenate([courses[:, :-1], courses[:, 1:]], -1), courses.shape[-1]
-            pushes = slice(-len(PUSHES), None)
-            into = np.stack([before[..., pushes], after[..., pushes]]) @ SHARES[name].T  # (2, R, n, 2)
-            across = np.einsum("srni,jk->rskijn", into, np.eye(k)).reshape(len(step), 2 * k, 2 * k, -1)
-            columns.append(from_rest(step, driving, across, output_rows))
-        return np.concatenate(columns, -1)[None]
+            basis = self._torque_basis(name)
+            k = basis.shape[-1]
+            signals = np.concatenate([basis[:, :-1], basis[:, 1:]], -1)  # (R, T - 1, 2 k), sample before and itself
+
+            # Column (course i, weight j) is driven by basis course j, through what course i pushes.
+            into_states = np.stack([first.before[..., pushes], first.after[..., pushes]]) @ SHARES[name].T
+            across = np.einsum("srni,jk->rskijn", into_states, np.eye(k)).reshape(len(basis), 2 * k, 2 * k, -1)
+            responses.append(from_rest(first.step, signals, across, first.output))
+        return np.concatenate(responses, -1)[None]
 
     def _filter_starts(self, values: Mapping[str, Array]) -> Array:
-        """Effect of the unknown state of each low-pass on the channels (K, R, C, filters, T)."""
+        """Effect (K, R, C, filters, T) of 1 prior sd of the unknown start of each low-pass on the channels.
+
+        The prior sd of a start is the root mean square of the channel in the run.
+        """
         filtered = [c for c, name in enumerate(self.channels) if mistakes.LOWPASS.format(name) in values]
-        k = len(next(iter(values.values())))
-        effects = np.zeros((k, len(self.runs), len(self.channels), len(filtered), self.length))
+        bicycles = len(next(iter(values.values())))
+        effects = np.zeros((bicycles, len(self.runs), len(self.channels), len(filtered), self.length))
         for f, c in enumerate(filtered):
             name = self.channels[c]
-            size = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
-            dying = lowpass_transient(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
-            effects[:, :, c, f] = np.moveaxis(size * dying, 0, -1)
+            rms = np.array([np.sqrt(np.mean(run.channels[name] ** 2)) for run in self.runs])
+            transient = lowpass_transient(self.length, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
+            effects[:, :, c, f] = np.moveaxis(rms * transient, 0, -1)
         return effects
 
     def _apply_sensors(self, y: Array, values: Mapping[str, Array], starts: Array | None) -> Array:
-        """Low-pass, delay (to second order in time) and gain of each channel, outputs (K, R, C, T, ...)."""
+        """Channels ``y`` (K, R, C, T, ...) as sensors show them, in place: lean, low-pass, delay and gain of each.
+
+        The first ``starts`` (R, others) are those of the low-passes and act on the first of the last axis.
+        """
         for c, name in enumerate(self.channels):
-            channel = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...)
+            channel = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...), a view
+            further = (1,) * (channel.ndim - 3)
             if mistakes.LEANS in values and name == mistakes.BOX[1]:
-                channel *= self._leaning.reshape(self.length, 1, -1, *(1,) * (channel.ndim - 3))
+                channel *= self._leaning.reshape(self.length, 1, -1, *further)
             if mistakes.LOWPASS.format(name) in values:
                 channel[:] = apply_lowpass(channel, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
-            late = values.get(mistakes.DELAY.format(name))
-            if late is not None or (mistakes.OFFSET in values and name in mistakes.BOX):
-                tau = np.zeros((1, 1, 1)) if late is None else late[:, :1, None] / self._steps[:, None]  # (K, R, T)
-                if mistakes.OFFSET in values and name in mistakes.BOX:
-                    since = values[mistakes.SKEW][:, :1, None] * np.arange(self.length)
-                    tau = tau + values[mistakes.OFFSET][:, :1, None] / self._steps[:, None] + since
-                tau = np.moveaxis(np.broadcast_to(tau, (*tau.shape[:-1], channel.shape[0])), -1, 0)
-                tau = tau.reshape(*tau.shape, *(1,) * (channel.ndim - 3))
-                first = np.gradient(channel, axis=0)
-                channel += -tau * first + tau**2 / 2 * np.gradient(first, axis=0)
+            delay = self._delay_in_samples(name, values)
+            if delay is not None:  # a Taylor series, of second order in time
+                delay = np.moveaxis(np.broadcast_to(delay, (*delay.shape[:-1], len(channel))), -1, 0)
+                delay = delay.reshape(*delay.shape, *further)
+                slope = np.gradient(channel, axis=0)
+                channel += -delay * slope + delay**2 / 2 * np.gradient(slope, axis=0)
             if mistakes.GAIN.format(name) in values:
                 channel *= 1 + values[mistakes.GAIN.format(name)][:, :, None]
         if starts is not None:
-            behind = self._filter_starts(values)
-            y[..., 0] += np.einsum("krcft,rf->krct", behind, starts[:, : behind.shape[3]])
+            effects = self._filter_starts(values)
+            y[..., 0] += np.einsum("krcft,rf->krct", effects, starts[:, : effects.shape[3]])
         return y
+
+    def _delay_in_samples(self, name: str, values: Mapping[str, Array]) -> Array | None:
+        """Delay (K, R, T or 1), in samples, of a channel by its sensor and by the clock of its box; None if on time."""
+        delay = values.get(mistakes.DELAY.format(name))
+        by_clock = mistakes.OFFSET in values and name in mistakes.BOX
+        if delay is None and not by_clock:
+            return None
+        samples = np.zeros((1, 1, 1)) if delay is None else delay[:, :1, None] / self._steps[:, None]
+        if by_clock:
+            drift = values[mistakes.SKEW][:, :1, None] * np.arange(self.length)
+            samples = samples + values[mistakes.OFFSET][:, :1, None] / self._steps[:, None] + drift
+        return samples
