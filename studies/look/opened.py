@@ -11,14 +11,14 @@ import numpy as np
 from bicycle.identification.recording import QUANTITIES as OF_MOTION
 from studies.reporting.markdown_text import one_line, render_file
 from tyre.fits.recording_files import QUANTITIES as OF_RIG
-from tyre.fits.recording_files import Sidecar, file_and_sidecar
+from tyre.fits.sidecar import Sidecar, file_and_sidecar
 from tyre.formats import contents
 from tyre.formats.channel_map import ChannelMap, Reading
 from tyre.formats.signals import Column, Contents, Signals, join_names
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.units import GRAVITY, SI, find_unit, quantity_of
-from tyre.recordings.clock import GAP, check_clock, damaged_times, usual_rate
+from tyre.recordings.clock import GAP, check_clock, damaged_times, sample_times, usual_rate
 from tyre.recordings.draft import UNKNOWN, Guess, guesses
 from tyre.recordings.signal_quality import Quality, quality
 
@@ -110,7 +110,7 @@ def _time(signals: Signals, channel_map: ChannelMap | None) -> tuple[Guess | Non
         unit = clock.unit or (stamps.unit if clock.column and stamps else "s")
         factor = 1.0 if unit == "datetime" else find_unit(unit, "time", where=f"{signals.source}: time").factor
         count = stamps.values.size if stamps else max(s.values.size for s in signals.signals.values())
-        time = clock.times(None if stamps is None else stamps.values, count, factor, where=signals.source)
+        time = sample_times(clock, None if stamps is None else stamps.values, count, factor, where=signals.source)
     except InputError as error:
         return None, None, (str(error).removeprefix(f"{signals.source}: "),)
     guess = guess or (Guess(Column(stamps.name, stamps.unit), clock.unit) if stamps else None)

@@ -12,10 +12,12 @@ import numpy as np
 from studies.look.opened import PULL, ROLLING, Roles
 from tyre.fits.campaign import fit_read
 from tyre.fits.condition import FitSettings
-from tyre.fits.recording_files import QUANTITIES, Sidecar, read_events, rig_recording, tydex_sidecar
+from tyre.fits.recording_files import QUANTITIES, read_events, rig_recording
 from tyre.fits.relaxation import complete_samples, is_slip_step
 from tyre.fits.segments import level_conditions, steady_levels, stretches
+from tyre.fits.sidecar import Sidecar
 from tyre.fits.sweep_curve import block_means, samples_used
+from tyre.fits.tydex_recording import tydex_sidecar
 from tyre.formats.channel_map import ChannelMap, Window
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError

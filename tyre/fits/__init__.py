@@ -34,7 +34,6 @@ __getattr__, __dir__ = room(
             "read_events",
             "read_recording",
             "write_csv",
-            "write_tydex",
         ),
         "relaxation": (
             "agreement",
@@ -59,5 +58,6 @@ __getattr__, __dir__ = room(
             "slip_reversals",
             "solve_least_squares",
         ),
+        "tydex_recording": ("write_tydex",),
     },
 )

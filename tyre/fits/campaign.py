@@ -25,8 +25,9 @@ from tyre.fits.condition import (
     refuse_infinite,
 )
 from tyre.fits.pull_test import fit_pull_test
-from tyre.fits.recording_files import file_and_sidecar, read_events
+from tyre.fits.recording_files import read_events
 from tyre.fits.relaxation import fit_slip_step, is_slip_step
+from tyre.fits.sidecar import file_and_sidecar
 from tyre.fits.slip_sweep import fit_slip_sweep
 from tyre.formats import FORMATS
 from tyre.formats.channel_map import ChannelMap

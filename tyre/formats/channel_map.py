@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError, refuse_unknown
+from tyre.ground.errors import InputError
 from tyre.ground.files import read_toml
 from tyre.ground.schema import (
+    Table,
     any_table,
     anything,
     list_of,
@@ -21,7 +22,9 @@ from tyre.ground.schema import (
     number,
     read,
     refusal,
+    remarked,
     table,
+    table_refusal,
     text,
     whole_number,
 )
@@ -36,75 +39,6 @@ ORDERS = tuple(
     for order in {(a, b, c) for a in axes for b in axes for c in axes if a != b != c}
 )
 """Sequences of three axes, small letters about axes that stand still, capitals about axes that turn along."""
-
-
-def _sign(value: Any) -> float:
-    if isinstance(value, bool) or value not in (1, -1):
-        raise refusal(value, "must be 1 or -1")
-    return float(value)
-
-
-_DELIMITER = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
-_TEXT = text(blank=False)
-_LINE = whole_number(least=1)
-_CHANNEL = table(
-    {
-        needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,
-        maybe("unit"): _TEXT,
-        maybe("sign", 1.0): _sign,
-        maybe("scale"): number(),
-        maybe("offset"): number(),
-        maybe("instead_of"): _TEXT,
-    }
-)
-_TIME = table({maybe("column"): _TEXT, maybe("unit"): _TEXT, maybe("index"): _TEXT, maybe("rate_hz"): number(above=0)})
-_READING = table(
-    {
-        maybe("delimiter"): text(_DELIMITER),
-        maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
-        maybe("encoding"): _TEXT,
-        maybe("names_line"): _LINE,
-        maybe("units_line"): _LINE,
-        maybe("first_line"): _LINE,
-        maybe("sheet"): _TEXT,
-        maybe("table"): _TEXT,
-        maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
-    }
-)
-_NAMES = list_of(_TEXT, "must be three names of channels, along the sensor's x, y and z axis", least=3, most=3)
-_ROW = list_of(number(), "must be rows of three numbers", least=3, most=3)
-_MOUNTING = table(
-    {
-        needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): _NAMES,
-        maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
-        maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
-        maybe("order"): text(
-            'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
-        ),
-        maybe("sd_deg", 0.0): number(least=0, most=90),
-    }
-)
-_MOUNTINGS = list_of(anything, "must be tables: write [[mounting]] with channels for each sensor", least=1)
-_RESAMPLING = table({maybe("rate_hz"): number(above=0), maybe("like"): _TEXT})
-_TRIGGER = table(
-    {
-        needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
-        maybe("above"): number(),
-        maybe("below"): number(),
-        needed("unit", "unit is missing; give the unit of the level"): _TEXT,
-        maybe("before_s", 0.0): number(least=0),
-        needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
-    }
-)
-_WINDOW = table(
-    {
-        maybe("name"): _TEXT,
-        maybe("from_s"): number(least=0),
-        maybe("to_s"): number(above=0),
-        maybe("trigger"): any_table,
-    }
-)
-_WINDOWS = list_of(anything, "must be tables: write [[windows]] with from_s and to_s, or with a trigger", least=1)
 
 
 @dataclass(frozen=True)
@@ -133,16 +67,6 @@ class Clock:
     index: str = ""
     rate: float = 0.0
 
-    def times(self, values: Array | None, count: int, factor: float, *, where: str) -> Array:
-        """Times of ``count`` samples in s, from the values of the column (``factor`` to s) or counter, if any."""
-        if values is None:
-            return np.arange(count) / self.rate
-        if self.index:
-            if not np.isfinite(values).all() or (values != np.round(values)).any():
-                raise InputError(f"{where}: {self.index} does not count samples: it must hold whole numbers")
-            return (values - values[0]) / self.rate
-        return factor * values
-
 
 @dataclass(frozen=True)
 class Reading:
@@ -158,14 +82,6 @@ class Reading:
     table: str = ""  # table or group to read, of a file with several
     dbc: tuple[Path, ...] = ()  # files that decode messages of a CAN bus
 
-    @classmethod
-    def from_table(cls, content: Any, folder: Path, *, where: str) -> "Reading":
-        """Read the table ``[reading]``, whose files lie in ``folder``."""
-        settings: Mapping[str, Any] = read(_READING, content, where=where, section="reading")
-        if len(delimiter := settings.get("delimiter", "")) > 1 and delimiter != "blanks":
-            raise InputError(f"{where}: [reading]: delimiter = {delimiter!r} {_DELIMITER}")
-        return cls(**(dict(settings) | {"dbc": tuple(folder / name for name in settings.get("dbc", ()))}))
-
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
@@ -175,14 +91,6 @@ class Mounting:
     channels: tuple[str, str, str]
     rotation: Array  # (3, 3), R
     sd: float = 0.0  # rad, standard deviation of the angles; 0 if none is stated
-
-    def turned(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Turn the three channels of ``values``, each of shape (n,) in one SI unit."""
-        sensor = [values[name] for name in self.channels]
-        return {
-            name: sum((factor * x for factor, x in zip(row, sensor, strict=True)), np.zeros_like(sensor[0]))
-            for name, row in zip(self.channels, self.rotation, strict=True)
-        }
 
 
 @dataclass(frozen=True)
@@ -230,24 +138,18 @@ class ChannelMap:
     @classmethod
     def from_table(cls, content: Mapping[str, Any], folder: Path, *, where: str) -> "ChannelMap":
         """Read the :data:`TABLES`; ``channels`` may be a file in ``folder`` that holds them, replaced by those here."""
-        refuse_unknown("table", content, TABLES, where=where)
-        channels = content.get("channels", {})
+        parts = read(_TABLES, content, where=where)
+        channels = parts.pop("channels", {})
         if isinstance(channels, str):
             base = cls.from_file(folder / channels)
         else:
-            base = cls(*_channels(channels, where), source=where)
-        parts: dict[str, Any] = {}
-        if "reading" in content:
-            parts["reading"] = Reading.from_table(content["reading"], folder, where=where)
-        if "mounting" in content:
-            parts["mountings"] = _mountings(content["mounting"], where)
-        if "resampling" in content:
-            settings = read(_RESAMPLING, content["resampling"], where=where, section="resampling")
-            if len(settings) != 1:
-                raise InputError(f"{where}: [resampling]: give either rate_hz or like")
-            parts["resampling"] = Resampling(settings.get("rate_hz", 0.0), settings.get("like", ""))
-        if "windows" in content:
-            parts["windows"] = _windows(content["windows"], where)
+            columns = read(_CHANNELS, channels, where=f"{where}: [channels]")
+            base = cls(clock=columns.pop("time", None), channels=columns, source=where)
+        if "reading" in parts:
+            reading = parts["reading"]
+            parts["reading"] = replace(reading, dbc=tuple(folder / path for path in reading.dbc))
+        if "mounting" in parts:
+            parts["mountings"] = parts.pop("mounting")
         return replace(base, **parts)
 
     @classmethod
@@ -278,39 +180,6 @@ class ChannelMap:
         return replace(self, channels={**self.channels, **entries}, clock=clock)
 
 
-def _channels(content: Any, where: str) -> tuple[dict[str, MappedColumn], Clock | None]:
-    columns: dict[str, MappedColumn] = {}
-    clock = None
-    for name, entry in read(any_table, content, where=where, section="channels").items():
-        keys = {"column": entry} if isinstance(entry, str) else entry
-        place = f"{where}: [channels]"
-        if name == "time":
-            clock = _clock(read(_TIME, keys, where=place, section=name), f"{place}: time")
-            continue
-        channel = columns[name] = MappedColumn(**read(_CHANNEL, keys, where=place, section=name))
-        if channel.scale == 0:
-            raise InputError(f"{place}: {name}: scale = 0 makes every sample the same")
-        if channel.scaled and not channel.unit:
-            raise InputError(f"{place}: {name}: scale and offset need the unit of their result; add unit = ...")
-        if channel.instead_of and not channel.unit:
-            raise InputError(f"{place}: {name}: instead_of needs the right unit; add unit = ...")
-    return columns, clock
-
-
-def _clock(keys: Mapping[str, Any], where: str) -> Clock:
-    column, unit, index, rate = (keys.get(key) for key in ("column", "unit", "index", "rate_hz"))
-    if column and (index or rate):
-        raise InputError(f"{where}: give either a column, or a rate_hz (with or without an index)")
-    if not column and not rate:
-        raise InputError(
-            f"{where}: give column = NAME with its unit, rate_hz = RATE of equally spaced samples, or index = NAME of "
-            "a column that counts samples, with its rate_hz"
-        )
-    if unit and not column:
-        raise InputError(f"{where}: unit belongs to a column of times; take it out")
-    return Clock(column or "", unit or "", index or "", rate or 0.0)
-
-
 def _from_text(option: str) -> tuple[str, MappedColumn | Clock]:
     name, equals, column_text = (part.strip() for part in option.partition("="))
     try:
@@ -336,62 +205,229 @@ def _from_text(option: str) -> tuple[str, MappedColumn | Clock]:
     return name, MappedColumn(column, "".join(unit_and_sign[: 1 if sign is None else -1]), sign=sign or 1.0)
 
 
-def _mountings(content: Any, where: str) -> tuple[Mounting, ...]:
-    mountings = []
-    for place, entry in enumerate(read(_MOUNTINGS, content, where=where, section="mounting"), 1):
-        entry_label = f"{where}: [[mounting]] number {place}"
-        keys = read(_MOUNTING, entry, where=entry_label)
-        names = tuple(keys["channels"])
-        if len(set(names)) < 3:
-            raise InputError(f"{entry_label}: channels = {list(names)} names a channel twice; give x, y and z")
-        mountings.append(Mounting(names, _rotation(keys, entry_label), float(np.deg2rad(keys["sd_deg"]))))
-    return tuple(mountings)
+# ---------------------------------------------------------------------- what a channel map in TOML may hold
 
 
-def _rotation(keys: Mapping[str, Any], where: str) -> Array:
+def _file_or_table(value: Any) -> Any:
+    """Check that ``value`` is the path of another map, or a table of channels."""
+    return value if isinstance(value, str) else any_table(value)
+
+
+def _sign(value: Any) -> float:
+    """Check a sign, 1 or -1."""
+    if isinstance(value, bool) or value not in (1, -1):
+        raise refusal(value, "must be 1 or -1")
+    return float(value)
+
+
+_TEXT = text(blank=False)
+_CHANNEL = table(
+    {
+        needed("column", 'column is missing; write column = "NAME" as the file has it'): _TEXT,
+        maybe("unit"): _TEXT,
+        maybe("sign", 1.0): _sign,
+        maybe("scale"): number(),
+        maybe("offset"): number(),
+        maybe("instead_of"): _TEXT,
+    }
+)
+
+
+def _channel(value: Any) -> MappedColumn:
+    """Check the column of a channel: its name alone, or a table."""
+    column = MappedColumn(**_CHANNEL({"column": value} if isinstance(value, str) else value))
+    if column.scale == 0:
+        raise remarked(": scale = 0 makes every sample the same")
+    if column.scaled and not column.unit:
+        raise remarked(": scale and offset need the unit of their result; add unit = ...")
+    if column.instead_of and not column.unit:
+        raise remarked(": instead_of needs the right unit; add unit = ...")
+    return column
+
+
+_TIME = table({maybe("column"): _TEXT, maybe("unit"): _TEXT, maybe("index"): _TEXT, maybe("rate_hz"): number(above=0)})
+
+
+def _clock(value: Any) -> Clock:
+    """Check the clock: a name of a column alone, or a table."""
+    keys = _TIME({"column": value} if isinstance(value, str) else value)
+    column, unit, index, rate = (keys.get(key) for key in ("column", "unit", "index", "rate_hz"))
+    if column and (index or rate):
+        raise remarked(": give either a column, or a rate_hz (with or without an index)")
+    if not column and not rate:
+        raise remarked(
+            ": give column = NAME with its unit, rate_hz = RATE of equally spaced samples, or index = NAME of "
+            "a column that counts samples, with its rate_hz"
+        )
+    if unit and not column:
+        raise remarked(": unit belongs to a column of times; take it out")
+    return Clock(column or "", unit or "", index or "", rate or 0.0)
+
+
+_CHANNELS = Table({maybe("time"): _clock}, (anything, _channel))
+
+
+def _delimiter(value: Any) -> str:
+    """Check what stands between cells."""
+    says = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
+    delimiter: str = text(says)(value)
+    if len(delimiter) > 1 and delimiter != "blanks":
+        raise refusal(value, says)
+    return delimiter
+
+
+_LINE = whole_number(least=1)
+_READING = table(
+    {
+        maybe("delimiter"): _delimiter,
+        maybe("decimal"): text('must be "." or ","', allowed=(".", ",")),
+        maybe("encoding"): _TEXT,
+        maybe("names_line"): _LINE,
+        maybe("units_line"): _LINE,
+        maybe("first_line"): _LINE,
+        maybe("sheet"): _TEXT,
+        maybe("table"): _TEXT,
+        maybe("dbc"): list_of(_TEXT, 'must be a list of files: ["powertrain.dbc"]', least=1),
+    }
+)
+
+
+def _reading(value: Any) -> Reading:
+    """Check how a file is read; the paths of its databases are as written."""
+    keys = _READING(value)
+    return Reading(**keys | {"dbc": tuple(Path(name) for name in keys.get("dbc", ()))})
+
+
+_ROW = list_of(number(), "must be rows of three numbers", least=3, most=3)
+_MOUNTING = table(
+    {
+        needed("channels", "channels is missing; name the three channels of the sensor's x, y and z axis"): list_of(
+            _TEXT, "must be three names of channels, along the sensor's x, y and z axis", least=3, most=3
+        ),
+        maybe("matrix"): list_of(_ROW, "must be three rows of three numbers", least=3, most=3),
+        maybe("angles_deg"): list_of(number(), "must be three angles in degrees", least=3, most=3),
+        maybe("order"): text(
+            'must be three axes: "zyx" about axes that stand still, "ZYX" about axes that turn along', allowed=ORDERS
+        ),
+        maybe("sd_deg", 0.0): number(least=0, most=90),
+    }
+)
+
+
+def _mounting(value: Any) -> Mounting:
+    """Check how a sensor is mounted; its rotation is given in one of two ways."""
+    keys = _MOUNTING(value)
+    names = tuple(keys["channels"])
+    if len(set(names)) < 3:
+        raise table_refusal(f"channels = {list(names)} names a channel twice; give x, y and z")
     if ("matrix" in keys) == ("angles_deg" in keys):
-        raise InputError(f"{where}: give the rotation either as matrix or as angles_deg with their order")
-    if "angles_deg" in keys:
-        if "order" not in keys:
-            raise InputError(f'{where}: angles_deg needs its order, such as order = "ZYX"; see the documentation')
-        from scipy.spatial.transform import Rotation
+        raise table_refusal("give the rotation either as matrix or as angles_deg with their order")
+    if "angles_deg" in keys and "order" not in keys:
+        raise table_refusal('angles_deg needs its order, such as order = "ZYX"; see the documentation')
+    if "matrix" in keys and "order" in keys:
+        raise table_refusal("order belongs to angles_deg; take it out beside a matrix")
+    rotation = _nearest_rotation(keys["matrix"]) if "matrix" in keys else _euler(keys["order"], keys["angles_deg"])
+    return Mounting(names, rotation, float(np.deg2rad(keys["sd_deg"])))
 
-        return np.asarray(Rotation.from_euler(keys["order"], keys["angles_deg"], degrees=True).as_matrix(), float)
-    if "order" in keys:
-        raise InputError(f"{where}: order belongs to angles_deg; take it out beside a matrix")
-    matrix = np.array(keys["matrix"], float)
+
+def _euler(order: str, angles: Sequence[float]) -> Array:
+    """Rotation matrix (3, 3) of three ``angles`` in degrees about the axes of ``order``."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler(order, angles, degrees=True).as_matrix(), float)
+
+
+def _nearest_rotation(rows: Sequence[Sequence[float]]) -> Array:
+    """Rotation matrix (3, 3) nearest to a printed one, whose numbers are rounded; what is no rotation is refused."""
+    matrix = np.array(rows, float)
     if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-3:
-        raise InputError(
-            f"{where}: the rows of matrix are not three perpendicular unit vectors (within 0.001); it is no rotation"
+        raise table_refusal(
+            "the rows of matrix are not three perpendicular unit vectors (within 0.001); it is no rotation"
         )
     if np.linalg.det(matrix) < 0:
-        raise InputError(
-            f"{where}: matrix mirrors (its determinant is -1): give a left-handed sensor's axis sign = -1 in [channels]"
+        raise table_refusal(
+            "matrix mirrors (its determinant is -1): give a left-handed sensor's axis sign = -1 in [channels]"
         )
     u, _, v = np.linalg.svd(matrix)
-    return np.asarray(u @ v, float)  # the nearest rotation: printed matrices are rounded
+    return np.asarray(u @ v, float)
 
 
-def _windows(content: Any, where: str) -> tuple[Window, ...]:
+_RESAMPLING = table({maybe("rate_hz"): number(above=0), maybe("like"): _TEXT})
+
+
+def _resampling(value: Any) -> Resampling:
+    """Check to what steps a recording is resampled."""
+    keys = _RESAMPLING(value)
+    if len(keys) != 1:
+        raise table_refusal("give either rate_hz or like")
+    return Resampling(keys.get("rate_hz", 0.0), keys.get("like", ""))
+
+
+_TRIGGER = table(
+    {
+        needed("channel", "channel is missing; name the channel that crosses a level"): _TEXT,
+        maybe("above"): number(),
+        maybe("below"): number(),
+        needed("unit", "unit is missing; give the unit of the level"): _TEXT,
+        maybe("before_s", 0.0): number(least=0),
+        needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
+    }
+)
+_WINDOW = table(
+    {maybe("name"): _TEXT, maybe("from_s"): number(least=0), maybe("to_s"): number(above=0), maybe("trigger"): _TRIGGER}
+)
+
+
+def _window(value: Any) -> Window:
+    """Check a window, from one time to another or about the crossings of a level; its name may be empty."""
+    keys = _WINDOW(value)
+    if ("from_s" in keys or "to_s" in keys) == ("trigger" in keys):
+        raise table_refusal("give either from_s and to_s, or a trigger")
+    first, last = keys.get("from_s", 0.0), keys.get("to_s", math.inf)
+    if last <= first:
+        raise table_refusal(f"to_s = {last:g} must be later than from_s = {first:g}")
+    if "trigger" not in keys:
+        return Window(keys.get("name", ""), first, last)
+    level = keys["trigger"]
+    if ("above" in level) == ("below" in level):
+        raise table_refusal("a trigger needs one level, above or below")
+    trigger = Trigger(
+        level["channel"],
+        level=level.get("above", level.get("below")),
+        above="above" in level,
+        unit=level["unit"],
+        before=level["before_s"],
+        after=level["after_s"],
+    )
+    return Window(keys.get("name", ""), trigger=trigger)
+
+
+_WINDOWS = list_of(
+    _window, "must be tables: write [[windows]] with from_s and to_s, or with a trigger", least=1, strict=False
+)
+
+
+def _windows(value: Any) -> tuple[Window, ...]:
+    """Check the windows, each called by its own name or by its number."""
     windows: list[Window] = []
-    for place, entry in enumerate(read(_WINDOWS, content, where=where, section="windows"), 1):
-        entry_label = f"{where}: [[windows]] number {place}"
-        keys = read(_WINDOW, entry, where=entry_label)
-        if ("from_s" in keys or "to_s" in keys) == ("trigger" in keys):
-            raise InputError(f"{entry_label}: give either from_s and to_s, or a trigger")
-        name = keys.get("name", str(place))
-        if name in [window.name for window in windows]:
-            raise InputError(f"{entry_label}: the name {name!r} is given twice")
-        first, last = keys.get("from_s", 0.0), keys.get("to_s", math.inf)
-        if last <= first:
-            raise InputError(f"{entry_label}: to_s = {last:g} must be later than from_s = {first:g}")
-        windows.append(Window(name, first, last, _trigger(keys["trigger"], entry_label) if "trigger" in keys else None))
+    for place, window in enumerate(_WINDOWS(value)):
+        name = window.name or str(place + 1)
+        if name in [earlier.name for earlier in windows]:
+            raise table_refusal(f"the name {name!r} is given twice", place)
+        windows.append(replace(window, name=name))
     return tuple(windows)
 
 
-def _trigger(content: Mapping[str, Any], where: str) -> Trigger:
-    keys = read(_TRIGGER, content, where=where, section="trigger")
-    if ("above" in keys) == ("below" in keys):
-        raise InputError(f"{where}: a trigger needs one level, above or below")
-    is_rising, level = "above" in keys, keys.get("above", keys.get("below"))
-    return Trigger(keys["channel"], level, is_rising, keys["unit"], keys["before_s"], keys["after_s"])
+_MOUNTINGS = list_of(
+    _mounting, "must be tables: write [[mounting]] with channels for each sensor", least=1, strict=False
+)
+_TABLES = table(
+    {
+        maybe("channels"): _file_or_table,
+        maybe("reading"): _reading,
+        maybe("mounting"): lambda value: tuple(_MOUNTINGS(value)),
+        maybe("resampling"): _resampling,
+        maybe("windows"): _windows,
+    },
+    kind="table",
+)

@@ -38,7 +38,14 @@ def refusal(value: object, says: str) -> Exception:
     return Refusal(f"= {shown(value)}{space}{says}")
 
 
-remarked = Refusal  # its words stand behind the key without the value: ``holds a value twice``
+remarked = Refusal  # its words stand behind the key without the value: ``holds a value twice``, ``: give one of two``
+
+
+def table_refusal(says: str, *path: int) -> Refusal:
+    """Make the error of a table whose keys do not go together; ``path`` leads to it from the value that is checked."""
+    error = Refusal(says, "table")
+    error.path += path
+    return error
 
 
 def number(
@@ -245,33 +252,38 @@ def _words(error: Refusal, section: list[str], *, dotted: bool) -> str:
     path = section + [part if isinstance(part, int) else str(part) for part in error.path]
     name = ".".join(part for part in path if isinstance(part, str))
     message = error.says
-    names_key = error.kind in ("unknown", "missing")  # the message does so itself
+    names_key = error.kind in ("unknown", "missing", "table")  # the message does so itself
     if error.kind == "no table":
         names_key = not path or isinstance(path[-1], int)
         message = f"{message} must be a table" if names_key else f"= {message} must be a table{BELOW.format(name)}"
     if dotted:
         return _dotted_words(name, message, error.kind, names_key=names_key)
     key = ""
-    if path and (error.path or not names_key):
+    if path and error.kind != "table" and (error.path or not names_key):
         last = path[-1]
         if isinstance(last, str):
             key = last
             path.pop()
-    return _label(path) + (message if names_key else f"{key} {message}".strip())
+    space = "" if message.startswith(":") else " "
+    return _label(path) + (message if names_key else f"{key}{space}{message}".strip())
 
 
 def _dotted_words(name: str, message: str, kind: str, *, names_key: bool) -> str:
     """Put the dotted ``name`` of a key before a message that does not say it; of a missing key that of its table."""
     if not names_key:
         return f"{name} {message}"
-    outer = name.rpartition(".")[0]
-    return f"{outer}: {message}" if kind == "missing" and outer else message
+    outer = {"table": name, "missing": name.rpartition(".")[0]}.get(kind, "")
+    return f"{outer}: {message}" if outer else message
 
 
 def _label(path: Sequence[str | int]) -> str:
-    """Name the table at ``path``, as a TOML file heads it: ``[rig.sensors]: ``, ``[[windows]] number 2: ``."""
-    outer = ".".join(part for part in path if isinstance(part, str))
-    numbers = [part + 1 for part in path if isinstance(part, int)]
-    if numbers:
-        return f"[[{outer}]] number {numbers[-1]}: "
-    return f"[{outer}]: " if outer else ""
+    """Name the table at ``path`` as its file heads it: ``[rig.sensors]: ``, ``[[windows]] number 2: [trigger]: ``."""
+    names: list[str] = []
+    label, below = "", 0  # of the innermost list, and how many names lead to it
+    for part in path:
+        if isinstance(part, str):
+            names.append(part)
+        else:
+            label, below = f"[[{'.'.join(names)}]] number {part + 1}: ", len(names)
+    inner = ".".join(names[below:])
+    return label + (f"[{inner}]: " if inner else "")

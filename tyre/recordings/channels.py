@@ -36,7 +36,8 @@ def read_records(
     """Read the channels of a map from a file, one record for every event."""
     if not channel_map.channels:
         refuse_unmapped(path, quantities, reading=channel_map.reading)
-    return records(read_signals(path, map=channel_map), channel_map, quantities, timed=timed, own=True)
+    signals = read_signals(path, map=channel_map)
+    return records(signals, channel_map, quantities, timed=timed, own=True)
 
 
 def records(
@@ -45,56 +46,27 @@ def records(
     """Bring signals to SI units (``own`` ones in place), one time base and the vehicle's axes, and cut out events."""
     where = signals.source
     quantity_of_channel = _all_quantities(channel_map, quantities)
-    units = {
-        name: _unit(signals, entry, quantity_of_channel[name], where, name)
-        for name, entry in channel_map.channels.items()
-    }
-    stamps = channel_map.clock and (channel_map.clock.column or channel_map.clock.index)
-    used = [signals.find(entry.column) for entry in channel_map.channels.values()]
-    used += [signals.find(stamps)] if stamps else []
-    values = {
-        name: _in_si(signals, entry, units[name], in_place=own and used.count(signals.find(entry.column)) == 1)
-        for name, entry in channel_map.channels.items()
-    }
-    for name, x in values.items():
-        _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
+    values = _values_in_si(signals, channel_map, quantity_of_channel, in_place=own)
     own_times = any(signals[entry.column].time is not None for entry in channel_map.channels.values())
     untimed = not timed and channel_map.clock is None and not own_times
     if untimed:
         channel_map = replace(channel_map, clock=Clock(rate=1.0))
+
     time, values, notes = one_time_base(signals, channel_map, values)
     if abs(time[0]) > 1e6:  # s: a time of the calendar
         notes = (*notes, f"time is counted from its first sample, {time[0]:.10g} s")
         time = time - time[0]
     for mounting in channel_map.mountings:
-        values |= mounting.turned(values)
+        values |= _turn_to_vehicle(mounting, values)
         known_to = f" (known to {np.rad2deg(mounting.sd):g} deg, 1 sd)" if mounting.sd else ""
         notes = (*notes, f"{', '.join(mounting.channels)} turned from the axes of their sensor{known_to}")
+
     mapped = {name: x for name, x in values.items() if name in quantities}  # others turned a sensor or were a trigger
     notes = (*signals.notes, *notes)
     whole = Record(where, time, mapped, channel_map.mountings, notes, timed=not untimed)
     if not channel_map.windows:
         return (whole,)
-    levels = {}
-    for window in channel_map.windows:
-        if window.trigger is not None:
-            name = window.trigger.channel
-            unit = find_unit(
-                window.trigger.unit, quantity_of_channel[name], where=f"{where}, trigger of window {window.name!r}"
-            )
-            levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
-    events, more = _events(channel_map.windows, time, levels, where)
-    cut_out = []
-    for name, span in events.items():
-        samples = span.stop - span.start
-        if samples < 2:
-            raise InputError(f"{where}: event {name} holds {samples} samples; make its window longer")
-        cut = {key: x[span] for key, x in mapped.items()}
-        source = f"{where}#{name}" if len(events) > 1 else where
-        cut_out.append(
-            replace(whole, source=source, time=time[span], values=cut, event=name, notes=(*whole.notes, *more))
-        )
-    return tuple(cut_out)
+    return _cut_events(whole, channel_map.windows, values, quantity_of_channel)
 
 
 def _all_quantities(channel_map: ChannelMap, quantities: Mapping[str, str]) -> dict[str, str]:
@@ -122,6 +94,26 @@ def _all_quantities(channel_map: ChannelMap, quantities: Mapping[str, str]) -> d
     allowed = quantities if len(by_channel) < len(channel_map.channels) else by_channel
     refuse_unknown("channel", channel_map.channels, allowed, where=f"{where}: [channels]")
     return by_channel
+
+
+def _values_in_si(
+    signals: Signals, channel_map: ChannelMap, quantities: Mapping[str, str], *, in_place: bool
+) -> dict[str, Array]:
+    """Values (n,) of every channel of the map in SI units; ``in_place`` where no other channel has the same column."""
+    where = signals.source
+    units = {name: _unit(signals, entry, quantities[name], where, name) for name, entry in channel_map.channels.items()}
+    columns = {name: signals.find(entry.column) for name, entry in channel_map.channels.items()}
+    used = list(columns.values())
+    stamps = channel_map.clock and (channel_map.clock.column or channel_map.clock.index)
+    if stamps:
+        used.append(signals.find(stamps))
+    values = {
+        name: _in_si(signals, entry, units[name], in_place=in_place and used.count(columns[name]) == 1)
+        for name, entry in channel_map.channels.items()
+    }
+    for name, x in values.items():
+        _check_values(x, f"{where}: {name} (column {channel_map.channels[name].column})")
+    return values
 
 
 def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name: str) -> Unit:
@@ -174,6 +166,40 @@ def _check_values(values: Array, where: str) -> None:
     largest = max(np.nanmax(values), -np.nanmin(values))
     if largest > 1e12:  # in any SI unit of a channel
         raise InputError(f"{where} reaches {largest:.3g} in SI units, which nothing measures; is the file damaged?")
+
+
+def _turn_to_vehicle(mounting: Mounting, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Turn the three channels (n,) of a sensor, all in one SI unit, to the axes of the vehicle."""
+    sensor = [values[name] for name in mounting.channels]
+    return {
+        name: sum((factor * x for factor, x in zip(row, sensor, strict=True)), np.zeros_like(sensor[0]))
+        for name, row in zip(mounting.channels, mounting.rotation, strict=True)
+    }
+
+
+def _cut_events(
+    whole: Record, windows: tuple[Window, ...], values: Mapping[str, Array], quantities: Mapping[str, str]
+) -> tuple[Record, ...]:
+    """Cut a record into the events of its windows; ``values`` (n,) in SI units hold the channels of triggers, too."""
+    where, time = whole.source, whole.time
+    levels = {}
+    for window in windows:
+        if window.trigger is not None:
+            name = window.trigger.channel
+            unit = find_unit(window.trigger.unit, quantities[name], where=f"{where}, trigger of window {window.name!r}")
+            levels[window.name] = values[name], unit.factor * window.trigger.level + unit.offset
+    events, notes = _events(windows, time, levels, where)
+    cut_out = []
+    for name, span in events.items():
+        samples = span.stop - span.start
+        if samples < 2:
+            raise InputError(f"{where}: event {name} holds {samples} samples; make its window longer")
+        cut = {key: x[span] for key, x in whole.values.items()}
+        source = f"{where}#{name}" if len(events) > 1 else where
+        cut_out.append(
+            replace(whole, source=source, time=time[span], values=cut, event=name, notes=(*whole.notes, *notes))
+        )
+    return tuple(cut_out)
 
 
 def _events(

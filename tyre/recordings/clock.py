@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tyre.formats.channel_map import ChannelMap, Resampling
+from tyre.formats.channel_map import ChannelMap, Clock, Resampling
 from tyre.formats.signals import Signals
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
@@ -175,7 +175,18 @@ def _times(signals: Signals, channel_map: ChannelMap, values: Mapping[str, Array
         raise InputError(f"{where}: the channels have different numbers of samples ({counts}), so not one clock")
     factor = _time_factor(clock.unit, stamps.unit if clock.column and stamps else "s", f"{where}: time")
     count = next(iter(lengths.values()))
-    return dict.fromkeys(values, clock.times(stamps.values if stamps else None, count, factor, where=where))
+    return dict.fromkeys(values, sample_times(clock, stamps.values if stamps else None, count, factor, where=where))
+
+
+def sample_times(clock: Clock, values: Array | None, count: int, factor: float, *, where: str) -> Array:
+    """Times (n,) of ``count`` samples in s: ``values`` of the clock's column times ``factor``, or by its rate."""
+    if values is None:
+        return np.arange(count) / clock.rate
+    if clock.index:
+        if not np.isfinite(values).all() or (values != np.round(values)).any():
+            raise InputError(f"{where}: {clock.index} does not count samples: it must hold whole numbers")
+        return (values - values[0]) / clock.rate
+    return factor * values
 
 
 def _time_factor(unit: str, written: str, where: str) -> float:

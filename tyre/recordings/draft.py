@@ -10,7 +10,7 @@ from shlex import quote
 
 from tyre.formats import contents
 from tyre.formats.channel_map import Clock, Reading
-from tyre.formats.signals import Column, join_names
+from tyre.formats.signals import Column, Contents, join_names
 from tyre.ground.errors import InputError
 from tyre.ground.units import SI, quantity_of
 
@@ -96,43 +96,84 @@ def draft_map(columns: Sequence[Column], quantities: Mapping[str, str], *, clock
     return "\n".join(["[channels]", *lines, *lacking])
 
 
+@dataclass(frozen=True)
+class _ColumnWords:
+    """What the unit and the name of a ``column`` say of what it measures."""
+
+    column: Column
+    quantity: str  # that its unit measures; empty if no known one
+    # ends of its name that are units (``deg_s``, ``kN``), the longest first -> what each measures
+    ends: Mapping[str, str]
+
+    @classmethod
+    def of(cls, column: Column) -> "_ColumnWords":
+        """Look up the unit of a ``column`` and the last words of its name."""
+        parts = re.split(r"[_\s]+", column.name)
+        words = ["_".join(parts[-count:]) for count in (2, 1) if len(parts) > count]
+        quantity, *of_words = [quantity_of(text) for text in (column.unit, *words)]
+        ends = {word: measured for word, measured in zip(words, of_words, strict=True) if measured}
+        return cls(column, quantity, ends)
+
+    @property
+    def spellings(self) -> tuple[str, ...]:
+        """Its name: whole, without unit, without its groups, and without ``_``."""
+        plain = re.sub(r"[_\W]*(?:" + "|".join(map(re.escape, self.ends or ["\0"])) + r")$", "", self.column.name)
+        return (self.column.name, plain, self.column.spellings[1], plain.replace("_", " "))
+
+
 def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[str, Guess]:
     """Guess the columns of the wanted channels from what each measures; each column is taken once."""
+    named = [_ColumnWords.of(column) for column in columns]
+    phone = [column.name for column in columns if _OF_A_PHONE in column.name.casefold()]
     by_channel: dict[str, Guess] = {}
     for name, quantity in quantities.items():
         used = [guess.column.name for guess in by_channel.values()]
-        column = _guess(name, quantity, [column for column in columns if column.name not in used])
-        if column is not None:
-            has_unit = quantity_of(column.unit) == quantity or column.unit == "datetime"
-            of_name = next((end for end in _unit_words(column.name) if quantity_of(end) == quantity), "")
-            if quantity == "time" and not of_name:
-                of_name = next((unit for word, unit in _TIMES.items() if word in column.name.casefold()), "")
-            phone = [c.name for c in columns if _OF_A_PHONE in c.name.casefold()]
-            turned = column.name in phone and quantity == "angular rate"
-            doubt = f"the axes of a phone are its own: {join_names(phone)}" if turned else ""
-            if not has_unit and quantity == "angular rate" and _OF_ROS.search(column.name):
-                of_name, doubt = "rad/s", "rad/s by the definition of the message; the axes are those of the sensor"
-            by_channel[name] = Guess(column, "" if has_unit else of_name or UNKNOWN, doubt)
+        likely = _find_likely(name, quantity, [candidate for candidate in named if candidate.column.name not in used])
+        if likely is not None:
+            by_channel[name] = _guess(likely, quantity, phone)
     return by_channel
+
+
+def _guess(likely: _ColumnWords, quantity: str, phone: Sequence[str]) -> Guess:
+    """Guess the unit of a likely column, with a doubt; ``phone`` names the columns of a phone's gyroscope."""
+    column = likely.column
+    has_unit = likely.quantity == quantity or column.unit == "datetime"
+    of_name = next((end for end, measured in likely.ends.items() if measured == quantity), "")
+    if quantity == "time" and not of_name:
+        of_name = next((unit for word, unit in _TIMES.items() if word in column.name.casefold()), "")
+    doubt = ""
+    if column.name in phone and quantity == "angular rate":
+        doubt = f"the axes of a phone are its own: {join_names(phone)}"
+    if not has_unit and quantity == "angular rate" and _OF_ROS.search(column.name):
+        of_name, doubt = "rad/s", "rad/s by the definition of the message; the axes are those of the sensor"
+    return Guess(column, "" if has_unit else of_name or UNKNOWN, doubt)
 
 
 def draft_words(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> str:
     """List the columns of a file with a draft of a map, to end a message; '' if the file cannot be read at all."""
     try:
-        file_contents = contents(path, reading=reading)
+        return _words_of(contents(path, reading=reading), quantities)
     except InputError:
         return ""
+
+
+def _words_of(file_contents: Contents, quantities: Mapping[str, str]) -> str:
+    """List the columns of a file with a draft of a map."""
     columns = [f"{column.name} [{column.unit}]" if column.unit else column.name for column in file_contents.columns]
     draft = draft_map(file_contents.columns, quantities, clock=not file_contents.own_times)
     return _WORDS.format(columns=join_names(columns), draft=draft)
 
 
+class UnmappedError(InputError):
+    """Names of columns that say nothing to the program: a channel map would tell which column is which channel."""
+
+
 @contextmanager
 def or_map(path: Path, quantities: Mapping[str, str]) -> Iterator[None]:
-    """Add the columns of the file at ``path`` and a draft of a map to an error of its names, if it can be read."""
+    """Add the columns of the file at ``path`` and a draft of a map to an :class:`UnmappedError`, if it can be read."""
     try:
         yield
-    except InputError as error:
+    except UnmappedError as error:
         words = draft_words(path, quantities)
         more = f"; rename it or put a channel map into the sidecar: {words}" if words else ""
         raise InputError(f"{error}{more}") from error
@@ -140,8 +181,7 @@ def or_map(path: Path, quantities: Mapping[str, str]) -> Iterator[None]:
 
 def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> None:
     """Refuse a file without a channel map, showing its columns and a draft of a map."""
-    contents(path, reading=reading)  # says why it cannot be read
-    words = draft_words(path, quantities, reading=reading)
+    words = _words_of(contents(path, reading=reading), quantities)
     raise InputError(f"{path}: no channel map says which column is which channel; {words}")
 
 
@@ -157,27 +197,21 @@ def looking(path: Path) -> Iterator[None]:
         raise InputError(f"{error}; {how_to_look}") from error
 
 
-def _guess(name: str, quantity: str, columns: Sequence[Column]) -> Column | None:
-    """The column of the right unit, or of none, whose name is like that of the channel; rather one with a unit."""
+def _find_likely(name: str, quantity: str, columns: Sequence[_ColumnWords]) -> _ColumnWords | None:
+    """Find the column of the right unit, or of none, whose name is like that of the channel; rather one with a unit."""
     pattern = re.compile(_NAMES.get(name, re.escape(name).replace("_", ".?")), re.IGNORECASE)
-    fitting: list[tuple[bool, int, Column]] = []
-    for column in columns:
-        measured = quantity_of(column.unit)
-        if measured not in ("", quantity) and not (quantity == "time" and column.unit == "datetime"):
+    without_unit = None
+    for candidate in columns:
+        column = candidate.column
+        if candidate.quantity not in ("", quantity) and not (quantity == "time" and column.unit == "datetime"):
             continue
-        if name == "speed" and not measured and _ROTATION.search(column.name):
+        if name == "speed" and not candidate.quantity and _ROTATION.search(column.name):
             continue
-        plain = re.sub(r"[_\W]*(?:" + "|".join(map(re.escape, _unit_words(column.name))) + r")$", "", column.name)
-        if any(pattern.search(part) for part in (column.name, plain, column.spellings[1], re.sub("_", " ", plain))):
-            fitting.append((measured != quantity, len(fitting), column))
-    return min(fitting)[2] if fitting else None
-
-
-def _unit_words(name: str) -> list[str]:
-    """Ends of a name that are units: ``deg_s``, ``kN``."""
-    parts = re.split(r"[_\s]+", name)
-    ends = ["_".join(parts[-count:]) for count in (2, 1) if len(parts) > count]
-    return [end for end in ends if quantity_of(end)] or ["\0"]
+        if any(pattern.search(spelling) for spelling in candidate.spellings):
+            if candidate.quantity == quantity:
+                return candidate
+            without_unit = without_unit or candidate
+    return without_unit
 
 
 def _quote(text: str) -> str:

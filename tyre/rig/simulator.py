@@ -210,7 +210,8 @@ def write_campaign_files(
     protocol: Protocol | None = None,
 ) -> list[Path]:
     """Write a synthetic campaign: one file per recording and ``truth.json``."""
-    from tyre.fits.recording_files import write_csv, write_tydex
+    from tyre.fits.recording_files import write_csv
+    from tyre.fits.tydex_recording import write_tydex
 
     protocol = protocol or Protocol()
     refuse_unknown("format", [plan.file_format], ("csv", "tdx", "mixed"))
