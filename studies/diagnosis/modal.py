@@ -67,7 +67,7 @@ RATIO = number(least=-1e5, most=1e5)  # a ratio of two rates
 
 
 def _allow_empty(check: Check) -> Check:
-    """Check that reads an empty cell as NaN (not measured or not known), and any other as ``check`` does."""
+    """Check of a cell that returns NaN (not measured) for an empty one, and what ``check`` returns for any other."""
     return lambda cell: np.nan if cell == "" else check(cell)
 
 
@@ -248,12 +248,16 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
     chosen = match_roots(wanted, speeds, values)
     speed_index = np.searchsorted(speeds, wanted.speed)
+
+    # Eigenvalue, and steer and yaw rate over lean rate of its right eigenvector.
     output_rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]
     root, x = values[speed_index, chosen], right[speed_index, :, chosen]
     c = system.output[0, speed_index][:, output_rows]
     signals = np.einsum("mri,mi->mr", c, x)
     ratio = signals[:, 1:] / signals[:, :1]
     computed = np.concatenate([root[:, None], ratio], axis=1)
+
+    # Their derivatives: by d(lambda) = u (dF - lambda dE) x, and dx from the other modes by their distance.
     derivatives = np.zeros((*computed.shape, len(matrices.steps)), complex)
     if derivatives.size:
         force = matrices.force(speed_index, x[..., None], root)[..., 0].swapaxes(1, 2)
@@ -265,6 +269,8 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         dsignals = c @ dx + matrices.apply("output", speed_index, x[..., None], output_rows)[..., 0].swapaxes(1, 2)
         derivatives[:, 0] = projected[point, chosen]
         derivatives[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
+
+    # Errors of the measurement, in the order in which they arise: mounting, sensors, identification.
     errors = family.coordinates(theta)
     turn_ratios(computed[:, 1:], derivatives[:, 1:], errors)
     for r, name in enumerate(RATIOS, 1):
@@ -524,6 +530,7 @@ class Modal(BicycleKind, kind="modal"):
         """Pairs of another reading in words and the points read so: units and signs, and two ratios swapped."""
 
         def reinterpret(change: Callable[[ModalPoint], ModalPoint]) -> Modal:
+            """Copy with each point changed by ``change``."""
             return replace(self, points=tuple(map(change, self.points)))
 
         for reading, factor in SPEEDS.items():
@@ -547,7 +554,7 @@ class Modal(BicycleKind, kind="modal"):
 
 
 def _discard_if_damped(computed: Complex, derivatives: Complex) -> tuple[Complex, Complex]:
-    """``computed`` (m, 3) and ``derivatives`` (m, 3, p); the first all NaN, in place, if a damping ratio exceeds 0.7.
+    """Set all of ``computed`` (m, 3) to NaN if any damping ratio is above 0.7; return it and ``derivatives`` (m, 3, p).
 
     Such a mode is not seen in a free decay.
     """

@@ -62,9 +62,10 @@ class Heading:
 def read_modal_columns(
     path: Path, *, numbers: Mapping[str, Check], texts: Sequence[str], needed: Sequence[str], units: Mapping[str, str]
 ) -> tuple[Columns, list[str]]:
-    """Read a modal table by the columns of ``numbers`` and ``texts``, however they are headed; also notes.
+    """Read a modal table: columns ``numbers`` (in SI) and ``texts``, however they are headed, and notes.
 
-    ``units`` are the SI units of further columns, the parameters of effects.
+    ``needed`` columns must be there, or an InputError says so; cells are checked. ``units`` are the SI units
+    of further columns, the parameters of effects.
     """
     header = read_cells(path, kind=KIND, example=", ".join(needed)).header
     if len(header) == 1:  # another separator, or too little: the plain reader says which
@@ -94,7 +95,7 @@ def read_modal_columns(
 
 
 def _heading(column: str, column_names: Iterable[str], units: Mapping[str, str], path: Path) -> Heading:
-    """Understand the name of a column."""
+    """What a ``column`` holds by its name, and its factor to SI; it holds "" if the name is not understood."""
     if column in column_names:
         return Heading(column, column)
     base, unit = split_unit(column)
@@ -114,7 +115,7 @@ def _heading(column: str, column_names: Iterable[str], units: Mapping[str, str],
 
 
 def _factor(key: str, unit: str, location: str) -> float:
-    """Factor to SI of a ``unit`` in which a quantity is headed."""
+    """Factor from a ``unit`` to SI of the quantity ``key``; InputError if it is none of its units."""
     units = QUANTITIES[key].units
     plain = re.sub(r"\s", "", unit.casefold())
     if plain not in units:
@@ -125,16 +126,17 @@ def _factor(key: str, unit: str, location: str) -> float:
 
 
 def _value_of(key: str) -> str:
-    """Column of the table that a quantity gives, else the quantity itself."""
+    """Name of the column of the table for a quantity; ``key`` where a root is computed from it, as damping ratios."""
     return QUANTITIES[key].column or key
 
 
 def _sd_of(key: str) -> str:
-    """Name of the column with the standard deviations of a quantity."""
+    """Name of the column with the standard deviations of the quantity ``key``."""
     return {"speed": "speed_sd_m_s", "real": "real_sd_1_s", "imag": "imag_sd_rad_s"}.get(key, key + SD)
 
 
 def _refuse_twice(headings: Sequence[Heading], path: Path) -> None:
+    """Raise InputError if two columns hold the same quantity."""
     for heading in headings:
         columns = [h.column for h in headings if h.holds == heading.holds]
         if heading.holds and len(columns) > 1:
@@ -142,8 +144,10 @@ def _refuse_twice(headings: Sequence[Heading], path: Path) -> None:
 
 
 def _roots(si: Mapping[str, Array], column: Mapping[str, str], path: Path) -> tuple[dict[str, Array], list[str]]:
-    """Real and imaginary parts, and their standard deviations, of frequencies and damping ratios (SI), and notes;
-    ``column`` is the heading of each."""
+    """Real and imaginary part (1/s, rad/s) and their sd from frequencies and damping ratios in ``si``, and notes.
+
+    Of ``si`` columns (n,) by what they hold; ``column`` is the heading of each. Sd add up as of independent errors.
+    """
     ways = [name for name in ("imag_rad_s", "frequency", "natural_frequency") if name in si]
     if len(ways) > 1:
         raise InputError(f"{path}: the columns {' and '.join(column[name] for name in ways)} give the same; keep one")

@@ -14,7 +14,7 @@ class LastAnswer(Generic[Answer]):
         self._answer: Answer | None = None
 
     def get(self, question: Hashable, compute: Callable[[], Answer]) -> Answer:
-        """The answer to ``question``; computed unless it was the last one."""
+        """Answer to ``question``: the last one if that was asked last, else computed and remembered."""
         if self._answer is None or question != self._question:
             self._question, self._answer = question, compute()
         return self._answer
@@ -28,7 +28,7 @@ class RecentAnswers(Generic[Answer]):
         self._answers: dict[Hashable, Answer] = {}
 
     def get(self, question: Hashable, compute: Callable[[], Answer]) -> Answer:
-        """The answer to ``question``; computed unless it is remembered."""
+        """Answer to ``question``: the remembered one, else computed; if ``most`` are there, all are forgotten first."""
         if question not in self._answers:
             if len(self._answers) >= self._most:
                 self._answers.clear()

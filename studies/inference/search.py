@@ -59,7 +59,7 @@ class Hypotheses:
         )
 
     def _sum_of_weight_products(self, effects: int) -> float:
-        """Sum over all sets of ``effects`` candidates of the library: product of their prior weights; 1 if zero."""
+        """Product of prior weights of ``effects`` candidates, summed over such sets of the library; 1 if that is 0."""
         sums = np.zeros(effects + 1)
         sums[0] = 1.0
         for candidate in self.kind.library:
@@ -96,9 +96,10 @@ class Hypotheses:
         return sorted(fits, key=lambda f: -self.log_posterior(f))
 
     def find_extensions(self, hypothesis: Fit) -> list[Fit]:
-        """Find fits with all effects of a ``hypothesis`` and more that it does not clearly beat in odds, best first.
+        """Find physical fits with all effects of a ``hypothesis`` and more, which it does not clearly beat, best first.
 
-        Only physical ones: converged, inside their bounds, of sizes that usually occur.
+        Physical ones converged inside their bounds, to sizes that usually occur; it clearly beats those against which
+        its odds are RULES.clear_odds or more.
         """
         more = [f for f in self.rank() if hypothesis.identifiers < f.identifiers and f.physical]
         return [f for f in more if self.odds(hypothesis, f) < RULES.clear_odds]
@@ -150,7 +151,7 @@ class Hypotheses:
         return any(f.fits_data for f in (self.null, *self.fits))
 
     def drop_hopeless(self, fits: Iterable[Fit]) -> list[Fit]:
-        """Drop those of the ``fits`` whose log posterior is RULES.behind less than the best that explains the data.
+        """Drop ``fits`` whose log posterior is RULES.behind or more below that of the best that explains the data.
 
         Only those of no finite evidence are dropped if no effects explain the data.
         """
@@ -234,6 +235,8 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
     """Refit the best hypotheses from other starts, until one explains the data; unchanged if one does already."""
     if not hypotheses.fits or hypotheses.any_fits_data:
         return hypotheses
+
+    # 1. From where an easier problem leads, if all are far off; else from where a patient fit of the best leads.
     order = sorted(hypotheses.fits, key=lambda f: f.objective)
     easier = hypotheses.kind.easier_problems()
     if easier and order[0].objective > RULES.loud * len(hypotheses.kind.rows.places):
@@ -245,12 +248,16 @@ def _retry_poor_fits(hypotheses: Hypotheses) -> Hypotheses:
     )
     if hypotheses.any_fits_data:
         return hypotheses
+
+    # 2. From where they stopped short, with more iterations.
     unconverged = [f for f in hypotheses.fits if not f.converged and math.isfinite(f.objective)]
     hypotheses = hypotheses.adopt_better(
         [fit_hypothesis(hypotheses.kind, f.candidates, [f.theta]) for f in unconverged]
     )
     if hypotheses.any_fits_data:
         return hypotheses
+
+    # 3. From a size of the usual order, where a size ended at its bound.
     typical_starts = {
         f: default_starts(hypotheses.kind, f.candidates)[1:2] for f in hypotheses.fits if f.sizes_at_bound()
     }
@@ -317,9 +324,10 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 
 
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
-    """Enlarge the best hypothesis by one effect at a time, as long as the odds clearly gain.
+    """Enlarge the best hypothesis by one effect at a time while odds clearly gain, then drop those not needed.
 
-    Returns all hypotheses and their leader, None if P(nothing is missing) is RULES.nothing or more.
+    The noise is estimated anew where a larger hypothesis explains some of it. Returns all hypotheses and their leader,
+    None if P(nothing is missing) is RULES.nothing or more.
     """
     hypotheses = _retry_soft_joints(_converge_leaders(hypotheses))
     if not hypotheses.fits or hypotheses.p_nothing >= RULES.nothing:
@@ -350,7 +358,7 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
 
 def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
-    """Choose the fits to enlarge: the leader, its best rivals with as many effects, and the most probable of these."""
+    """Choose fits to enlarge, all of as many effects: the leader, its best nameable rivals, and the most probable."""
     same_size = hypotheses.rank(len(leader.candidates))
     nameable = _filter_nameable(hypotheses.kind, same_size)
     parents = list(dict.fromkeys([leader, *nameable]))[: RULES.beam]
@@ -366,7 +374,8 @@ def refine_on_all_data(
 ) -> tuple[Hypotheses, Fit | None]:
     """Refit the ``leader`` and its rivals, and the noise, to all data of a ``kind``, and search on from there.
 
-    ``preliminary`` hypotheses and leader were fitted to a part of the data. Returns what :func:`search` returns.
+    ``preliminary`` hypotheses and leader were fitted to a part of the data. Returns all hypotheses and their leader,
+    None if P(nothing is missing) is RULES.nothing or more.
     """
     best = leader or next(iter(preliminary.rank()), preliminary.null)
     residual, _ = kind.residual(best.candidates, best.theta, slopes=False)
@@ -375,6 +384,8 @@ def refine_on_all_data(
         progress(f"{best.name}, on all data")
         best = fit(kind, best.candidates, starts=[best.theta])
         residual = best.residual
+
+    # Rivals: what was not far behind on a part of the data, and the best with effects less.
     lowest = preliminary.log_posterior(preliminary.find(best.identifiers) or preliminary.null) - RULES.behind
     rivals = [f for f, _ in preliminary.probabilities[: RULES.polished] if preliminary.log_posterior(f) > lowest]
     rivals += [f for f in preliminary.fits if f.identifiers < best.identifiers]
@@ -383,10 +394,11 @@ def refine_on_all_data(
         if f.identifiers not in fits:
             progress(f"{f.name}, on all data")
             fits[f.identifiers] = fit(kind, f.candidates, starts=[f.theta], turns=ROUGH)
-    hypotheses = Hypotheses(fits.pop(frozenset()), tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
-    hypotheses = expand(
-        hypotheses, hypotheses.drop_hopeless([hypotheses.null]), progress
-    )  # all data may show what few do not
+    null = fits.pop(frozenset())
+    hypotheses = Hypotheses(null, tuple(sorted(fits.values(), key=lambda f: len(f.candidates))), kind)
+
+    # All data may show a single effect that few do not; if it leads, the noise is what it leaves.
+    hypotheses = expand(hypotheses, hypotheses.drop_hopeless([null]), progress)
     first = next(iter(hypotheses.rank()), best)
     if first.identifiers != best.identifiers:
         hypotheses = refit_all(kind.estimate_noise(first), hypotheses, progress)
@@ -400,8 +412,10 @@ def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> 
     """
     if hypotheses.null.converged:
         return hypotheses, leader
+    kind = hypotheses.kind
     unconverged = [f.candidates[0] for f in hypotheses.rank(1) if not f.converged and f.candidates[0].unknowns]
-    centre, exchanges = np.array([u.centre for u in hypotheses.kind.nuisances]), []
+    centre = np.array([u.centre for u in kind.nuisances])
+    exchanges = []
     for dropped in leader.candidates:
         remaining = tuple(c for c in leader.candidates if c is not dropped)
         sizes = [leader.theta[leader.columns(c)] for c in remaining]
@@ -410,19 +424,20 @@ def exchange_effect(hypotheses: Hypotheses, leader: Fit, progress: Progress) -> 
             earlier = hypotheses.find(frozenset(candidate.identifier for candidate in exchanged))
             if (earlier is not None and earlier.converged) or replacement.identifier in leader.identifiers:
                 continue
-            if hypotheses.kind.compatible((*leader.candidates, replacement)) or not hypotheses.kind.compatible(
-                exchanged
-            ):
+
+            # Only the effect that is dropped excludes its replacement: what fits beside it is tried by :func:`expand`.
+            if kind.compatible((*leader.candidates, replacement)) or not kind.compatible(exchanged):
                 continue
+
+            # From the nuisances where the leader ended, and from their prior mean.
             progress(hypothesis_name(exchanged))
             typical_sizes = replacement.starts[1:] or replacement.starts  # a small one shrinks to nothing
             nuisances = (leader.theta[: len(centre)], centre)
             starts = [np.concatenate([x, *sizes, size]) for x in nuisances for size in typical_sizes]
-            exchanges.append(
-                fit_hypothesis(hypotheses.kind, exchanged, select_starts(hypotheses.kind, exchanged, starts))
-            )
+            exchanges.append(fit_hypothesis(kind, exchanged, select_starts(kind, exchanged, starts)))
+
     hypotheses = hypotheses.adopt_better(exchanges)
-    rival = _choose_leader(hypotheses.kind, hypotheses.rank(len(leader.candidates)))
+    rival = _choose_leader(kind, hypotheses.rank(len(leader.candidates)))
     return hypotheses, rival if hypotheses.odds(rival, leader) > RULES.clear_odds else leader
 
 
@@ -459,31 +474,33 @@ def expand(hypotheses: Hypotheses, parents: Iterable[Fit], progress: Progress) -
     These are RULES.most_tried for each parent (2 of a costly kind) at most, among those compatible with it and those
     that it makes possible.
     """
-    tried = {f.identifiers for f in hypotheses.fits}
-    enlarged: list[Fit] = []
+    kind = hypotheses.kind
     parents = list(parents)
     lowest = min((parent.objective for parent in parents), default=math.inf)
+    tried = {f.identifiers for f in hypotheses.fits}
+    enlarged: list[Fit] = []
     for parent in parents:
-        first_steps: list[tuple[float, int, Candidate]] = []
-        hopeless = not hypotheses.drop_hopeless([parent])
-        objective_limit = parent.objective - max(
-            hypotheses.required_decrease, RULES.closed * (parent.objective - lowest) if hopeless else 0.0
-        )
-        for candidate in (*hypotheses.kind.candidates, *hypotheses.kind.enabled_by(parent.candidates)):
+        # A first step must promise enough; of a parent far behind, also to close RULES.closed of its gap to the best.
+        required = hypotheses.required_decrease
+        if not hypotheses.drop_hopeless([parent]):
+            required = max(required, RULES.closed * (parent.objective - lowest))
+        objective_limit = parent.objective - required
+
+        first_steps: list[tuple[float, int, Candidate]] = []  # promised objective, order, candidate
+        for candidate in (*kind.candidates, *kind.enabled_by(parent.candidates)):
             names = parent.identifiers | {candidate.identifier}
             if names in tried or len(names) == len(parent.candidates):
                 continue
-            if hypotheses.kind.compatible((*parent.candidates, candidate)):
-                first_steps.append((preview_objective(hypotheses.kind, parent, candidate), len(first_steps), candidate))
-        for promised, _, candidate in sorted(first_steps)[: 2 if hypotheses.kind.costly else RULES.most_tried]:
+            if kind.compatible((*parent.candidates, candidate)):
+                first_steps.append((preview_objective(kind, parent, candidate), len(first_steps), candidate))
+
+        for promised, _, candidate in sorted(first_steps)[: 2 if kind.costly else RULES.most_tried]:
             if not promised < objective_limit and candidate.unknowns:
                 continue
             tried.add(parent.identifiers | {candidate.identifier})
             joined = (*parent.candidates, candidate)
             progress(hypothesis_name(joined))
-            enlarged.append(
-                fit_hypothesis(hypotheses.kind, joined, _select_enlarged_starts(hypotheses, parent, candidate))
-            )
+            enlarged.append(fit_hypothesis(kind, joined, _select_enlarged_starts(hypotheses, parent, candidate)))
     return hypotheses.replace_fits(enlarged)
 
 
@@ -509,7 +526,8 @@ def drop_unsupported(hypotheses: Hypotheses, leader: Fit) -> tuple[Hypotheses, F
         held_out(hypotheses.kind, hypotheses.null).log_score if len(leader.candidates) >= RULES.many else math.nan
     )
     while len(leader.candidates) > 1:
-        score, weak = held_out(hypotheses.kind, leader).log_score, []
+        score = held_out(hypotheses.kind, leader).log_score
+        weak = []  # odds for an effect, and the fit without it
         for dropped in leader.candidates:
             hypotheses, reduced = _find_without(hypotheses, leader, dropped)
             odds = hypotheses.odds(leader, reduced)

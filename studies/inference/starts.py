@@ -11,7 +11,10 @@ from studies.inference.parameter import Array, Candidate
 
 
 def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
-    """Preview the objective of a ``parent`` with a ``candidate`` more: what one Gauss-Newton step promises."""
+    """Objective (-2 ln p) that one Gauss-Newton step promises for a ``parent`` with a ``candidate`` more.
+
+    The lowest of all first starts of the candidate; infinite where nothing is finite.
+    """
     joined = (*parent.candidates, candidate)
     centre, sd = prior((*parent.unknowns, *candidate.unknowns), joined)
     promised = []
@@ -26,7 +29,7 @@ def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
 
 
 def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequence[Array], most: int = 2) -> list[Array]:
-    """Select the ``starts`` (p,) of the lowest objective, at most ``most`` of them, lowest first."""
+    """Select the ``starts`` (p,) of the lowest objective, without a fit, at most ``most`` of them, lowest first."""
     centre, sd = prior((*kind.nuisances, *(u for c in candidates for u in c.unknowns)), candidates)
     values = []
     for theta in starts:
@@ -38,7 +41,7 @@ def select_starts(kind: Kind, candidates: tuple[Candidate, ...], starts: Sequenc
 
 
 def transfer_coordinates(part: Fit, candidates: Sequence[Candidate]) -> Array:
-    """Coordinates (p,) for ``candidates`` from the fit ``part``; what it lacks at its smallest start."""
+    """Coordinates (p,) for ``candidates`` from a fit ``part``: an effect that is not in it has its smallest start."""
     theta = [part.theta[: part.effect_columns.start]]
     for c in candidates:
         lacking = c.starts[0]
