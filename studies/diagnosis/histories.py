@@ -219,7 +219,7 @@ class Histories(BicycleKind, kind="histories"):
         return torque_sizes
 
     def _settle_torque_size(self, torque: Candidate, torque_sizes: dict[str, TorqueSize]) -> dict[str, TorqueSize]:
-        """Copy of ``torque_sizes``, that of ``torque`` estimated after fits with it, until its sd falls by < 40 %.
+        """Copy of ``torque_sizes``, that of ``torque`` estimated anew after fits with it, until its sd falls by < 40 %.
 
         A base model that is far off leaves much that is no torque of the ride: the first estimates are too large.
         """
@@ -234,7 +234,7 @@ class Histories(BicycleKind, kind="histories"):
         return torque_sizes
 
     def _estimate_torque_size(self, torque: Candidate, candidates: Candidates, theta: Array) -> TorqueSize:
-        """Most probable sd (N m or N) and cadences (Hz) of a ``torque``, by ``candidates`` at ``theta``."""
+        """Most probable sd (N m or N) and cadences (Hz) of a ``torque`` next to ``candidates`` at ``theta`` (p,)."""
         marginal, columns = self._respond_to_torque(torque, candidates, theta)
         weight = sum(self.model.bicycle.static_loads)
         return estimate_torque_size(torque.identifier, marginal.residual, columns, weight * SIZES)
@@ -429,7 +429,7 @@ class Histories(BicycleKind, kind="histories"):
         return (replace(self, runs=short),) if len(short) > len(self.runs) else ()
 
     def estimate_noise(self, best: Any) -> "Histories":
-        """Copy with noise estimated from ``best.residual`` (n,), and ``best`` as ride model if it may size the ride.
+        """Copy with noise as in ``best.residual`` (n,); ``best`` is its ride model if without effects or with a torque.
 
         The residual is whitened by the old noise. A stated sd stays; the colour is always estimated. The ride model, by
         which torques of the ride get their size, is a fit without effects or with such a torque, which is taken out.
@@ -473,7 +473,7 @@ class Histories(BicycleKind, kind="histories"):
         return flat[0], central_differences(flat, steps)
 
     def _predict_start_effects(self, channel: str, sd: float, candidates: Candidates, theta: Array) -> Prediction:
-        """Effects of starts on a further ``channel``, over its noise ``sd``: (m, p), and those of their spread (m, k).
+        """Effects of starts on a further ``channel``, over its noise ``sd``: slopes by ``theta`` (m, p), spread (m, k).
 
         The first: derivatives of what the most probable starts do to it, which follow ``theta`` (p,). The second: what
         1 posterior sd of the starts, and 1 prior sd of a bias or drift, add.

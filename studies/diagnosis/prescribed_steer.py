@@ -39,6 +39,7 @@ class PrescribedSteer(Replay):
 
     @cached_property
     def _splines(self) -> tuple[SteerSpline, ...]:
+        """Smoothed steer angle of each run, with its uncertainty."""
         return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
 
     @cached_property
@@ -48,14 +49,20 @@ class PrescribedSteer(Replay):
         return self.pad_runs([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]
 
     @property
-    def _others(self) -> list[str]:
+    def _other_inputs(self) -> list[str]:
+        """Names of the recorded inputs other than the steer angle."""
         return [name for name in self.runs[0].inputs if name != STEER]
 
     def _equations(self, family: Family, values: Mapping[str, Array], system: DescriptorStack) -> Driven:
-        """The bicycles as the steer angle, its first two derivatives and the other torques drive them."""
+        """Equations dz/dt of a ``system`` by its rest z and inputs: steer angle, rate, acceleration, the other torques.
+
+        States and channels as of all n states, with those of the steering at rest. Friction is the last input.
+        """
         names = family.symbolic
         outputs, mass, dynamics = system.output, system.mass, system.dynamics
         n = mass.shape[-1]
+
+        # Which states are the steer angle and its rate, and their units in rad and rad/s.
         scales, places = [], []
         for name in ("steer", "steer_rate"):
             row = outputs[0, 0, names.outputs.index(name)]
@@ -64,15 +71,19 @@ class PrescribedSteer(Replay):
             scales.append(float(row[place]))
         angle, rate = places
         keep = [k for k in range(n) if k not in places]
+
+        # The equation that is spent on the unknown torque T: the one in which it is largest.
         torque = system.input[..., names.inputs.index("steer_torque")]
         spent = int(np.abs(torque[0, 0]).argmax())
         rows = [k for k in range(n) if k not in (spent, angle)]  # that of the angle says angle' = rate
         share = torque[..., rows] / torque[..., spent, None]
-        other_inputs = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._others]]
+        other_inputs = system.input[..., [names.inputs.index(INPUTS[name]) for name in self._other_inputs]]
 
         def without_torque(matrix: Array) -> Array:
+            """Rows of ``matrix`` (K, R, n, columns) without that of the angle, T eliminated by the equation spent."""
             return matrix[..., rows, :] - share[..., None] * matrix[..., [spent], :]
 
+        # The others, with angle, rate and acceleration on the right: solved for dz/dt.
         m, f = without_torque(mass), without_torque(dynamics)
         columns = np.stack(
             [
@@ -85,34 +96,40 @@ class PrescribedSteer(Replay):
         driving = np.concatenate([columns, without_torque(other_inputs)], -1)
         solved = np.linalg.solve(m[..., keep], np.concatenate([f[..., keep], driving], -1))
         state, inputs = solved[..., : len(keep)], solved[..., len(keep) :]
+
+        # The equation spent gives the torque T that is needed, by z and by the inputs.
         b = torque[..., spent, None]
         into_rest = mass[..., spent, :][..., keep]
         needed_z = (np.einsum("...i,...ij->...j", into_rest, state) - dynamics[..., spent, :][..., keep]) / b
-        direct = np.zeros((*b.shape[:-1], ORDERS + len(self._others)))
+        direct = np.zeros((*b.shape[:-1], ORDERS + len(self._other_inputs)))
         direct[..., 0] = -dynamics[..., spent, angle] / scales[0]
         direct[..., 1] = mass[..., spent, angle] / scales[0] - dynamics[..., spent, rate] / scales[1]
         direct[..., 2] = mass[..., spent, rate] / scales[1]
         direct[..., ORDERS:] = -other_inputs[..., spent, :]
         needed_u = (np.einsum("...i,...ij->...j", into_rest, inputs) + direct) / b
-        state_rows, through = [], []
+
+        # Channels by z and directly by the inputs.
+        state_rows, input_rows = [], []
         for name in self.channels:
             if name == STEER_TORQUE:
                 state_rows.append(needed_z)
-                through.append(needed_u)
+                input_rows.append(needed_u)
                 continue
             row = outputs[..., names.outputs.index(CHANNELS[name]), :]
             state_rows.append(row[..., keep])
             input_row = np.zeros_like(needed_u)
-            input_row[..., 0], input_row[..., 1] = row[..., angle] / scales[0], row[..., rate] / scales[1]
-            through.append(input_row)
-        seen_z, direct_u = np.stack(state_rows, -2), np.stack(through, -2)
+            input_row[..., 0] = row[..., angle] / scales[0]
+            input_row[..., 1] = row[..., rate] / scales[1]
+            input_rows.append(input_row)
+        output, direct_u = np.stack(state_rows, -2), np.stack(input_rows, -2)
+
         if FRICTION in values:  # overcome by the torque, the motion being what it is
             column = np.zeros((*direct_u.shape[:-1], 1))
             if STEER_TORQUE in self.channels:
                 column[..., self.channels.index(STEER_TORQUE), 0] = -1.0
             direct_u = np.concatenate([direct_u, column], -1)
             inputs = np.concatenate([inputs, np.zeros((*inputs.shape[:-1], 1))], -1)
-        return _all_states(Driven(state, inputs, seen_z, direct_u), keep, n)
+        return _all_states(Driven(state, inputs, output, direct_u), keep, n)
 
     def _signals(self, values: Mapping[str, Array], starts: Array | None) -> Array:
         """Inputs (K, R, m, T): steer angle, rate, acceleration (rad, s), the other torques (N m), friction; K or 1."""

@@ -78,7 +78,7 @@ def acting_torques(values: Mapping[str, Array]) -> list[str]:
 
 
 def basis_courses(name: str, time: Array, hertz: float | None) -> Array:
-    """Basis (T, k) of the courses at ``time`` (T,), s, of a torque of unit variance: weights of sd 1 make it one.
+    """Basis (T, k) of the courses of a torque at ``time`` (T,), s: times weights of sd 1, a course of variance 1.
 
     Of pedalling, cosine and sine of the cadence ``hertz``; None: first the cosines of all CADENCE_HZ, then the sines.
     Of other torques, the principal components of the process, whatever ``hertz``.
