@@ -59,6 +59,11 @@ class Correction:
         return {name: terms[name] for name in sorted(clear, key=lambda name: -abs(terms[name][0]) / terms[name][1])}
 
     @property
+    def clearest_terms(self) -> list[tuple[str, float, float, str]]:
+        """Name, value, sd and unit of the three clearest of these terms."""
+        return [(name, *values) for name, values in self.terms.items()][:3]
+
+    @property
     def moved(self) -> tuple[Moved, ...]:
         """Parameters with their values as stated and as fitted, the farthest moved (in prior sd) first."""
         return compare_nuisances(self.fit, self.fit)

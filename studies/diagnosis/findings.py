@@ -106,6 +106,31 @@ class Findings:
         return [] if self.joint_fits else [removed for removed in self.without.values() if removed.clear]
 
     @property
+    def odd_names(self) -> list[str]:
+        """Names of the odd parts."""
+        return [removed.part for removed in self.odd]
+
+    @property
+    def all_are_odd(self) -> bool:
+        """Every part is odd, so each alone says nothing of the others."""
+        return len(self.odd) >= len(self.parts)
+
+    @property
+    def compares_effects(self) -> bool:
+        """An effect of some part is sized by this part and by the others."""
+        return any(part.effects for part in self.parts)
+
+    @property
+    def not_compared(self) -> list[tuple[str, str]]:
+        """Effects of which a part holds too little information to be compared, each with the name of the part."""
+        return [(name, part.part) for part in self.parts for name in part.unseen]
+
+    @property
+    def limits_by_data(self) -> list[UpperLimit]:
+        """Upper limits that the data narrow."""
+        return [limit for limit in self.limits if limit.limited]
+
+    @property
     def ranked(self) -> list[PartAgainstRest]:
         """The parts, first those without which the others fit best."""
         place = {name: k for k, name in enumerate(self.without)}

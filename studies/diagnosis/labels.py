@@ -1,7 +1,7 @@
 """Names of models and hypotheses, and how numbers are shown: the same in figures, tables and sentences."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -21,6 +21,18 @@ def listed(names: Iterable[str], last: str = "and") -> str:
     """Some ``names`` in a row, with an "and" before the last."""
     *most, end = names
     return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def plain_name(hypothesis: str, titles_: Mapping[str, str]) -> str:
+    """Name of a ``hypothesis``, each effect with its plain name (``titles_`` by identifier) before it if it has one."""
+    effects = hypothesis.split("+")
+    return " + ".join(f"{titles_[effect]} ({effect})" if effect in titles_ else said(effect) for effect in effects)
+
+
+def alternatives(hypotheses: Sequence[str], last: str = "or", titles_: Mapping[str, str] | None = None) -> str:
+    """Plain names of ``hypotheses`` in a row; of more than three, two and how many more there are."""
+    names = [plain_name(hypothesis, titles_ or {}) for hypothesis in hypotheses]
+    return listed(names, last) if len(names) <= 3 else f"{', '.join(names[:2])} {last} {len(names) - 2} more"
 
 
 def titles(judgement: Judgement) -> dict[str, str]:
@@ -63,6 +75,18 @@ def bar(value: float, most: float) -> str:
 def unit_of(unit: str) -> str:
     """A ``unit`` behind a number: nothing for a pure number."""
     return "" if unit in ("", "1") else f" {unit}"
+
+
+def percent(share: float) -> str:
+    """A ``share`` of a gap: whole percent, or in words where there are none."""
+    if share == 0:
+        return "nothing"
+    return f"{100 * share:.0f} %" if share >= 0.01 else "less than 1 %"
+
+
+def upper_first(text: str) -> str:
+    """A ``text`` with a capital at its beginning; the rest as it is."""
+    return text[:1].upper() + text[1:]
 
 
 def probability(share: float) -> str:
@@ -147,7 +171,8 @@ def _environment(*, markdown: bool) -> Any:
     from markupsafe import Markup
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
-    filters = (said, listed, unit_of, probability, number, misfit, term_name, cells, as_moved, bar)
+    names = (said, listed, plain_name, alternatives, term_name, upper_first)
+    filters = (*names, unit_of, probability, percent, number, misfit, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS}

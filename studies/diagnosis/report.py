@@ -88,7 +88,7 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
         name=kind.name,
         description=kind.description,
         source=kind.source,
-        captions=captions,
+        figures=_figures_by_place(captions),
         titles=list(titles_of_drawn_models(diagnosis).values()),
         tried=likely if diagnosis.final in likely else [*likely, diagnosis.final],
         fates=fate(diagnosis),
@@ -99,6 +99,14 @@ def page(diagnosis: Diagnosis, findings: Findings, captions: Mapping[str, str], 
         most=MOST,
     )
     return text + made_by()
+
+
+def _figures_by_place(captions: Mapping[str, str]) -> dict[str, list[tuple[str, str]]]:
+    """Name and caption of each figure by the place in the page, with which its name begins."""
+    return {
+        place: [(name, caption) for name, caption in captions.items() if name.startswith(place)]
+        for place in ("story", "before_after", EFFECT)
+    }
 
 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
@@ -288,7 +296,6 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
         return None
     names = (*torque.kept, *torque.dropped)
     first = len(torque.covariance) - len(names)
-    units = {u.name: u.unit for u in torque.fit.unknowns}
     return {
         "fitted": True,
         "name_of_a_cause": False,
@@ -300,7 +307,7 @@ def torque_record(torque: Residual | None) -> dict[str, Any] | None:
                 "value": value,
                 "sd": torque.sd[name],
                 "sd_alone": torque.sd_alone[name],
-                "unit": units[name],
+                "unit": torque.units[name],
                 "gain_log_evidence": torque.gains.get(name, (None, None))[0],
                 "gain_held_out": torque.gains.get(name, (None, None))[1],
             }

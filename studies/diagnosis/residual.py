@@ -235,6 +235,11 @@ class Residual:
         return dict(zip(self.kept, self.fit.theta[_count_before_torque(self.fit) :].tolist(), strict=True))
 
     @property
+    def units(self) -> dict[str, str]:
+        """Unit of every coefficient that was fitted."""
+        return {u.name: u.unit for u in self.fit.unknowns[_count_before_torque(self.fit) :]}
+
+    @property
     def sd(self) -> dict[str, float]:
         """One standard deviation of every coefficient, chosen or not."""
         spread = np.sqrt(self.covariance.diagonal()[_count_before_torque(self.fit) :])

@@ -31,6 +31,11 @@ class Gap:
         names = ("base", "effect_alone", "adjusted", "with_torque", "without_effect")
         return {name: x for name in names if (x := getattr(self, name)) is not None}
 
+    @property
+    def misfits(self) -> dict[str, float]:
+        """Steps that are known, each with its chi^2 a number: 1 is noise."""
+        return {name: chi2 / self.noise for name, chi2 in self.steps.items()}
+
     def remaining_share(self, step: str) -> float | None:
         """Share of the gap sqrt(chi^2/n - 1) of the base model that a ``step`` leaves; None if there is none."""
         base, value = self.base, getattr(self, step)
@@ -50,6 +55,16 @@ class Where:
     unit: str  # of ``by``
     one_sign: bool  # measured lies on one side of computed
 
+    @property
+    def axis_name(self) -> str:
+        """What the places are of, without its unit."""
+        return self.axis.rpartition(", ")[0]
+
+    @property
+    def axis_unit(self) -> str:
+        """Unit of the places."""
+        return self.axis.rpartition(", ")[2]
+
 
 @dataclass(frozen=True)
 class LookAlikes:
@@ -63,6 +78,21 @@ class LookAlikes:
     singles: tuple[tuple[str, float], ...]
     best_single: tuple[str, float] | None  # of all hypotheses of one effect
     tried: int  # how many of these there are
+
+    @property
+    def other_singles(self) -> tuple[tuple[str, float], ...]:
+        """Those of ``singles`` that are not the nearest."""
+        return tuple((name, share) for name, share in self.singles if name != self.nearest)
+
+    @property
+    def nearest_is_single(self) -> bool:
+        """The nearest is one of ``singles``."""
+        return len(self.other_singles) < len(self.singles)
+
+    @property
+    def others_tried(self) -> int:
+        """How many hypotheses of one effect were tried beside the nearest."""
+        return self.tried - (len(self.singles) - len(self.other_singles))
 
     @property
     def parameters_do_alike(self) -> bool:

@@ -22,6 +22,11 @@ class HeldOut:
     possible: bool = True  # false if there is one fold only: the residual is then that of the fit to everything
 
     @property
+    def count(self) -> int:
+        """How many numbers were left out."""
+        return len(self.residual)
+
+    @property
     def chi2(self) -> float:
         """Sum of squares."""
         return float(self.residual @ self.residual)

@@ -33,6 +33,11 @@ class UpperLimit:
     limited: bool = True  # false if the prior alone is as narrow: the data show nothing
     share: float = 1.0  # the limit divided by the limit of the prior alone
 
+    @property
+    def by_wheel(self) -> list[tuple[str, float]]:
+        """Wheel (empty if there is one limit for all) and limit, in unit."""
+        return [(name.partition(".")[2], limit) for name, limit in self.values.items()]
+
 
 def upper_limits(kind: Kind, hypotheses: Hypotheses, final: Fit) -> tuple[UpperLimit, ...]:
     """95 % limits of the sizes of each candidate that the ``final`` fit does not have, the narrowest first."""

@@ -103,6 +103,11 @@ class Stability:
     library: int
 
     @property
+    def differing(self) -> list[Outcome]:
+        """Variants with another verdict."""
+        return [judged for judged in self.outcomes if not judged.same]
+
+    @property
     def holds(self) -> int:
         """Number of variants in which the verdict holds."""
         return sum(judged.same for judged in self.outcomes)

@@ -34,6 +34,7 @@ WORDS = {
 
 
 NOTHING = "none"  # name of the hypothesis without an effect
+FAR_AHEAD = 1000.0  # times as probable as what is named: a refused hypothesis is worth a sentence
 
 
 class Reason:
@@ -74,6 +75,15 @@ class Named:
     mistake: bool = False  # it is an error of the measurement or its file
     title: str = ""  # plain name
     family: str = ""  # what it is one answer with, in words
+
+    @property
+    def clear_sizes(self) -> list[tuple[str, float, float, str]]:
+        """Name, value, sd and unit of each parameter that exceeds its sd, in the order of the effect."""
+        return [
+            (name, value, sd, self.units.get(name, "1"))
+            for name, (value, sd) in self.parameters.items()
+            if sd < abs(value)
+        ]
 
 
 @dataclass(frozen=True)
@@ -131,10 +141,54 @@ class Verdict:
         return tuple(c for c in self.checks if not c.passed)
 
     @property
+    def complaints(self) -> list[str]:
+        """Clauses on the rules that do not hold; where nothing may be missing anyway, none on wider priors."""
+        implied = "wide_priors" if any(c.rule == "nothing_unlikely" for c in self.failed) else ""
+        return [c.complaint for c in self.failed if c.rule != implied]
+
+    @property
+    def missing(self) -> list[Named]:
+        """What is named of the bicycle or the tyre."""
+        return [effect for effect in self.effects if not effect.mistake]
+
+    @property
+    def mistakes(self) -> list[Named]:
+        """What is named of the ride, the measurement or its file."""
+        return [effect for effect in self.effects if effect.mistake]
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Hypotheses that the data cannot tell from the leader."""
+        return self.equivalent[1:]
+
+    @property
+    def refused_far_ahead(self) -> tuple[str, Reason] | None:
+        """Refused hypothesis that is far more probable than what is named, or than nothing, and why it is refused."""
+        leader = self.equivalent[0] if self.equivalent else NOTHING
+        least = FAR_AHEAD * self.posterior.get(leader, 0.0)
+        return next(((name, why) for name, share, why in self.refused_leaders if share > least), None)
+
+    @property
+    def closest(self) -> Judged | None:
+        """Hypothesis, perhaps that of no effect, that comes nearest to explaining the data if nothing is named."""
+        return self.nearest or self.judged
+
+    @property
     def look_alike(self) -> Judged | None:
         """Hypothesis that comes nearest to explaining the data if nothing is named; None if it has no effect."""
-        nearest = self.nearest or self.judged
-        return nearest if nearest is not None and nearest.name != NOTHING else None
+        return self.closest if self.closest is not None and self.closest.name != NOTHING else None
+
+    @property
+    def look_alike_is_judged(self) -> bool:
+        """The look-alike is what was judged, so the rules that do not hold are its own."""
+        return self.look_alike is not None and self.judged is not None and self.look_alike.name == self.judged.name
+
+    @property
+    def look_alike_refusal(self) -> Reason | None:
+        """Why the look-alike is refused though it is more probable than what is named; None if it is not."""
+        if self.look_alike is None:
+            return None
+        return next((why for name, _, why in self.refused_leaders if name == self.look_alike.name), None)
 
     @property
     def leaves_more(self) -> bool:
